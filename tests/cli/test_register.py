@@ -470,7 +470,7 @@ def test_what_is_wrong_with_a_table_has_a_code_and_a_line(
         (("--scale", "0,0,0,0,0,0,2"), "line.one-place"),
         (("--bearing", "0,0,0,0,0,1,20"), "line.no-azimuth"),
         (("--cameras",), "option.needs-cameras"),
-        (("--marks", "x.csv"), "option.needs-points"),
+        (("--marks", "x.csv"), "option.requires"),
     ],
 )
 def test_what_is_wrong_with_the_options_is_said(run, words: tuple[str, ...], code: str) -> None:

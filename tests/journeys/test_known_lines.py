@@ -12,9 +12,11 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from tests import driver
+from vomstudio.core.options import given_options
 from vomstudio.document.kinds.known_line import KnownLine
 from vomstudio.document.records import Model
 from vomstudio.geometry.transform import apply
+from vomstudio.registration.register_options import RegisterOptions
 from vomstudio.ui.interpret.tool_panels.control import ControlPanel
 
 SCALE = 0.5
@@ -190,7 +192,7 @@ def test_lines_place_a_model_as_far_as_they_tell(window, tilted) -> None:
 
 
 def test_one_plumb_line_levels_a_model(window, tilted) -> None:
-    from vomstudio.ui.interpret.tool_panels.control_command import options
+    from vomstudio.ui.interpret.tool_panels.control_command import with_lines
 
     world = np.load(tilted.with_name("world.npy"))
     file = to_file(world, world.mean(axis=0))
@@ -214,7 +216,7 @@ def test_one_plumb_line_levels_a_model(window, tilted) -> None:
     assert (line.kind, line.value, line.complete) == ("plumb", None, True)
     assert panel.placed.known == panel.placed.known.__class__(False, True, False, False)
     assert float(panel.lines.item(0, 5).text().rstrip("°")) == pytest.approx(0.0, abs=0.01)
-    assert [option for option, _ in options([line])] == ["--plumb"]
+    assert given_options(with_lines(RegisterOptions(), [line])).keys() == {"plumb"}
     driver.click(panel.register, panel.register.rect().center())
     driver.pause()
     model = window.studio.session.of(Model)[0]

@@ -17,6 +17,8 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit
 
 from tests import driver
 from tests.journeys.test_known_lines import SCALE, TURN, tilted, to_file
+from vomstudio.cli.common.arguments import Parser
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.document import edits
 from vomstudio.document.compass_edits import compass_of
 from vomstudio.document.kinds.known_line import KnownLine
@@ -24,6 +26,7 @@ from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Model
 from vomstudio.geometry.transform import apply
+from vomstudio.registration.register_options import RegisterOptions
 from vomstudio.ui.interpret.tool_panels.compass_dialog import CompassDialog
 from vomstudio.ui.interpret.tool_panels.control import ControlPanel
 
@@ -202,12 +205,12 @@ def test_planes_that_were_read_place_a_model(window, tilted, picks, truth, monke
 
 def commanded(words: list[str]) -> np.ndarray:
     """(3, 3) the rotation that the command's options give."""
-    from vomstudio.workspace.placing.register_order import RegisterOrder, register_model
+    from vomstudio.workspace.placing.register_order import register_model
 
-    names = {"--orientations": "orientations", "--north": "north",
-             "--declination": "declination", "--north-sigma": "north_sigma"}  # fmt: skip
-    given = {names[words[i]]: words[i + 1] for i in range(1, len(words), 2)}
-    placed = register_model(RegisterOrder("-", **given), None).placed
+    parser = Parser()
+    add_options(parser, RegisterOptions)
+    options = options_from(parser.parse_args(words[1:]), RegisterOptions)
+    placed = register_model("-", options, None).placed
     return placed.matrix[:3, :3] / placed.scale
 
 

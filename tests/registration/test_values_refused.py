@@ -12,7 +12,8 @@ from tests.messages import refused
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.places import why_no_error
 from vomstudio.io.control.observation_tables import read_pairs, read_positions
-from vomstudio.workspace.placing.register_order import RegisterOrder, register_model
+from vomstudio.registration.register_options import RegisterOptions
+from vomstudio.workspace.placing.register_order import register_model
 
 MODEL = np.random.default_rng(2).uniform(-20.0, 20.0, (5, 3))
 
@@ -37,7 +38,7 @@ def test_errors_that_nothing_has(tmp_path: Path, sigma: float) -> None:
         read_pairs(table)
     for option, text in (("level", "0,0,0,1,0,0"), ("scale", "0,0,0,1,0,0,1")):
         with pytest.raises(UsageError) as error:
-            register_model(RegisterOrder("-", **{option: [f"{text},{sigma}"]}), lambda *_: None)
+            register_model("-", RegisterOptions(**{option: (f"{text},{sigma}",)}), lambda *_: None)
         assert error.value.field == f"--{option}"
 
 

@@ -11,8 +11,9 @@ from scipy.spatial.transform import Rotation
 from vomstudio.document.kinds.known_line import KnownLine
 from vomstudio.document.records import Frame, Model, Registration
 from vomstudio.io.control.observation_tables import Pairs
+from vomstudio.registration.register_options import RegisterOptions
 from vomstudio.workspace.placing.known_lines import line_misses
-from vomstudio.workspace.placing.register_order import RegisterOrder, register_model
+from vomstudio.workspace.placing.register_order import register_model
 from vomstudio.workspace.placing.registering import placed_by_points, registration_of
 
 BARE = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64)
@@ -83,11 +84,13 @@ def test_the_record_is_that_of_the_command() -> None:
         return ",".join(repr(v) for v in values)
 
     record = registered([*LEVEL, PLUMB, AZIMUTH, LENGTH])
-    order = RegisterOrder(
-        "-", level=[text(known) for known in LEVEL], plumb=[text(PLUMB)], bearing=[text(AZIMUTH)],
-        scale=[text(LENGTH)],
-    )  # fmt: skip
-    placed = register_model(order, None).placed
+    options = RegisterOptions(
+        level=tuple(text(known) for known in LEVEL),
+        plumb=(text(PLUMB),),
+        bearing=(text(AZIMUTH),),
+        scale=(text(LENGTH),),
+    )
+    placed = register_model("-", options, None).placed
     ours, theirs = np.array(record.matrix)[:3, :3], np.array(placed.matrix)[:3, :3]
     assert ours == pytest.approx(theirs, abs=1e-9)
     shape = np.array(record.covariance)[:4, :4]

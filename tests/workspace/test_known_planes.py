@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.messages import refused, with_code
 from vomstudio.core.findings import Finding
+from vomstudio.core.options import given_options
 from vomstudio.document import compass_edits, edits
 from vomstudio.document.kinds.known_line import KnownLine
 from vomstudio.document.kinds.lineation import Lineation
@@ -22,6 +23,7 @@ from vomstudio.errors import DocumentError, VomError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.io.control.observation_tables import Pairs, read_compass
 from vomstudio.io.control.writing import write_compass
+from vomstudio.registration.register_options import RegisterOptions
 from vomstudio.workspace.placing.known_lines import line_misses
 from vomstudio.workspace.placing.known_planes import (
     compass_table,
@@ -33,7 +35,7 @@ from vomstudio.workspace.placing.known_planes import (
     why_not_read,
 )
 from vomstudio.workspace.placing.read_north import as_the_command, known_of, north_of
-from vomstudio.workspace.placing.register_order import RegisterOrder, register_model
+from vomstudio.workspace.placing.register_order import register_model
 from vomstudio.workspace.placing.registering import placed_by_points, registration_of
 
 BARE = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64)
@@ -134,7 +136,9 @@ def test_the_command_places_it_the_same_by_the_table_that_is_written(tmp_path: P
     found, seen = placed(records, lines, doubt=0.5)
     file = tmp_path / "readings.csv"
     write_compass(file, compass_table(lines, seen))
-    told = register_model(RegisterOrder("-", orientations=file, north_sigma="0.5"), None).placed
+    told = register_model(
+        "-", RegisterOptions(orientations=str(file), north_sigma_deg=0.5), None
+    ).placed
     ours = found.matrix[:3, :3] / found.scale
     assert ours == pytest.approx(told.matrix[:3, :3] / told.scale, abs=1e-9)
     shape = np.array(found.covariance)[:3, :3]
@@ -269,14 +273,14 @@ def test_the_options_of_the_command_turn_azimuths_by_as_much_or_are_not_given() 
     stated = compass(north="magnetic", declination_deg=3.25)
     used, _ = north_of(stated, known_of(stated, BARE, None, NO_PAIRS, None))
     options = as_the_command(stated, used, NO_PAIRS, None)
-    assert dict(options) == {"--north": "magnetic", "--declination": 3.25, "--north-sigma": 2.0}
+    assert options == RegisterOptions(north="magnetic", declination_deg=3.25, north_sigma_deg=2.0)
     placed_by = compass(north="magnetic", day="2024-05-12", place=(11.35, 46.5))
     used, _ = north_of(placed_by, known_of(placed_by, BARE, None, NO_PAIRS, None))
     assert as_the_command(placed_by, used, NO_PAIRS, None) is None
     grid = compass(doubt_deg=2.0)
     used, _ = north_of(grid, known_of(grid, BARE, None, NO_PAIRS, None))
-    assert as_the_command(grid, used, NO_PAIRS, None) == [("--north-sigma", 2.0)]
-    assert as_the_command(None, ReadNorth("grid"), NO_PAIRS, None) == []
+    assert as_the_command(grid, used, NO_PAIRS, None) == RegisterOptions(north_sigma_deg=2.0)
+    assert as_the_command(None, ReadNorth("grid"), NO_PAIRS, None) == RegisterOptions()
 
 
 def test_a_compass_is_one_undoable_record_that_goes_with_its_model() -> None:
@@ -454,14 +458,15 @@ def test_points_and_readings_from_magnetic_north_are_those_of_the_command(tmp_pa
     write_pairs(tmp_path / "pairs.csv", pairs)
     write_compass(tmp_path / "readings.csv", table)
     options = as_the_command(said, used, pairs, "EPSG:32632")
-    names = {"--north": "north", "--date": "date", "--north-sigma": "north_sigma"}
-    given = {names[option]: str(value) for option, value in options}
-    assert set(given) == set(names.values())
-    order = RegisterOrder(
-        "-", pairs=tmp_path / "pairs.csv", orientations=tmp_path / "readings.csv",
-        crs="EPSG:32632", **given,
-    )  # fmt: skip
-    told = register_model(order, None).placed
+    assert options is not None
+    assert given_options(options).keys() == {"north", "date", "north_sigma_deg"}
+    options = replace(
+        options,
+        pairs=str(tmp_path / "pairs.csv"),
+        orientations=str(tmp_path / "readings.csv"),
+        crs="EPSG:32632",
+    )
+    told = register_model("-", options, None).placed
     assert found.matrix == pytest.approx(told.matrix, abs=1e-9)
     assert not told.blunders
     assert max(miss.off for miss in line_misses(lines, found, seen, used.turned_deg)) < 1.5

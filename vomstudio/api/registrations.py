@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence, Sized
 from pathlib import Path
-from typing import Any, TypedDict, Unpack
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -13,68 +13,26 @@ from vomstudio.api.checking import (
     is_path,
     items_of,
     numbers,
-    one_of,
     path_of,
+    path_text,
     points,
     refuse_rows,
-    single_number,
     warn,
     words_of,
 )
+from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.reporting import Reported, told
+from vomstudio.core.options import given_options
 from vomstudio.errors import InputError
 from vomstudio.geometry.places import why_no_error
 from vomstudio.progress import CancelToken
 from vomstudio.registration.placing import register_points
+from vomstudio.registration.register_options import BESIDE, RegisterOptions
 from vomstudio.registration.results import Placed
 from vomstudio.words import tr
-from vomstudio.workspace.placing.register_order import BESIDE, RegisterOrder, register_model
+from vomstudio.workspace.placing.register_order import register_model
 
 Array = npt.NDArray[np.float64]
-
-
-class Known(TypedDict, total=False):
-    """What is known of the place of a model in a file, by the names of the command's options.
-
-    cameras, attitudes : tables, ``geo.txt``, or a folder of photos; True for the photos where they
-        are found. ``model_cameras`` : the model's own cameras, None for those beside it
-    pairs, gcp, marks, horizon, orientations, scale_bars : tables
-    scale, bearing : rows of seven numbers: two places on the model (model frame), and the metres
-        between them or the azimuth from the first to the second, degrees; an eighth states the
-        error of that, one sigma. level, plumb : rows of six: two places at one height, or one above
-        the other; a seventh states the error of the line, degrees, one sigma
-    reference, stable : the model that it is fitted to, and what of that has not moved
-    north : "grid", "true" or "magnetic", where a table does not say; ``date`` (YYYY-MM-DD),
-        ``declination_deg``, ``north_sigma_deg`` : of compass readings
-    crs : the projected CRS, "EPSG:n", in which it is placed
-    without : labels of points, readings, photos or lines that are left out
-    progress : called with (stage, steps done, all steps or None), or a Progress
-    cancel : a vs.CancelToken that stops the work
-    """
-
-    cameras: str | Path | bool | None
-    attitudes: str | Path | bool | None
-    pairs: str | Path | None
-    gcp: str | Path | None
-    marks: str | Path | None
-    model_cameras: str | Path | None
-    horizon: str | Path | None
-    orientations: str | Path | None
-    scale_bars: str | Path | None
-    scale: Any
-    bearing: Any
-    level: Any
-    plumb: Any
-    reference: str | Path | None
-    stable: str | Path | None
-    north: str
-    date: str | None
-    declination_deg: float | None
-    north_sigma_deg: float | None
-    crs: str | None
-    without: Sequence[str] | str
-    progress: Reported
-    cancel: CancelToken | None
 
 
 def register(
@@ -86,15 +44,38 @@ def register(
     check: Any = None,
     keep_scale: bool = False,
     robust: bool = False,
-    **known: Unpack[Known],
+    pairs: str | Path | None = None,
+    gcp: str | Path | None = None,
+    marks: str | Path | None = None,
+    model_cameras: str | Path | None = None,
+    cameras: str | Path | bool | None = None,
+    attitudes: str | Path | bool | None = None,
+    horizon: str | Path | None = None,
+    orientations: str | Path | None = None,
+    scale_bars: str | Path | None = None,
+    scale: Any = (),
+    bearing: Any = (),
+    level: Any = (),
+    plumb: Any = (),
+    reference: str | Path | None = None,
+    stable: str | Path | None = None,
+    north: Literal["grid", "true", "magnetic"] = "grid",
+    date: str | None = None,
+    declination_deg: float | None = None,
+    north_sigma_deg: float | None = None,
+    crs: str | None = None,
+    without: Sequence[str] | str = (),
+    progress: Reported = None,
+    cancel: CancelToken | None = None,
 ) -> Placed:
     """The similarity (scale, rotation, shift; never a mirror) from a model to World by points that
     are known in both, or, of the file of a model, by whatever is known of its place.
 
     Parameters
     ----------
-    model_points : (n, 3) in the model's own frame and unit; or the path of a model, which is then
-        placed by what the other names give, as by the command ``register``, whose options they are
+    model_points : (n, 3) in the model's own frame and unit; or the path of a model, which is
+        registered by the observations below, as by the command ``register``; "-" for the placement
+        alone
     world_points : (n, 3) the same points in World, metres
     sigma_m : (n, 3) one-sigma errors of ``world_points``, metres; None takes them as equal and
         estimates them from the residuals
@@ -104,7 +85,20 @@ def register(
     check : (n,) True for points that judge the result and take no part in it
     keep_scale : the scale of the model is right as it is: it is only turned and shifted
     robust : leave out what cannot be right beside the others, and name it
-    known : of the path of a model, see ``Known``
+    cameras, attitudes : tables, ``geo.txt``, or a folder of photos; True for the photos beside the
+        model. ``model_cameras`` : the model's own cameras; None for those beside it
+    pairs, gcp, marks, horizon, orientations, scale_bars : paths of tables
+    scale, bearing : rows of seven numbers: two places on the model (model frame), and the metres
+        between them or the azimuth from the first to the second, degrees; an eighth is its
+        one-sigma error. ``level``, ``plumb`` : rows of six: two places at one height, or one above
+        the other; a seventh is the one-sigma error of the line, degrees
+    reference, stable : the model to which it is fitted, and the part of that which has not moved
+    north : reference of azimuths for which a table does not state it; ``date`` (YYYY-MM-DD),
+        ``declination_deg``, ``north_sigma_deg`` : of compass readings
+    crs : projected CRS of the registered model, "EPSG:n"
+    without : labels of points, readings, photos or lines that are left out
+    progress : called with (stage, steps done, all steps or None), or a Progress
+    cancel : a vs.CancelToken that stops the work
 
     Returns
     -------
@@ -142,24 +136,53 @@ def register(
     A model of a file by the positions of its cameras would be
     ``vs.register("cliff.obj", cameras="geo.txt", crs="EPSG:32633")``.
     """
-    for name, value in (("keep_scale", keep_scale), ("robust", robust)):
-        if not isinstance(value, bool | np.bool_):
-            raise InputError(tr("True or False is needed."), field=name)
-    click_m = single_number(click_sigma_m, "click_sigma_m")
-    if click_m:
-        _require_error(click_m, "click_sigma_m")
-    if is_path(model_points) and (world_points is None or known):
+    options = options_from_arguments(
+        RegisterOptions,
+        pairs=path_text(pairs, "pairs"),
+        gcp=path_text(gcp, "gcp"),
+        marks=path_text(marks, "marks"),
+        model_cameras=path_text(model_cameras, "model_cameras"),
+        cameras=_beside(cameras, "cameras"),
+        attitudes=_beside(attitudes, "attitudes"),
+        horizon=path_text(horizon, "horizon"),
+        orientations=path_text(orientations, "orientations"),
+        scale_bars=path_text(scale_bars, "scale_bars"),
+        scale=_rows(scale, "scale", (7, 8)),
+        bearing=_rows(bearing, "bearing", (7, 8)),
+        level=_rows(level, "level", (6, 7)),
+        plumb=_rows(plumb, "plumb", (6, 7)),
+        reference=path_text(reference, "reference"),
+        stable=path_text(stable, "stable"),
+        north=north,
+        date=words_of(date, "date"),
+        declination_deg=declination_deg,
+        north_sigma_deg=north_sigma_deg,
+        click_sigma_m=click_sigma_m,
+        crs=words_of(crs, "crs"),
+        without=tuple(str(words_of(each, "without")) for each in items_of(without, "without")),
+        robust=robust,
+        keep_scale=keep_scale,
+    )
+    observations = given_options(options).keys() - {"click_sigma_m", "robust", "keep_scale"}
+    if is_path(model_points) and (world_points is None or observations):
         _refuse(
             {"world_points": world_points, "sigma_m": sigma_m, "check": check},
             tr("Arrays of points belong to an array of model points. Give a table: pairs."),
         )
-        path = path_of(model_points, "model_points")
-        found = _by_file(path, known, click_m, keep_scale=bool(keep_scale), robust=bool(robust))
+        path = str(path_of(model_points, "model_points"))
+        with arguments_named(RegisterOptions):
+            found = register_model(path, options, told(progress, cancel)).placed
     else:
-        _refuse(known, tr("This belongs to the path of a model. Give that in place of points."))
-        pairs = _pairs(model_points, world_points, sigma_m, check)
-        scale = 1.0 if keep_scale else None
-        found = register_points(*pairs, click_sigma_m=click_m, scale=scale, robust=bool(robust))
+        for name in observations:
+            raise InputError(
+                tr("This belongs to the path of a model. Give that in place of points."), field=name
+            )
+        found = register_points(
+            *_pairs(model_points, world_points, sigma_m, check),
+            click_sigma_m=options.click_sigma_m,
+            scale=1.0 if options.keep_scale else None,
+            robust=options.robust,
+        )
     warn(found.warnings)
     return found
 
@@ -184,47 +207,6 @@ def _pairs(
     return model, world, sigma, judges
 
 
-_BESIDE = ("cameras", "attitudes")
-_FILES = (
-    "pairs",
-    "gcp",
-    "marks",
-    "model_cameras",
-    "horizon",
-    "orientations",
-    "scale_bars",
-    "reference",
-    "stable",
-)
-_TEXTS = ("date", "crs")
-_LINES = {"scale": (7, 8), "bearing": (7, 8), "level": (6, 7), "plumb": (6, 7)}
-"""Numbers of a row, without and with its error."""
-
-
-def _by_file(
-    model: Path, known: Known, click_m: float | None, *, keep_scale: bool, robust: bool
-) -> Placed:
-    given: dict[str, Any] = dict(known)
-    progress = told(given.pop("progress", None), given.pop("cancel", None))
-    north = given.pop("north", "grid")
-    one_of(north, ("grid", "true", "magnetic"), "north")
-    angles = [single_number(given.pop(f"{name}_deg", None), f"{name}_deg")
-              for name in ("declination", "north_sigma")]  # fmt: skip
-    lines = {name: _rows(given.pop(name, ()), name, lengths) for name, lengths in _LINES.items()}
-    labels = [words_of(each, "without") for each in items_of(given.pop("without", ()), "without")]
-    texts = {name: _beside(given.pop(name, None), name) for name in _BESIDE}
-    texts |= {name: _file(given.pop(name, None), name) for name in _FILES}
-    texts |= {name: words_of(given.pop(name, None), name) for name in _TEXTS}
-    for name in given:
-        raise InputError(tr("Nothing of this name is known."), field=name)
-    declination, north_sigma = (None if angle is None else str(angle) for angle in angles)
-    values: dict[str, Any] = {**texts, **lines, "declination": declination, "without": labels}
-    values |= {"keep_scale": keep_scale, "robust": robust}
-    values["click_sigma"] = None if click_m is None else repr(click_m)
-    order = RegisterOrder(str(model), north=north, north_sigma=north_sigma, **values)
-    return register_model(order, progress).placed
-
-
 def _refuse(given: Mapping[str, Any], message: str) -> None:
     for name, value in given.items():
         if value is not None:
@@ -235,17 +217,13 @@ def _beside(value: Any, name: str) -> str | None:
     """A file or folder, or True for what lies beside. Raises InputError."""
     if isinstance(value, bool | np.bool_):
         return BESIDE if value else None
-    return _file(value, name)
+    return path_text(value, name)
 
 
-def _file(value: Any, name: str) -> str | None:
-    return None if value is None else str(path_of(value, name))
-
-
-def _rows(given: Any, name: str, lengths: tuple[int, ...]) -> list[str]:
+def _rows(given: Any, name: str, lengths: tuple[int, ...]) -> tuple[str, ...]:
     """Rows of numbers as the options of the command take them."""
     if given is None or (isinstance(given, Sized) and len(given) == 0):
-        return []
+        return ()
     array = numbers(given, name) if _is_flat(given) else None
     rows = items_of(given, name) if array is None else [array]
     found = []
@@ -261,7 +239,7 @@ def _rows(given: Any, name: str, lengths: tuple[int, ...]) -> list[str]:
                 field=name,
             )
         found.append(",".join(repr(float(v)) for v in values))
-    return found
+    return tuple(found)
 
 
 def _is_flat(given: Any) -> bool:

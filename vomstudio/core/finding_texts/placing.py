@@ -28,17 +28,9 @@ TEXTS: dict[str, Entry] = {
             "of the line in degrees."
         ),
     ),
-    "option.needs-reference": (
-        "error",
-        to_translate("{option} needs a reference. Add --reference."),
-    ),
     "option.needs-model": (
         "error",
         to_translate("{option} needs a model. Name its file instead of -."),
-    ),
-    "option.needs-points": (
-        "error",
-        to_translate("Marks need their control points. Add --gcp."),
     ),
     "option.needs-cameras": (
         "error",

@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.options import option_words
 from vomstudio.document.records import Model
+from vomstudio.registration.register_options import RegisterOptions
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
-    Word,
     Words,
     copy_command,
     copy_with_file,
@@ -92,12 +93,13 @@ def copy_fit(
     mask = stable.mask_file()
 
     def words(pairs: Path | None) -> Words:
-        said: list[Word | tuple[str, Word]] = ["register", path, ("--reference", reference.path)]
-        if pairs is not None:
-            said.append(("--pairs", pairs))
-        if mask is not None:
-            said.append(("--stable", mask))
-        return [*said, *([("--crs", crs)] if crs else [])]
+        options = RegisterOptions(
+            reference=str(reference.path),
+            pairs=None if pairs is None else str(pairs),
+            stable=None if mask is None else str(mask),
+            crs=crs or None,
+        )
+        return ["register", path, *option_words(options)]
 
     if points.pairs:
         pairs = points.as_pairs()

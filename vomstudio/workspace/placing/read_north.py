@@ -14,6 +14,7 @@ from vomstudio.registration.north import (
     parse_day,
     place_of,
 )
+from vomstudio.registration.register_options import RegisterOptions
 
 Array = npt.NDArray[np.float64]
 _SAME_DEG = 1e-9
@@ -54,21 +55,23 @@ def known_of(
 
 def as_the_command(
     compass: Compass | None, used: ReadNorth, pairs: Pairs, crs: str | None
-) -> list[tuple[str, str | float]] | None:
-    """The options of `register` by which it turns azimuths just so; None where it cannot, as it
-    does not know where the readings were made: azimuths are then given as turned. Their common
-    offset is stated in any case."""
-    doubt: list[tuple[str, str | float]] = [("--north-sigma", used.doubt_deg)]
+) -> RegisterOptions | None:
+    """Return the options of `register` that turn azimuths in the same way.
+
+    None if it cannot, because it does not know the place of the readings: azimuths are then given
+    as turned. Their common offset is always stated.
+    """
     if compass is None or compass.north == "grid":
-        return doubt if used.doubt_deg else []
+        return RegisterOptions(north_sigma_deg=used.doubt_deg or None)
     place = place_of(crs, pairs.world) if crs is not None and len(pairs.labels) else None
     day = parse_day(compass.day) if compass.day else None
     same = North(crs, place, day, compass.declination_deg).correction(compass.north)
     if same is None or abs(same.deg - used.turned_deg) > _SAME_DEG:
         return None
-    options: list[tuple[str, str | float]] = [("--north", compass.north)]
-    if compass.declination_deg is not None:
-        options.append(("--declination", compass.declination_deg))
-    elif compass.day:
-        options.append(("--date", compass.day))
-    return [*options, *doubt]
+    declination_deg = compass.declination_deg
+    return RegisterOptions(
+        north=compass.north,
+        declination_deg=declination_deg,
+        date=(compass.day or None) if declination_deg is None else None,
+        north_sigma_deg=used.doubt_deg,
+    )

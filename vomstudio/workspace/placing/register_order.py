@@ -19,6 +19,7 @@ from vomstudio.geometry.places import why_no_error
 from vomstudio.progress import Progress
 from vomstudio.registration.evidence import Evidence
 from vomstudio.registration.level_evidence import KnownDirection
+from vomstudio.registration.register_options import BESIDE, RegisterOptions
 from vomstudio.workspace.placing.known_lines import photo_up
 
 if TYPE_CHECKING:
@@ -34,44 +35,8 @@ if TYPE_CHECKING:
     from vomstudio.registration.results import Placed
     from vomstudio.workspace.placing.reference_fitting import ReferenceFit
 
-BESIDE = "beside the model"
-"""Value in place of a file of cameras or attitudes: the photos beside the model."""
 # Survey formats, whose z is a height even if they state no CRS.
 _SURVEYED = (".las", ".laz", ".tif", ".tiff")
-
-
-@dataclass(frozen=True)
-class RegisterOrder:
-    """Options of `register` by name, None or empty if not given.
-
-    model : path, or "-" for the placement alone; scale, bearing, level, plumb : values as typed
-    """
-
-    model: str
-    pairs: str | Path | None = None
-    gcp: str | Path | None = None
-    marks: str | Path | None = None
-    model_cameras: str | Path | None = None
-    cameras: str | Path | None = None
-    attitudes: str | Path | None = None
-    horizon: str | Path | None = None
-    orientations: str | Path | None = None
-    scale_bars: str | Path | None = None
-    scale: Sequence[str] = ()
-    bearing: Sequence[str] = ()
-    level: Sequence[str] = ()
-    plumb: Sequence[str] = ()
-    reference: str | Path | None = None
-    stable: str | Path | None = None
-    north: str = "grid"
-    date: str | None = None
-    declination: str | None = None
-    north_sigma: str | None = None
-    click_sigma: str | None = None
-    crs: str | None = None
-    without: Sequence[str] = ()
-    robust: bool = False
-    keep_scale: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,8 +75,13 @@ class Registered:
         return values
 
 
-def register_model(order: RegisterOrder, progress: Progress) -> Registered:
-    """Register a model by an order.
+def register_model(model: str, options: RegisterOptions, progress: Progress) -> Registered:
+    """Register a model by observations.
+
+    Parameters
+    ----------
+    model : str
+        Path, or "-" for the placement alone.
 
     Raises
     ------
@@ -120,21 +90,21 @@ def register_model(order: RegisterOrder, progress: Progress) -> Registered:
     from vomstudio.io.gis.crs import metric_crs
     from vomstudio.registration.evidence import attitude_misses
 
-    crs = None if order.crs is None else metric_crs(order.crs, "--crs")
+    crs = None if options.crs is None else metric_crs(options.crs, "--crs")
     loaded = None
-    if order.model != "-":
+    if model != "-":
         from vomstudio.io.models.opening import read_model
 
-        loaded = read_model(Path(order.model), progress)
+        loaded = read_model(Path(model), progress)
     messages, unused = list[Message](), list[Message]()
-    model = None if loaded is None else _model_record(loaded, messages)
-    evidence, crs, read_north = _evidence(order, crs, loaded, messages, unused)
-    if model is not None and evidence.scale is not None and model.registration is not None:
-        evidence.scale = transform.scale_of(model.registration.matrix)
-        evidence.scale_error = model.registration.scale_error
+    record = None if loaded is None else _model_record(loaded, messages)
+    evidence, crs, read_north = _evidence(options, crs, loaded, messages, unused)
+    if record is not None and evidence.scale is not None and record.registration is not None:
+        evidence.scale = transform.scale_of(record.registration.matrix)
+        evidence.scale_error = record.registration.scale_error
     evidence.up, evidence.crs = None if loaded is None else _up(loaded), crs
     evidence.photo_up = None if loaded is None else photo_up(loaded.path)
-    fitted = _fitted(order, evidence, loaded, crs, progress)
+    fitted = _fitted(options, evidence, loaded, crs, progress)
     if fitted is not None:
         crs = fitted.crs
         evidence.reference = fitted.fitted.observation
@@ -143,13 +113,13 @@ def register_model(order: RegisterOrder, progress: Progress) -> Registered:
         placed = _solved(evidence, loaded)
     except GeometryError as failure:
         if failure.file is None and failure.field is None:
-            failure.file = _pairs_file(order)
+            failure.file = _pairs_file(options)
         if unused:
             raise _unused_marks_error(failure, unused, evidence) from failure
         raise
     registration = None
-    if model is not None:
-        registration = _registration(placed, evidence, model, crs, fitted, read_north, messages)
+    if record is not None:
+        registration = _registration(placed, evidence, record, crs, fitted, read_north, messages)
     warnings = [*messages, *_relocation_findings(placed, loaded, crs), *placed.warnings]
     for name, error in _bars_as_checks(evidence, placed):
         warnings.append(Finding("scale.check-bar", name=name, error_m=error))
@@ -219,10 +189,9 @@ def _unused_marks_error(
     )
 
 
-def _pairs_file(order: RegisterOrder) -> str | None:
+def _pairs_file(options: RegisterOptions) -> str | None:
     """Return the table of points, which errors of the registration refer to."""
-    table = order.pairs or order.gcp
-    return None if table is None else str(table)
+    return options.pairs or options.gcp
 
 
 def _bars_as_checks(evidence: Evidence, placed: Placed) -> list[tuple[str, float]]:
@@ -243,19 +212,14 @@ def _bars_as_checks(evidence: Evidence, placed: Placed) -> list[tuple[str, float
 
 
 def _fitted(
-    order: RegisterOrder,
+    options: RegisterOptions,
     evidence: Evidence,
     loaded: LoadedModel | None,
     crs: str | None,
     progress: Progress,
 ) -> ReferenceFit | None:
     """Fit the model to the reference, starting with the placement by all other observations."""
-    if order.reference is None:
-        if order.stable is not None:
-            raise UsageError(
-                Finding("option.needs-reference", option="--stable"),
-                field="--stable",
-            )
+    if options.reference is None:
         return None
     from vomstudio.workspace.placing.reference_fitting import fit_model
 
@@ -265,7 +229,7 @@ def _fitted(
     known = not (evidence.empty or evidence.too_few_alone)
     near = _solved(evidence, loaded) if known else None
     return fit_model(
-        loaded, order.reference, near=near, crs=crs, stable=order.stable, progress=progress
+        loaded, options.reference, near=near, crs=crs, stable=options.stable, progress=progress
     )
 
 
@@ -305,7 +269,7 @@ def _relocation_findings(
 
 
 def _evidence(
-    order: RegisterOrder,
+    options: RegisterOptions,
     crs: str | None,
     loaded: LoadedModel | None,
     messages: list[Message],
@@ -318,72 +282,66 @@ def _evidence(
     from vomstudio.io.control import observation_tables as tables
     from vomstudio.registration.camera_positions import in_metres
     from vomstudio.registration.coordinate_checks import check_area
-    from vomstudio.registration.north import default_north_sigma_deg, on_grid, parse_angle
+    from vomstudio.registration.north import default_north_sigma_deg, on_grid
     from vomstudio.registration.surface_points import known_resolution
     from vomstudio.workspace.placing.marked_points import marked_pairs
-    from vomstudio.workspace.placing.registering import parse_click_sigma
 
-    evidence = Evidence(without=tuple(order.without), robust=order.robust)
-    evidence.scale = 1.0 if order.keep_scale else None
-    if order.click_sigma is not None:
-        evidence.click_sigma_m = parse_click_sigma(order.click_sigma, "--click-sigma")
+    evidence = Evidence(without=tuple(options.without), robust=options.robust)
+    evidence.scale = 1.0 if options.keep_scale else None
+    evidence.click_sigma_m = options.click_sigma_m
     if loaded is not None:
         evidence.resolution = known_resolution(loaded.data)
-    if order.north_sigma is not None:
-        sigma_deg = parse_angle(order.north_sigma, "--north-sigma", minimum=0.0)
-        _require_error([sigma_deg] if sigma_deg else [], "--north-sigma")
-        evidence.north_doubt_deg = evidence.compass_doubt_deg = sigma_deg
+    if options.north_sigma_deg is not None:
+        evidence.north_doubt_deg = evidence.compass_doubt_deg = options.north_sigma_deg
         evidence.compass_doubt_stated = True
     else:
-        evidence.compass_doubt_deg = default_north_sigma_deg(order.north)
-    if order.marks is not None and order.gcp is None:
-        raise UsageError(Finding("option.needs-points"), field="--marks")
-    photo_sources = (order.cameras, order.attitudes, order.horizon, order.gcp)
+        evidence.compass_doubt_deg = default_north_sigma_deg(options.north)
+    photo_sources = (options.cameras, options.attitudes, options.horizon, options.gcp)
     if any(each is not None for each in photo_sources):
-        cameras = _own_cameras(order, loaded)
+        cameras = _own_cameras(options, loaded)
         evidence.views, evidence.centres = cameras.views, cameras.centres
         messages += cameras.warnings
-    if order.pairs is not None:
-        evidence.pairs = tables.read_pairs(order.pairs, crs)
+    if options.pairs is not None:
+        evidence.pairs = tables.read_pairs(options.pairs, crs)
         crs = crs or evidence.pairs.crs
-    if order.gcp is not None:
-        marks = None if order.marks is None else Path(order.marks)
-        evidence.pairs, crs = marked_pairs(Path(order.gcp), marks, evidence, crs, unused)
+    if options.gcp is not None:
+        marks = None if options.marks is None else Path(options.marks)
+        evidence.pairs, crs = marked_pairs(Path(options.gcp), marks, evidence, crs, unused)
         messages += unused
-    if order.scale_bars is not None:
-        evidence.bars = tables.read_scale_bars(order.scale_bars)
-    if order.horizon is not None:
-        evidence.level = tables.read_level_lines(order.horizon)
-    if order.orientations is not None:
-        evidence.compass = tables.read_compass(order.orientations)
+    if options.scale_bars is not None:
+        evidence.bars = tables.read_scale_bars(options.scale_bars)
+    if options.horizon is not None:
+        evidence.level = tables.read_level_lines(options.horizon)
+    if options.orientations is not None:
+        evidence.compass = tables.read_compass(options.orientations)
     place = None
     if evidence.pairs is not None:
         messages += check_area(evidence.pairs.world, crs)
-    if order.cameras is not None:
-        positions = _positions(order.cameras, cameras)
+    if options.cameras is not None:
+        positions = _positions(options.cameras, cameras)
         evidence.positions, crs, place = in_metres(positions, crs, messages)
         messages += check_area(evidence.positions.places, crs, converted=place is not None)
-    north = _north(order, evidence, crs, place)
-    if order.attitudes is not None:
-        table = _attitudes(order.attitudes, order.north, cameras)
+    north = _north(options, evidence, crs, place)
+    if options.attitudes is not None:
+        table = _attitudes(options.attitudes, options.north, cameras)
         messages += table.notes
         if table.photos:
             evidence.attitudes = on_grid(table, north, messages)
-    evidence.lengths = [_segment(text, "--scale") for text in order.scale]
-    evidence.level_lines = [_known_direction(text, "--level") for text in order.level]
-    evidence.plumb_lines = [_known_direction(text, "--plumb") for text in order.plumb]
-    evidence.azimuths = [_segment(text, "--bearing") for text in order.bearing]
+    evidence.lengths = [_segment(text, "--scale") for text in options.scale]
+    evidence.level_lines = [_known_direction(text, "--level") for text in options.level]
+    evidence.plumb_lines = [_known_direction(text, "--plumb") for text in options.plumb]
+    evidence.azimuths = [_segment(text, "--bearing") for text in options.bearing]
     for line in evidence.azimuths:
         if not -360.0 <= line.value <= 360.0:
             raise UsageError(
                 Finding("option.out-of-range", value=line.value, minimum=-360, maximum=360),
                 field="--bearing",
             )
-    read_north = _turn_to_grid(order, evidence, north, messages)
+    read_north = _turn_to_grid(options, evidence, north, messages)
     for line in evidence.lengths:
         if not line.value > 0:
             raise UsageError(Finding("number.not-positive", value=line.value), field="--scale")
-    if evidence.empty and order.reference is None:
+    if evidence.empty and options.reference is None:
         for finding in messages:
             if isinstance(finding, Finding) and finding.code == "photo.angles-not-measured":
                 raise UsageError(finding, field="--attitudes")
@@ -391,19 +349,20 @@ def _evidence(
     return evidence, crs, read_north
 
 
-def _own_cameras(order: RegisterOrder, loaded: LoadedModel | None) -> OwnCameras:
+def _own_cameras(options: RegisterOptions, loaded: LoadedModel | None) -> OwnCameras:
     """Read the cameras in the frame of the model."""
     from vomstudio.io.photos.cameras_file import FILE_NAME
     from vomstudio.io.photos.own_cameras.reading import find_own_cameras, read_own_cameras
 
-    path = order.model_cameras
-    if path is None:
-        if order.model == "-":
+    if options.model_cameras is not None:
+        path = Path(options.model_cameras)
+    else:
+        if loaded is None:
             raise UsageError(
                 Finding("option.needs-cameras"),
                 field="MODEL",
             )
-        path = find_own_cameras(order.model) or Path(order.model).with_name(FILE_NAME)
+        path = find_own_cameras(loaded.path) or loaded.path.with_name(FILE_NAME)
     return read_own_cameras(path, None if loaded is None else loaded.data.bounds)
 
 
@@ -428,27 +387,24 @@ def _attitudes(source: str | Path, north: str, cameras: OwnCameras) -> AttitudeT
 
 
 def _north(
-    order: RegisterOrder,
+    options: RegisterOptions,
     evidence: Evidence,
     crs: str | None,
     place: tuple[float, float] | None,
 ) -> North:
     """Return the north reference, and the place and day of the readings."""
-    from vomstudio.registration.north import North, parse_angle, parse_day, place_of
+    from vomstudio.registration.north import North, parse_day, place_of
 
     known = [] if evidence.pairs is None else [evidence.pairs.world]
     known += [] if evidence.positions is None else [evidence.positions.places]
     if place is None and crs is not None and known:
         place = place_of(crs, np.concatenate(known))
-    declination = None
-    if order.declination is not None:
-        declination = parse_angle(order.declination, "--declination")
-    day = None if order.date is None else parse_day(order.date)
-    return North(crs, place, day, declination)
+    day = None if options.date is None else parse_day(options.date)
+    return North(crs, place, day, options.declination_deg)
 
 
 def _turn_to_grid(
-    order: RegisterOrder, evidence: Evidence, north: North, messages: list[Message]
+    options: RegisterOptions, evidence: Evidence, north: North, messages: list[Message]
 ) -> ReadNorth | None:
     """Convert azimuths and compass readings to grid north.
 
@@ -456,7 +412,7 @@ def _turn_to_grid(
     """
     if not (evidence.azimuths or evidence.compass):
         return None
-    correction = north.required_correction(order.north, "--north")
+    correction = north.required_correction(options.north, "--north")
     if correction.finding is not None:
         messages.append(correction.finding)
         evidence.azimuths = [

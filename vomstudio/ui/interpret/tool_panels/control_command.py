@@ -8,11 +8,13 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.options import option_words
 from vomstudio.document.kinds.control_point import ControlPoint
 from vomstudio.document.kinds.known_line import KnownLine
 from vomstudio.document.records import ReadNorth
+from vomstudio.registration.register_options import RegisterOptions
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.forms.copied_command import Word, copy_command, copy_with_file, numbers_text
+from vomstudio.ui.forms.copied_command import Words, copy_command, copy_with_file, numbers_text
 from vomstudio.ui.interpret.tool_panels.readings import Readings, used_north
 
 
@@ -39,23 +41,22 @@ def copy_register(
 
     pairs = pairs_of(points)
     table = compass_table(lines, readings.seen)
-    more: list[Word | tuple[str, Word]] = [] if crs is None else [("--crs", crs)]
-    if kept_scale is not None:
-        more += _keeping(kept_scale)
-    if click_sigma_m is not None:
-        more.append(("--click-sigma", click_sigma_m))
     turn = 0.0
+    register = RegisterOptions()
     used = None if north is None else used_north(north, lines)
     if used is not None:
-        counting = as_the_command(readings.compass, used, pairs, crs)
-        if counting is None:
-            turn, counting = used.turned_deg, [("--north-sigma", used.doubt_deg)]
-        more += counting
-    more = [*options(lines, turn), *more]
+        counted = as_the_command(readings.compass, used, pairs, crs)
+        if counted is None:
+            turn, counted = used.turned_deg, RegisterOptions(north_sigma_deg=used.doubt_deg)
+        register = counted
+    register = with_lines(register, lines, turn)
+    register = replace(register, crs=crs, click_sigma_m=click_sigma_m)
+    if kept_scale is not None:
+        register = with_scale(register, kept_scale)
     if table is not None:
         table = replace(table, azimuth_deg=(table.azimuth_deg + turn) % 360.0)
     if not len(pairs.labels) and table is None:
-        copy_command(studio, ["register", model, *more])
+        copy_command(studio, ["register", model, *option_words(register)])
         return
 
     def write(file: Path) -> None:
@@ -64,27 +65,30 @@ def copy_register(
         if table is not None:
             write_compass(_readings_file(file, pairs=len(pairs.labels) > 0), table)
 
-    def words(file: Path) -> list[Word | tuple[str, Word]]:
-        said: list[Word | tuple[str, Word]] = ["register", model]
-        if len(pairs.labels):
-            said.append(("--pairs", file))
-        if table is not None:
-            beside = _readings_file(file, pairs=len(pairs.labels) > 0)
-            said.append(("--orientations", beside))
-        return [*said, *more]
+    def words(file: Path) -> Words:
+        beside = _readings_file(file, pairs=len(pairs.labels) > 0)
+        files = replace(
+            register,
+            pairs=str(file) if len(pairs.labels) else None,
+            orientations=None if table is None else str(beside),
+        )
+        return ["register", model, *option_words(files)]
 
     proposed = "pairs.csv" if len(pairs.labels) else "readings.csv"
     copy_with_file(parent, studio, proposed, write, words)
 
 
-def _keeping(scale: float) -> list[Word | tuple[str, Word]]:
-    """The scale that is kept; other than 1 it is that of an earlier placement, which the file does
-    not have."""
+def with_scale(options: RegisterOptions, scale: float) -> RegisterOptions:
+    """Return the options with a scale to keep.
+
+    A scale other than 1 is that of an earlier placement, which the file does not have.
+    """
     from vomstudio.registration.length_evidence import KEPT
 
     if abs(scale - 1.0) < 1e-9:
-        return ["--keep-scale"]
-    return [("--scale", numbers_text([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, scale, KEPT * scale]))]
+        return replace(options, keep_scale=True)
+    text = numbers_text([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, scale, KEPT * scale])
+    return replace(options, scale=(*options.scale, text))
 
 
 def _readings_file(file: Path, *, pairs: bool) -> Path:
@@ -92,17 +96,22 @@ def _readings_file(file: Path, *, pairs: bool) -> Path:
     return file.with_name(f"{file.stem}_readings{file.suffix}") if pairs else file
 
 
-def options(lines: Sequence[KnownLine], turned_deg: float = 0.0) -> list[tuple[str, Word]]:
-    """Lines whose ends were clicked, as the command takes them. turned_deg : added to azimuths"""
+def with_lines(
+    options: RegisterOptions, lines: Sequence[KnownLine], turned_deg: float = 0.0
+) -> RegisterOptions:
+    """Return the options with lines whose ends were clicked.
+
+    turned_deg : added to azimuths
+    """
     from vomstudio.workspace.placing.known_lines import usable
 
-    names = {"level": "--level", "plumb": "--plumb", "azimuth": "--bearing", "length": "--scale"}
-    said: list[tuple[str, Word]] = []
+    names = {"level": "level", "plumb": "plumb", "azimuth": "bearing", "length": "scale"}
+    texts: dict[str, list[str]] = {name: [] for name in names.values()}
     for line in usable(lines):
         value = line.value
         if line.kind == "azimuth" and value is not None and turned_deg:
             value = (value + turned_deg) % 360.0
         known = [each for each in (value, line.sigma) if each is not None]
         text = numbers_text([*line.vertices[0], *line.vertices[-1], *known])
-        said.append((names[line.kind], text))
-    return said
+        texts[names[line.kind]].append(text)
+    return replace(options, **{name: tuple(each) for name, each in texts.items()})

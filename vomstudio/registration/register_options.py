@@ -1,0 +1,189 @@
+"""Options of registrations, declared once for every door."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.options import MAX_LENGTH_M, check_options, check_requires, option
+from vomstudio.errors import UsageError
+from vomstudio.words import to_translate
+
+BESIDE = "beside the model"
+"""Value in place of a file of cameras or attitudes: the photos beside the model."""
+MIN_ERROR = 1e-6
+"""Least error that can be stated, one sigma, in metres or degrees."""
+
+
+@dataclass(frozen=True)
+class RegisterOptions:
+    """Observations by which a model is registered.
+
+    Raises
+    ------
+    UsageError
+        For a value outside its bounds, for marks without control points, and for a stable part
+        without a reference.
+    """
+
+    pairs: str | None = option(
+        None,
+        metavar="FILE",
+        help=to_translate("table: label, model_x, model_y, model_z, x, y, z[, use, sigma_x, …]"),
+    )
+    gcp: str | None = option(
+        None,
+        metavar="FILE",
+        help=to_translate("control points with coordinates; their marks give the places"),
+    )
+    marks: str | None = option(
+        None,
+        metavar="FILE",
+        help=to_translate("marks of the control points in the photos"),
+        automatic=to_translate("in the file of the points, or marks.csv beside it"),
+    )
+    model_cameras: str | None = option(
+        None,
+        metavar="FILE",
+        help=to_translate(
+            "cameras of the model itself: cameras.json, a sparse model of COLMAP, Metashape XML,"
+            " reconstruction.json, shots.geojson"
+        ),
+        automatic=to_translate("beside the model"),
+    )
+    cameras: str | None = option(
+        None,
+        metavar="FILE",
+        bare=BESIDE,
+        help=to_translate(
+            "table: photo, x, y, z (or longitude, latitude, altitude), geo.txt, or a folder of"
+            " photos with GPS; without FILE the photos beside the model"
+        ),
+    )
+    attitudes: str | None = option(
+        None,
+        metavar="FILE",
+        bare=BESIDE,
+        help=to_translate(
+            "table: photo, yaw, pitch, roll[, sigma_yaw, …, north], or a folder of photos that"
+            " state their attitudes; without FILE the photos beside the model"
+        ),
+    )
+    horizon: str | None = option(
+        None,
+        metavar="FILE",
+        help=to_translate("table: photo, x1, y1, x2, y2: pixels of a level line"),
+    )
+    orientations: str | None = option(
+        None,
+        metavar="FILE",
+        help=to_translate("orientation table with model_x, model_y, model_z (normals, lines)"),
+    )
+    scale_bars: str | None = option(
+        None,
+        metavar="FILE",
+        help=to_translate("table: from, to, length_m[, sigma_m, use]; labels of the points"),
+    )
+    scale: tuple[str, ...] = option(
+        (),
+        metavar="X1,Y1,Z1,X2,Y2,Z2,METRES[,SIGMA]",
+        help=to_translate(
+            "two places on the model, the metres between them, and their standard deviation (0.5 %"
+            " if not given)"
+        ),
+    )
+    bearing: tuple[str, ...] = option(
+        (),
+        metavar="X1,Y1,Z1,X2,Y2,Z2,DEG[,SIGMA]",
+        help=to_translate(
+            "two places on the model, the azimuth from the first to the second, and its standard"
+            " deviation, degrees (3 if not given)"
+        ),
+    )
+    level: tuple[str, ...] = option(
+        (),
+        metavar="X1,Y1,Z1,X2,Y2,Z2[,SIGMA]",
+        help=to_translate(
+            "two places on the model at one height, and the standard deviation of their line,"
+            " degrees (0.5 if not given)"
+        ),
+    )
+    plumb: tuple[str, ...] = option(
+        (),
+        metavar="X1,Y1,Z1,X2,Y2,Z2[,SIGMA]",
+        help=to_translate(
+            "two places on the model, one above the other, and the standard deviation of their"
+            " line, degrees (0.5 if not given)"
+        ),
+    )
+    reference: str | None = option(
+        None,
+        metavar="MODEL",
+        help=to_translate("fit it to this mesh or cloud of the same rock, which is registered"),
+    )
+    stable: str | None = option(
+        None,
+        metavar="MASK",
+        help=to_translate("part of the reference that has not moved: polygons, or a cloud"),
+    )
+    north: Literal["grid", "true", "magnetic"] = option(
+        "grid", help=to_translate("north of azimuths for which the table does not state it")
+    )
+    date: str | None = option(
+        None,
+        metavar="DAY",
+        help=to_translate("day of the compass readings, such as 2024-05-12, for the declination"),
+    )
+    declination_deg: float | None = option(
+        None,
+        minimum=-180.0,
+        maximum=180.0,
+        help=to_translate("declination of magnetic north, degrees, east positive"),
+        automatic=to_translate("IGRF"),
+    )
+    north_sigma_deg: float | None = option(
+        None,
+        minimum=0.0,
+        maximum=180.0,
+        help=to_translate("common offset of all compass readings, standard deviation, degrees"),
+        automatic=to_translate("10 for photos, 2 for other azimuths from magnetic north, else 0"),
+    )
+    click_sigma_m: float | None = option(
+        None,
+        minimum=0.0,
+        maximum=MAX_LENGTH_M,
+        help=to_translate(
+            "standard deviation of each coordinate of a click on the model, beside the accuracy of"
+            " the points, m"
+        ),
+        automatic=to_translate("half the resolution of the model; 0 without a model"),
+    )
+    crs: str | None = option(
+        None,
+        metavar="EPSG",
+        help=to_translate("projected coordinate reference system of the registered model"),
+    )
+    without: tuple[str, ...] = option(
+        (),
+        metavar="LABEL",
+        help=to_translate("leave out the point, reading, photo or line of this label"),
+    )
+    robust: bool = option(
+        False, help=to_translate("leave out outliers among the observations, and name them")
+    )
+    keep_scale: bool = option(
+        False, help=to_translate("keep the scale of the model: rotate and shift only")
+    )
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        check_requires(self, "marks", "gcp")
+        check_requires(self, "stable", "reference")
+        errors = {"--north-sigma": self.north_sigma_deg, "--click-sigma": self.click_sigma_m}
+        for flag, value in errors.items():
+            if value and value < MIN_ERROR:
+                raise UsageError(
+                    Finding("option.too-small", value=f"{value:g}", minimum=f"{MIN_ERROR:g}"),
+                    field=flag,
+                )
