@@ -8,15 +8,16 @@ from pathlib import Path
 from typing import Literal
 
 from vomstudio.api.checking import (
-    maybe_path,
+    joined,
     numbers,
-    one_of,
     path_of,
+    path_text,
     warn,
-    whole_number,
     words_of,
 )
+from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.reporting import Reported, told
+from vomstudio.jobs.reconstruct_options import ReconstructOptions
 from vomstudio.jobs.reconstruction_tasks import Reconstruction
 from vomstudio.progress import CancelToken
 
@@ -76,27 +77,28 @@ def reconstruct(
     Traceback (most recent call last):
     vomstudio.errors.InputError: ...none: This is not a folder of photos. Choose another.
     """
-    from vomstudio.jobs.reconstruction_orders import DEVICES, QUALITIES, order_reconstruction
+    from vomstudio.jobs.reconstruction_orders import order_reconstruction
     from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT
     from vomstudio.jobs.run_job import run_job
 
     report = told(progress, cancel)
-    one_of(quality, QUALITIES, "quality")
-    one_of(device, DEVICES, "device")
-    order, said = order_reconstruction(
-        path_of(photos, "photos"),
-        path_of(folder, "folder"),
+    options = options_from_arguments(
+        ReconstructOptions,
         quality=quality,
-        control=maybe_path(gcp, "gcp"),
-        marks=maybe_path(marks, "marks"),
+        gcp=path_text(gcp, "gcp"),
+        marks=path_text(marks, "marks"),
         crs=words_of(crs, "crs"),
         scheduler=words_of(scheduler, "scheduler"),
-        threads=whole_number(threads, "threads"),
-        seed=whole_number(seed, "seed") or 0,
+        threads=threads,
+        seed=seed,
         device=device,
-        region=None if region is None else numbers(region, "region").ravel().tolist(),
+        region=None if region is None else joined(numbers(region, "region")),
     )
+    with arguments_named(ReconstructOptions):
+        order, findings = order_reconstruction(
+            path_of(photos, "photos"), path_of(folder, "folder"), options
+        )
     result = run_job(RECONSTRUCT, order, report, cancel)
-    result = replace(result, warnings=(*said, *result.warnings))
+    result = replace(result, warnings=(*findings, *result.warnings))
     warn(result.warnings)
     return result

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from vomstudio.core.findings import Finding
@@ -12,75 +11,48 @@ from vomstudio.io.control.control_files import find_control, marks_beside
 from vomstudio.io.control.points import MARKS
 from vomstudio.io.gis.crs import typed_crs
 from vomstudio.io.photos.reading import photo_names
+from vomstudio.jobs.reconstruct_options import ReconstructOptions
 from vomstudio.jobs.reconstruction_tasks import ReconstructionOrder
 
-QUALITIES = ("preview", "low", "medium", "high")
-DEVICES = ("auto", "cpu", "cuda")
 NO_CONTROL = "none"
-_MOST_THREADS = 4096
-_MOST_SEED = 2**31 - 1
 
 
 def order_reconstruction(
     photos: str | Path,
     output: str | Path,
-    *,
-    quality: str = "medium",
-    control: str | Path | None = None,
-    marks: str | Path | None = None,
-    crs: str | None = None,
-    scheduler: str | None = None,
-    threads: int | None = None,
-    seed: int = 0,
-    device: str = "auto",
-    region: Sequence[float] | None = None,
+    options: ReconstructOptions,
 ) -> tuple[ReconstructionOrder, list[Finding]]:
-    """Return the order, and findings about tables beside the photos that are not used.
+    """Return the order of a reconstruction, and findings about tables that are not used.
 
-    control : table of control points, "none" to do without; None for `control.csv` in or beside the
-    folder of the photos, where enough of its points are marked. marks : None for those beside it.
-    region : x0, y0, z0, x1, y1, z1 in the frame of the model, of which alone a model is made
-    Raises InputError, UsageError.
+    Raises
+    ------
+    InputError, UsageError
     """
-    from vomstudio.photogrammetry.base.region import Region
-
     folder, out = Path(photos), Path(output)
     if not folder.is_dir():
         raise InputError(Finding("folder.not-of-photos"), file=folder)
-    if quality not in QUALITIES:
-        raise UsageError(
-            Finding("option.not-a-choice", value=quality, choices=list(QUALITIES)),
-            field="--quality",
-        )
-    if device not in DEVICES:
-        raise UsageError(
-            Finding("option.not-a-choice", value=device, choices=list(DEVICES)), field="--device"
-        )
-    if threads is not None and not 1 <= threads <= _MOST_THREADS:
-        raise UsageError(
-            Finding("option.out-of-range", value=threads, minimum=1, maximum=_MOST_THREADS),
-            field="--threads",
-        )
-    if not 0 <= seed <= _MOST_SEED:
-        raise UsageError(
-            Finding("option.out-of-range", value=seed, minimum=0, maximum=_MOST_SEED),
-            field="--seed",
-        )
     check_in_project(out)
     if out.resolve() == folder.resolve():
         raise UsageError(
             Finding("folder.of-photos"),
             field="--output",
         )
-    box = None if region is None else tuple(float(v) for v in region)
-    Region.of(box)
-    name = None if crs is None else _crs(crs)
-    points, seen, said = _tables(folder, control, marks)
+    crs = None if options.crs is None else _crs(options.crs)
+    points, seen, findings = _tables(folder, options.gcp, options.marks)
     order = ReconstructionOrder(
-        folder.resolve(), out.resolve(), quality, name, points, seen, threads, seed, scheduler,
-        device=device, region=box,
-    )  # fmt: skip
-    return order, said
+        folder.resolve(),
+        out.resolve(),
+        quality=options.quality,
+        crs=crs,
+        control=points,
+        marks=seen,
+        threads=options.threads,
+        seed=options.seed,
+        scheduler=options.scheduler,
+        device=options.device,
+        region=options.box,
+    )
+    return order, findings
 
 
 def _crs(text: str) -> str:
