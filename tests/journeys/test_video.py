@@ -34,9 +34,9 @@ def test_a_video_gives_frames_that_are_opened_as_photos(window, dialog, tmp_path
     assert not dialog.start.isEnabled()
     dialog.choose_video(video)
     assert dialog.folder.text() == str(tmp_path / "pan frames")
-    dialog.fps.setFocus()
-    dialog.fps.selectAll()
-    QTest.keyClicks(dialog.fps, "4")
+    dialog.options.fields["fps"].setFocus()
+    dialog.options.fields["fps"].selectAll()
+    QTest.keyClicks(dialog.options.fields["fps"], "4")
     press(dialog.start)
     assert [job.title for job in window.studio.jobs.visible()] == ["Frames of pan.avi"]
     driver.wait(lambda: dialog._job is None, "the frames", 120.0)

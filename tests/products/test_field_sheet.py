@@ -28,14 +28,15 @@ from vomstudio.products.report.field_sheet import (
     write_field_sheet,
 )
 from vomstudio.survey.plan_camera import PlanCamera
-from vomstudio.survey.planning import SurveyPlan, plan_survey
+from vomstudio.survey.planning import Manner, SurveyPlan, plan_survey
+from vomstudio.survey.survey_options import PlanOptions
 
 APSC = PlanCamera("test <one>", 24.0, 16.0, 24.0, 6000, 4000)
 
 
 @pytest.fixture(scope="module")
 def plan() -> SurveyPlan:
-    return plan_survey(APSC, 30.0, 10.0, distance_m=20.0)
+    return plan_survey(APSC, PlanOptions(width_m=30.0, height_m=10.0, distance_m=20.0))
 
 
 def test_figures_stand_with_their_units(plan: SurveyPlan) -> None:
@@ -85,8 +86,10 @@ def test_the_page_lists_every_position_and_point(plan: SurveyPlan, tmp_path: Pat
 
 
 @pytest.mark.parametrize("manner", ["handheld", "terrain"])
-def test_the_drawings_show_positions_where_they_are(manner: str) -> None:
-    plan = plan_survey(APSC, 30.0, 10.0, distance_m=20.0, manner=manner)  # type: ignore[arg-type]
+def test_the_drawings_show_positions_where_they_are(manner: Manner) -> None:
+    plan = plan_survey(
+        APSC, PlanOptions(width_m=30.0, height_m=10.0, distance_m=20.0, manner=manner)
+    )
     front, above = draw_field_sheet(plan, pictures_only=True).axes
     for axes, height in ((front, "up_m"), (above, "away_m")):
         lines = {str(line.get_label()): line for line in axes.lines}
@@ -181,7 +184,9 @@ def test_everything_on_a_sheet_is_on_the_paper_and_the_drawings_fill_their_room(
 ) -> None:
     """Printers leave some 5 mm of an A4 page white. Words, drawings and reminders follow each other
     with white of one or two lines between them."""
-    plan = plan_survey(APSC, width, height, distance_m=20.0, manner=manner)  # type: ignore[arg-type]
+    plan = plan_survey(
+        APSC, PlanOptions(width_m=width, height_m=height, distance_m=20.0, manner=manner)
+    )
     figure = draw_field_sheet(plan)
     figure.draw_without_rendering()
     assert (figure.get_size_inches() * 25.4).tolist() == pytest.approx([210, 297], abs=1)
@@ -231,7 +236,7 @@ def test_words_can_be_read_and_signs_be_told_apart(
 ) -> None:
     """Words of a drawing are no larger than those of the sheet; signs are one to two millimetres
     wide, lines finer than they, and the point's name stands beside its sign."""
-    plan = plan_survey(APSC, width, height, distance_m=20.0)
+    plan = plan_survey(APSC, PlanOptions(width_m=width, height_m=height, distance_m=20.0))
     figure = draw_field_sheet(plan, pictures_only=pictures_only)
     figure.draw_without_rendering()
     largest = 9.0
@@ -375,8 +380,10 @@ def test_a_sheet_is_refused_by_its_ending(plan: SurveyPlan, tmp_path: Path, name
 
 
 @pytest.mark.parametrize("manner", ["handheld", "terrain"])
-def test_the_legend_explains_every_sign_of_the_drawing(manner: str) -> None:
-    plan = plan_survey(APSC, 30.0, 10.0, distance_m=20.0, manner=manner)  # type: ignore[arg-type]
+def test_the_legend_explains_every_sign_of_the_drawing(manner: Manner) -> None:
+    plan = plan_survey(
+        APSC, PlanOptions(width_m=30.0, height_m=10.0, distance_m=20.0, manner=manner)
+    )
     front, above = draw_field_sheet(plan).axes
     legend = front.get_legend()
     assert legend is not None
@@ -402,8 +409,8 @@ def test_the_legend_explains_every_sign_of_the_drawing(manner: str) -> None:
 
 
 def test_of_very_many_photos_the_ways_they_look_are_left_out() -> None:
-    many = plan_survey(APSC, 400.0, 40.0, distance_m=12.0)
-    few = plan_survey(APSC, 30.0, 10.0, distance_m=20.0)
+    many = plan_survey(APSC, PlanOptions(width_m=400.0, height_m=40.0, distance_m=12.0))
+    few = plan_survey(APSC, PlanOptions(width_m=30.0, height_m=10.0, distance_m=20.0))
     for plan in (many, few):
         wanted = sum(
             0 < len(plan.of_kind(kind)) <= 400

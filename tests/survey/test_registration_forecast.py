@@ -9,19 +9,24 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import vomstudio as vs
+from tests.messages import refused
 from vomstudio.errors import UsageError
 from vomstudio.registration.similarity import fit_similarity
 from vomstudio.survey.foretold_plan import foretold
 from vomstudio.survey.plan_camera import camera_of
 from vomstudio.survey.planning import SurveyPlan, plan_survey
 from vomstudio.survey.registration_forecast import forecast
+from vomstudio.survey.survey_options import PlanOptions
 
 CAMERA = "23.5x15.6,35,6000x4000"
 Z95 = 1.959963984540054
 
 
 def plan(width: float, height: float, distance: float, manner: str = "drone") -> SurveyPlan:
-    made = plan_survey(camera_of(CAMERA, None), width, height, distance_m=distance, manner=manner)
+    made = plan_survey(
+        camera_of(CAMERA, None),
+        PlanOptions(width_m=width, height_m=height, distance_m=distance, manner=manner),
+    )
     return made
 
 
@@ -89,8 +94,8 @@ def test_one_position_cannot_place_a_model_and_says_why() -> None:
 
 def test_what_is_no_length_is_refused() -> None:
     for bad in (0.0, -1.0, float("nan"), 1e9):
-        with pytest.raises(UsageError):
-            foretold(plan(20.0, 10.0, 20.0), bad)
+        with refused("option.out-of-range", UsageError, field="--receiver"):
+            PlanOptions(width_m=20.0, height_m=10.0, receiver_m=bad)
 
 
 def test_the_interface_has_it_too() -> None:

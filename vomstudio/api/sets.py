@@ -19,6 +19,7 @@ from vomstudio.api.declared_options import arguments_named, options_from_argumen
 from vomstudio.api.tables import Azimuth, rows_of, text_of
 from vomstudio.geology.faults.table_slip import TableSlip, table_slip
 from vomstudio.geology.fold_options import FoldOptions
+from vomstudio.geology.looked_at.repeat_options import RepeatOptions
 from vomstudio.geology.looked_at.table_repeats import TableRepeats, table_repeats
 from vomstudio.geology.populations.statistics_options import StatisticsOptions
 from vomstudio.geology.populations.table_statistics import TableStatistics, table_statistics
@@ -266,7 +267,10 @@ def repeats(
         rows = read_picks_again(path_of(table, "table"))
     else:
         rows = rows_of(table, azimuth, repeats=True)
-    return table_repeats(rows, column_of(by), words_of(interpreter, "interpreter"))
+    options = options_from_arguments(
+        RepeatOptions, by=column_of(by), interpreter=words_of(interpreter, "interpreter")
+    )
+    return table_repeats(rows, options.by, options.interpreter)
 
 
 def slip(table: Any) -> TableSlip:

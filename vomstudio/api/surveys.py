@@ -10,19 +10,17 @@ from vomstudio.api.checking import (
     flag,
     maybe_path,
     naming,
-    one_of,
     path_of,
-    positive,
-    required_number,
-    single_number,
     warn,
     words_of,
 )
+from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.reporting import Reported, told
 from vomstudio.errors import InputError
 from vomstudio.io.photos.reading import PhotoFolder
 from vomstudio.survey.folder_check import FolderCheck
 from vomstudio.survey.planning import SurveyPlan
+from vomstudio.survey.survey_options import CheckOptions, PlanOptions
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -96,9 +94,8 @@ def check(
     """
     from vomstudio.survey.folder_check import check_folder
 
-    checked, _ = check_folder(
-        path_of(folder, "folder"), single_number(distance_m, "distance_m"), told(progress)
-    )
+    options = options_from_arguments(CheckOptions, distance_m=distance_m)
+    checked, _ = check_folder(path_of(folder, "folder"), options.distance_m, told(progress))
     return checked
 
 
@@ -158,44 +155,41 @@ def plan(
     from vomstudio.files.atomic import check_target
     from vomstudio.products.report.field_sheet import check_format, write_field_sheet
     from vomstudio.survey.foretold_plan import foretold
-    from vomstudio.survey.planning import MANNERS, plan_survey
+    from vomstudio.survey.planning import plan_survey
 
-    one_of(manner, MANNERS, "manner")
+    options = options_from_arguments(
+        PlanOptions,
+        width_m=width_m,
+        height_m=height_m,
+        distance_m=distance_m,
+        gsd_m=gsd_m,
+        plane_m=plane_m,
+        overlap=overlap,
+        manner=manner,
+        aperture=aperture,
+        focal_mm=focal_mm,
+        receiver_m=receiver_m,
+        control_m=control_m,
+    )
     page, replace = maybe_path(sheet, "sheet"), flag(force, "force")
     with naming("sheet", "--output"):
         if page is not None:
             check_format(page)
             check_target(page, force=replace)
-    made = plan_survey(
-        _camera(camera, focal_mm),
-        _length(width_m, "width_m"),
-        _length(height_m, "height_m"),
-        distance_m=positive(distance_m, "distance_m"),
-        gsd_m=positive(gsd_m, "gsd_m"),
-        plane_m=positive(plane_m, "plane_m"),
-        overlap=required_number(overlap, "overlap"),
-        manner=manner,
-        f_number=single_number(aperture, "aperture"),
-    )
-    made = foretold(made, positive(receiver_m, "receiver_m"), positive(control_m, "control_m"))
+    with arguments_named(PlanOptions):
+        made = plan_survey(_camera(camera, options.focal_mm), options)
+    made = foretold(made, options.receiver_m, options.control_m)
     if page is not None:
         write_field_sheet(page, made, force=replace)
     warn(made.warnings)
     return made
 
 
-def _camera(given: Any, focal_mm: Any) -> PlanCamera:
+def _camera(given: Any, focal_mm: float | None) -> PlanCamera:
     """Raises InputError, UsageError."""
     from vomstudio.survey.plan_camera import camera_of
 
     words = os.fspath(given) if isinstance(given, os.PathLike) else given
     if (name := words_of(words, "camera")) is None:
         raise InputError(tr("The name of a camera is needed."), field="camera")
-    return camera_of(name, single_number(focal_mm, "focal_mm"))
-
-
-def _length(value: float, name: str) -> float:
-    """Metres, which cannot be left out. Raises InputError."""
-    length = positive(required_number(value, name), name)
-    assert length is not None
-    return length
+    return camera_of(name, focal_mm)

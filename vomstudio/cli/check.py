@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, progress_of
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
+from vomstudio.survey.survey_options import CheckOptions, CheckScene
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -21,26 +23,20 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers, "check", run, help_=tr("Check a set of photos before or after it is aligned")
     )
     parser.add_argument("photos", metavar="PHOTOS", help=tr("folder of photos"))
-    parser.add_argument(
-        "--distance", type=float, metavar="M", help=tr("distance from camera to rock, if known")
-    )
-    parser.add_argument(
-        "--scene",
-        metavar="DIR",
-        help=tr("folder of a model made of these photos, whose alignment is checked too"),
-    )
+    add_options(parser, CheckOptions)
+    add_options(parser, CheckScene)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.survey.folder_check import check_folder
 
-    scene = None
+    options, scene = options_from(args, CheckOptions), None
     if args.scene is not None:
         from vomstudio.photogrammetry.base.scene import SparseScene
         from vomstudio.photogrammetry.base.stage_folders import stage_folder
 
         scene = SparseScene.load(stage_folder(Path(args.scene), "frame") or args.scene)
-    checked, folder = check_folder(args.photos, args.distance, progress_of(args))
+    checked, folder = check_folder(args.photos, options.distance_m, progress_of(args))
     out.text(_in_words(checked.report))
     if scene is not None:
         from vomstudio.photogrammetry.align.scene_check import check_scene

@@ -13,10 +13,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common.arguments import Parser, Subparsers, add_command, progress_of
+from vomstudio.cli.common.declared_options import add_options
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.reporting import Reporter
 from vomstudio.core.findings import Message
 from vomstudio.errors import TargetError, WorkerError
+from vomstudio.products.sample.demo_options import DemoOptions
 from vomstudio.progress import Progress
 from vomstudio.words import tr
 
@@ -56,11 +58,7 @@ def add_parser(subparsers: Subparsers) -> None:
             folder=DEFAULT_FOLDER,
         ),
     )
-    parser.add_argument(
-        "--without-photos",
-        action="store_true",
-        help=tr("measure the finished model only: seconds instead of a minute or two"),
-    )
+    add_options(parser, DemoOptions)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:

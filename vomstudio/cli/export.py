@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
+from vomstudio.cli.common.declared_options import add_options
 from vomstudio.cli.common.output import Output
+from vomstudio.io.project.export_options import ExportFormat
 from vomstudio.words import tr, tr_n
 
 _NAMED = 5
@@ -20,15 +22,7 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers, "export", run, help_=tr("Write a project's features for other programs")
     )
     parser.add_argument("project", metavar="PROJECT", help=tr("the folder NAME.vom"))
-    parser.add_argument(
-        "--to",
-        metavar="FORMAT",
-        required=True,
-        help=tr(
-            "csv, gpkg, shp, geojson, dxf, kml, stereonet, orient, faultkin, wintensor, gempy, "
-            "loopstructural or gems"
-        ),
-    )
+    add_options(parser, ExportFormat)
     add_output(parser, tr("the file to write"), required=True)
 
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 
 from vomstudio.cli.common.arguments import Subparsers, add_command, progress_of
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
+from vomstudio.survey.survey_options import FrameOptions
 from vomstudio.words import tr, tr_n
 
 
@@ -23,20 +25,15 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--force", action="store_true", help=tr("write into a folder that is in use")
     )
-    parser.add_argument(
-        "--fps",
-        type=float,
-        default=2.0,
-        metavar="N",
-        help=tr("frames per second, 0.05 to 10; 1 to 4 are usual (default 2)"),
-    )
+    add_options(parser, FrameOptions)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.survey.video import take_frames
 
+    options = options_from(args, FrameOptions)
     report = take_frames(
-        args.video, args.output, fps=args.fps, force=args.force, progress=progress_of(args)
+        args.video, args.output, fps=options.fps, force=args.force, progress=progress_of(args)
     )
     out.result(report.as_dict())
     out.warn(report.warnings)

@@ -6,7 +6,9 @@ import argparse
 from typing import TYPE_CHECKING
 
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
+from vomstudio.survey.survey_options import PlanOptions
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -30,47 +32,7 @@ def add_parser(subparsers: Subparsers) -> None:
             "in mm, focal length in mm, pixels)"
         ),
     )
-    parser.add_argument("--focal", type=float, metavar="MM", help=tr("focal length of the lens"))
-    parser.add_argument("--distance", type=float, metavar="M", help=tr("from camera to rock"))
-    parser.add_argument(
-        "--width", type=float, required=True, metavar="M", help=tr("of the outcrop")
-    )
-    parser.add_argument(
-        "--height", type=float, required=True, metavar="M", help=tr("of the outcrop")
-    )
-    parser.add_argument(
-        "--gsd", type=float, metavar="M", help=tr("wanted size of a pixel on the rock")
-    )
-    parser.add_argument(
-        "--plane", type=float, metavar="M", help=tr("smallest plane to be measured, across")
-    )
-    parser.add_argument(
-        "--overlap", type=float, default=0.7, metavar="SHARE", help=tr("0.6 to 0.8 (default 0.7)")
-    )
-    parser.add_argument(
-        "--manner",
-        choices=["handheld", "drone", "terrain"],
-        default="handheld",
-        help=tr("on foot, by drone before a cliff, or by drone over flat ground"),
-    )
-    parser.add_argument(
-        "--aperture",
-        type=float,
-        metavar="N",
-        help=tr("f-number (default 8), where the camera's aperture can be set"),
-    )
-    parser.add_argument(
-        "--receiver",
-        type=float,
-        metavar="M",
-        help=tr("error of a horizontal coordinate of the camera's receiver, 1 sigma (default 3)"),
-    )
-    parser.add_argument(
-        "--control",
-        type=float,
-        metavar="M",
-        help=tr("error of a coordinate of the control points, 1 sigma (default 0.02)"),
-    )
+    add_options(parser, PlanOptions)
     add_output(parser, tr("a field sheet to print (.pdf, .svg, .html)"))
 
 
@@ -81,21 +43,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.survey.plan_camera import camera_of
     from vomstudio.survey.planning import plan_survey
 
+    options = options_from(args, PlanOptions)
     if args.output is not None:
         check_format(args.output)
         check_target(args.output, force=args.force)
-    plan = plan_survey(
-        camera_of(" ".join(args.camera), args.focal),
-        args.width,
-        args.height,
-        distance_m=args.distance,
-        gsd_m=args.gsd,
-        plane_m=args.plane,
-        overlap=args.overlap,
-        manner=args.manner,
-        f_number=args.aperture,
-    )
-    plan = foretold(plan, args.receiver, args.control)
+    plan = plan_survey(camera_of(" ".join(args.camera), options.focal_mm), options)
+    plan = foretold(plan, options.receiver_m, options.control_m)
     if args.output is not None:
         write_field_sheet(args.output, plan, force=args.force)
     out.result({**plan.as_dict(), "sheet": args.output})

@@ -11,6 +11,7 @@ from vomstudio.core.findings import Finding, finding_of
 from vomstudio.jobs import serialisation
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.progress import Progress
+from vomstudio.survey.survey_options import FrameOptions
 from vomstudio.words import tr
 
 
@@ -20,7 +21,7 @@ class FramesOrder:
 
     video: Path
     out: Path
-    fps: float
+    options: FrameOptions
     force: bool
 
 
@@ -45,7 +46,7 @@ def _take_frames(asked: FramesOrder, progress: Progress) -> TakenFrames:
     from vomstudio.survey.video import take_frames
 
     report = take_frames(
-        asked.video, asked.out, fps=asked.fps, force=asked.force, progress=progress
+        asked.video, asked.out, fps=asked.options.fps, force=asked.force, progress=progress
     )
     return serialisation.decode(TakenFrames, report.as_dict())
 

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.core.findings import Finding, Message
-from vomstudio.errors import UsageError
 from vomstudio.geometry.plane_sizes import PlaneError
 from vomstudio.io.photos.reading import PhotoFolder, read_photos
 from vomstudio.progress import Progress
@@ -91,8 +90,6 @@ def check_folder(
 ) -> tuple[FolderCheck, PhotoFolder]:
     """The check, and the photos that were looked at. distance_m : from camera to rock, where it is
     known. Raises InputError, UsageError."""
-    if distance_m is not None and not 0 < distance_m < 1e6:
-        raise UsageError(Finding("number.not-positive", value=distance_m), field="--distance")
     found = read_photos(folder, progress)
     report = check_photos(found, distance_m=distance_m, progress=progress)
     checked = FolderCheck(str(Path(folder)), report, tuple(found.skipped), tuple(found.warnings))

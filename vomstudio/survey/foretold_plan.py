@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
 from vomstudio.survey.planning import SurveyPlan
-from vomstudio.survey.registration_forecast import CONTROL_M, RECEIVER_M, Forecast, forecast
+from vomstudio.survey.registration_forecast import Forecast, forecast
+from vomstudio.survey.survey_options import DEFAULT_CONTROL_M, DEFAULT_RECEIVER_M
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -26,13 +26,9 @@ def foretold(
     warning where the former leave the model turned and the receiver was named, or the cameras stand
     nearly on one line, which no receiver mends.
 
-    receiver_m, control_m : one sigma of a horizontal coordinate (None: RECEIVER_M, CONTROL_M)
-    Raises UsageError for one that is no length.
+    receiver_m, control_m : one sigma of a horizontal coordinate (None: the default)
     """
-    for name, value in (("--receiver", receiver_m), ("--control", control_m)):
-        if value is not None and not 1e-6 <= value < 1e6:
-            raise UsageError(Finding("number.not-positive", value=value), field=name)
-    both = forecasts(plan, receiver_m or RECEIVER_M, control_m or CONTROL_M)
+    both = forecasts(plan, receiver_m or DEFAULT_RECEIVER_M, control_m or DEFAULT_CONTROL_M)
     findings = []
     if receiver_m is not None or _nearly_in_line(plan):
         findings = forecast_findings(plan, *both)

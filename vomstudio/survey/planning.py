@@ -8,7 +8,6 @@ as seen from the camera), `away` from it towards the camera; metres. For flat gr
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
@@ -22,6 +21,7 @@ from vomstudio.reprs import Shown
 from vomstudio.survey.photo_limits import ground_sampling_distance, gsd_for_plane
 from vomstudio.survey.plan_camera import PlanCamera
 from vomstudio.survey.registration_forecast import Forecast
+from vomstudio.survey.survey_options import DEFAULT_APERTURE, MIN_OVERLAP, PlanOptions
 
 Array = npt.NDArray[np.float64]
 Manner = Literal["handheld", "drone", "terrain"]
@@ -30,9 +30,7 @@ MANNERS: tuple[Manner, ...] = ("handheld", "drone", "terrain")
 OBLIQUE_DEG = 30.0
 """From the perpendicular: view directions "up to 60 degrees with" the surface, horizontal and 30
 degrees plunging at a cliff, zenithal and 60 degrees plunging over flat ground (3.2.1)."""
-LEAST_OVERLAP, MOST_OVERLAP = 0.6, 0.95
 WANTED_VIEWS = 4
-_USUAL_F_NUMBER = 8.0
 _BLUR_PIXELS = 2.0
 _REACH_M = 2.5
 _TARGET_PIXELS = 20.0
@@ -196,43 +194,24 @@ def distance_for(camera: PlanCamera, gsd_m: float) -> float:
     return gsd_m * camera.focal_mm * camera.width_px / camera.sensor_width_mm
 
 
-def plan_survey(
-    camera: PlanCamera,
-    width_m: float,
-    height_m: float,
-    *,
-    distance_m: float | None = None,
-    gsd_m: float | None = None,
-    plane_m: float | None = None,
-    overlap: float = 0.7,
-    manner: Manner = "handheld",
-    f_number: float | None = None,
-) -> SurveyPlan:
-    """Stations, control points and figures of a survey.
+def plan_survey(camera: PlanCamera, options: PlanOptions) -> SurveyPlan:
+    """Compute stations, control points and figures of a survey.
 
-    width_m, height_m : of the outcrop (or of the ground, for manner "terrain").
+    For the manner "terrain" width and height are those of the ground. A camera without a diaphragm
+    keeps its own f-number. If several of distance, pixel size and smallest plane are given, the
+    distance counts, and a warning states whether it is too far for the finer of the others.
 
-    f_number : of the aperture, None: 8; a camera whose aperture cannot be set keeps its own
-
-    One of `distance_m`, `gsd_m` (the wanted size of a pixel) and `plane_m` (across the smallest
-    plane to be measured) must be given. With several, the distance counts, and a warning tells
-    where it is too far for the others, of which the finer counts. Raises UsageError.
+    Raises
+    ------
+    UsageError
+        Without a distance, and for a distance at which the lens cannot focus.
     """
-    _check_input(
-        overlap,
-        {
-            "--width": width_m,
-            "--height": height_m,
-            "--distance": distance_m,
-            "--gsd": gsd_m,
-            "--plane": plane_m,
-            "--aperture": f_number,
-        },
-    )
+    width_m, height_m = options.width_m, options.height_m
+    overlap, manner = options.overlap, options.manner
     warnings: list[Finding] = []
-    aperture, kept = _aperture(camera, f_number)
+    aperture, kept = _aperture(camera, options.aperture)
     warnings += kept
-    distance_m, gsd, too_far = _distance(camera, distance_m, gsd_m, plane_m)
+    distance_m, gsd, too_far = _distance(camera, options.distance_m, options.gsd_m, options.plane_m)
     warnings += too_far
     footprint = gsd * camera.width_px, gsd * camera.height_px
     spacing = (1.0 - overlap) * footprint[0], (1.0 - overlap) * footprint[1]
@@ -269,7 +248,7 @@ def plan_survey(
 def _aperture(camera: PlanCamera, f_number: float | None) -> tuple[float, list[Finding]]:
     """The f-number that counts, and a warning where another was asked for."""
     if camera.f_number is None:
-        return _USUAL_F_NUMBER if f_number is None else f_number, []
+        return DEFAULT_APERTURE if f_number is None else f_number, []
     if f_number in (None, camera.f_number):
         return camera.f_number, []
     finding = Finding("plan.fixed-aperture", camera=camera.name, f_number=camera.f_number)
@@ -304,20 +283,6 @@ def _distance(
             )
         )
     return distance_m, gsd, warnings
-
-
-def _check_input(overlap: float, lengths: Mapping[str, float | None]) -> None:
-    """Raises UsageError with the name of what is wrong."""
-    for name, value in lengths.items():
-        if value is not None and not 0 < value < 1e6:
-            raise UsageError(Finding("number.not-positive", value=value), field=name)
-    if not LEAST_OVERLAP <= overlap <= MOST_OVERLAP:
-        raise UsageError(
-            Finding(
-                "option.out-of-range", value=overlap, minimum=LEAST_OVERLAP, maximum=MOST_OVERLAP
-            ),
-            field="--overlap",
-        )
 
 
 def _stations(
@@ -362,7 +327,7 @@ def _obliques(
 ) -> list[tuple[float, float, float, float]]:
     """Targets (along, up) with turn and tilt in degrees: at a cliff on foot from left and right in
     turns, by drone from above, over flat ground from both ends."""
-    count = max(1, math.ceil(width / ((1.0 - LEAST_OVERLAP) * footprint[0]) - 1e-9))
+    count = max(1, math.ceil(width / ((1.0 - MIN_OVERLAP) * footprint[0]) - 1e-9))
     found = []
     for r, v in enumerate(rows):
         for i in range(count + 1):

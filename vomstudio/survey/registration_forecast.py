@@ -18,11 +18,6 @@ from vomstudio.errors import GeometryError
 
 Array = npt.NDArray[np.float64]
 
-RECEIVER_M = 3.0
-"""A coordinate of a phone or a drone without corrections, one sigma."""
-CONTROL_M = 0.02
-"""A control point by a corrected receiver or a total station, and its marks."""
-
 
 @dataclass(frozen=True)
 class Forecast:

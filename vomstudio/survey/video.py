@@ -15,18 +15,18 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding, plain
-from vomstudio.errors import InputError, TargetError, UsageError
+from vomstudio.errors import InputError, TargetError
 from vomstudio.files.disk_troubles import reason_of
 from vomstudio.files.inside import check_in_project
 from vomstudio.files.names import in_unicode, utf8_name
 from vomstudio.files.regular import open_regular, read_json
 from vomstudio.progress import Progress, Silent
 from vomstudio.survey.photo_quality import blur
+from vomstudio.survey.survey_options import DEFAULT_FPS
 from vomstudio.words import to_translate, tr, tr_n
 
 Bytes = npt.NDArray[np.uint8]
 
-DEFAULT_FPS = 2.0
 VIDEO_ENDINGS = (
     ".mp4", ".mov", ".avi", ".mkv", ".m4v", ".mts", ".m2ts", ".mpg", ".mpeg", ".webm", ".wmv",
     ".3gp",
@@ -114,10 +114,6 @@ def take_frames(
 
     Raises InputError for what is no video, UsageError, TargetError, Cancelled.
     """
-    if not 0.05 <= fps <= 10.0:
-        raise UsageError(
-            Finding("option.out-of-range", value=fps, minimum=0.05, maximum=10.0), field="--fps"
-        )
     progress = progress or Silent()
     target = _checked_target(Path(folder), force)
     with _Video(Path(video)) as source:

@@ -9,19 +9,38 @@ from __future__ import annotations
 from vomstudio.core.operations import Door, Operation
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.measurable_options import MeasurableOptions, MeasurableTarget
+from vomstudio.extraction.trace_options import (
+    DrawnTraceOptions,
+    FollowOptions,
+    ProposalOptions,
+    TraceSource,
+)
 from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.faults.displacement_options import DisplacementOptions, ThreePointOptions
 from vomstudio.geology.fold_options import FoldOptions
 from vomstudio.geology.fractures.fracture_options import FractureOptions
+from vomstudio.geology.looked_at.repeat_options import RepeatOptions
 from vomstudio.geology.populations.statistics_options import StatisticsOptions
+from vomstudio.geology.rose_options import RoseOptions
 from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.geology.slope_options import SlopeOptions
+from vomstudio.io.project.export_options import ExportFormat
+from vomstudio.jobs.reconstruct_options import ReconstructOptions
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
+from vomstudio.products.net.figure_options import (
+    RoseFigure,
+    SetColors,
+    StereonetFigure,
+    StereonetOptions,
+)
 from vomstudio.products.ortho.ortho_options import OrthoDrawing, OrthoOptions
+from vomstudio.products.sample.demo_options import DemoOptions
 from vomstudio.products.section.extend_options import ExtendOptions
 from vomstudio.products.section.section_options import SectionFeatures, SectionOptions
 from vomstudio.products.surface.surface_options import SurfaceOptions
 from vomstudio.registration.distances.compare_options import CompareOptions
+from vomstudio.registration.register_options import RegisterOptions
+from vomstudio.survey.survey_options import CheckOptions, CheckScene, FrameOptions, PlanOptions
 from vomstudio.tables.fit_options import FitOptions
 
 _OF_MODELS: dict[Door, str] = {
@@ -29,7 +48,43 @@ _OF_MODELS: dict[Door, str] = {
     "project command": "`--project` of the command places the model",
 }
 
+_OF_FILES: dict[Door, str] = {
+    "project method": "the command reads files, not a project",
+    "project command": "the command reads files, not a project",
+}
+
+_OF_TABLES: dict[Door, str] = {
+    "project method": "the function takes the planes of a project",
+    "project command": "the command reads an exported table",
+}
+
+_OF_PHOTOS: dict[Door, str] = {
+    "project method": "a project needs no photos before the reconstruction",
+    "project command": "the command reads photos, not a project",
+}
+
 OPERATIONS: tuple[Operation, ...] = (
+    Operation(
+        "plan",
+        (PlanOptions,),
+        function="plan",
+        window="survey.planner_dialog.PlannerDialog",
+        missing=_OF_PHOTOS,
+    ),
+    Operation(
+        "check",
+        (CheckOptions,),
+        command_options=(CheckScene,),
+        function="check",
+        window="photos.photos_panel.PhotosPanel",
+        missing=_OF_PHOTOS,
+    ),
+    Operation(
+        "frames",
+        command_options=(FrameOptions,),
+        window="survey.video_dialog.VideoDialog",
+        missing=_OF_PHOTOS | {"function": "`vs.check` and `vs.reconstruct` take the folder"},
+    ),
     Operation(
         "facets",
         (FacetOptions,),
@@ -57,6 +112,24 @@ OPERATIONS: tuple[Operation, ...] = (
         missing=_OF_MODELS,
     ),
     Operation(
+        "reconstruct",
+        (ReconstructOptions,),
+        function="reconstruct",
+        window="survey.reconstruct_dialog.ReconstructDialog",
+        missing={
+            "project method": "`Project.add_model` takes the model",
+            "project command": "`add-model` takes the model",
+        },
+    ),
+    Operation(
+        "register",
+        (RegisterOptions,),
+        function="register",
+        window="interpret.tool_panels.control.ControlPanel",
+        action="register",
+        missing={"project method": "`vs.register` takes the path of a model"},
+    ),
+    Operation(
         "compare",
         (CompareOptions,),
         function="compare",
@@ -80,6 +153,21 @@ OPERATIONS: tuple[Operation, ...] = (
             "project method": "`vs.sets` takes the planes of a project",
             "project command": "`set` writes the sets of features",
         },
+    ),
+    Operation(
+        "repeats",
+        (RepeatOptions,),
+        function="repeats",
+        window="analyse.repeats_panel.RepeatsPanel",
+        missing={
+            "project method": "`vs.repeats` takes the folder of a project",
+            "project command": "`repeats` reads a project",
+        },
+    ),
+    Operation(
+        "slip",
+        function="slip",
+        missing=_OF_TABLES | {"window": "the net shows the axes of each fault"},
     ),
     Operation(
         "fractures",
@@ -172,6 +260,67 @@ OPERATIONS: tuple[Operation, ...] = (
         function="surface",
         window="analyse.surfaces.surface_dialog.SurfaceDialog",
         missing=_OF_MODELS | {"project command": "the command reads the patch as a model"},
+    ),
+    Operation(
+        "trace",
+        (FollowOptions,),
+        command_options=(TraceSource, DrawnTraceOptions),
+        function="follow",
+        window="common.follow_box.FollowBox",
+        missing=_OF_MODELS | {"project command": "`trace --into` adds drawn lines to a project"},
+    ),
+    Operation(
+        "propose traces",
+        (ProposalOptions,),
+        function="propose_traces",
+        command="trace",
+        window="surface.traces_panel.TracesPanel",
+        missing=_OF_MODELS,
+    ),
+    Operation(
+        "stereonet",
+        (StereonetOptions, StereonetFigure),
+        command_options=(SetColors,),
+        function="stereonet",
+        window="analyse.stereonet_panel.StereonetPanel",
+        missing=_OF_TABLES,
+    ),
+    Operation(
+        "rose",
+        (RoseOptions,),
+        command_options=(RoseFigure, SetColors),
+        function="rose",
+        window="analyse.stereonet_panel.StereonetPanel",
+        missing=_OF_TABLES,
+    ),
+    Operation(
+        "info",
+        missing=_OF_FILES
+        | {
+            "function": "`vs.read` returns what the file contains",
+            "window": "the outline shows what a model contains",
+        },
+    ),
+    Operation(
+        "convert",
+        window="shell.project_files.Files",
+        missing=_OF_FILES | {"function": "`vs.read` and `.save` of a model"},
+    ),
+    Operation(
+        "export",
+        command_options=(ExportFormat,),
+        window="shell.project_files.Files",
+        method="export",
+        missing={
+            "function": "`Project.export` is a method",
+            "project command": "`export` reads a project",
+        },
+    ),
+    Operation(
+        "demo",
+        command_options=(DemoOptions,),
+        missing=_OF_FILES
+        | {"function": "`vs.sample` returns the files", "window": "*Open sample outcrop*"},
     ),
     Operation(
         "ortho",

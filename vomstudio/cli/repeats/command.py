@@ -13,7 +13,9 @@ from vomstudio.cli.common.arguments import (
     add_command,
     report_reading,
 )
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
+from vomstudio.geology.looked_at.repeat_options import RepeatOptions
 from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
@@ -29,15 +31,7 @@ def add_parser(subparsers: Subparsers) -> None:
         "table", metavar="TABLE|PROJECT",
         help=tr("table of planes or lines with repeats, or a project"),
     )  # fmt: skip
-    parser.add_argument(
-        "--by", metavar="COLUMN",
-        help=tr("column whose word is the same for picks of the same structure (default: repeat_of "
-                "names the pick that a row repeats)"),
-    )  # fmt: skip
-    parser.add_argument(
-        "--interpreter", metavar="COLUMN",
-        help=tr("column of who picked (default: interpreter, where there is one)"),
-    )  # fmt: skip
+    add_options(parser, RepeatOptions)
     add_azimuth(parser)
 
 
@@ -48,7 +42,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress = report_reading(args, args.table)
     table = read_picks_again(Path(args.table), args.azimuth)
     progress.stage(tr("Comparing repeated picks"))
-    found = table_repeats(table, args.by, args.interpreter)
+    options = options_from(args, RepeatOptions)
+    found = table_repeats(table, options.by, options.interpreter)
     out.result(found.as_dict())
     out.note(tr("read as {convention}", convention=found.convention))
     out.warn(found.warnings)

@@ -11,11 +11,12 @@ from vomstudio.core.findings import Finding
 from vomstudio.document.collector import no_collection
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Record
-from vomstudio.errors import InputError, UsageError
+from vomstudio.errors import InputError
 from vomstudio.files.atomic import check_target
 from vomstudio.geology.profiles import Thresholds
 from vomstudio.io.exchange.columns import beside, write_tables
 from vomstudio.io.gis.crs import world_crs
+from vomstudio.io.project.export_options import ExportFormat
 from vomstudio.progress import Progress, Silent
 from vomstudio.tables.listed_tables import listed_tables
 from vomstudio.tables.orientation_table import write_orientation_csv
@@ -27,10 +28,6 @@ if TYPE_CHECKING:
     from vomstudio.tables.project_layers import Layer
 
 _LAYERED = ("gpkg", "shp", "geojson", "dxf", "kml")
-FORMATS = (
-    "csv", "gpkg", "shp", "geojson", "dxf", "kml", "stereonet", "orient", "faultkin", "wintensor",
-    "gempy", "loopstructural", "gems",
-)  # fmt: skip
 
 
 def export_project(
@@ -164,10 +161,5 @@ def thresholds_of(settings: Mapping[str, Any]) -> Thresholds | None:
 
 
 def _format_named(word: str) -> str:
-    """One of FORMATS, in capitals or not. Raises UsageError."""
-    if word.casefold() not in FORMATS:
-        raise UsageError(
-            Finding("option.not-a-choice", value=word, choices=list(FORMATS)),
-            field="--to",
-        )
-    return word.casefold()
+    """Return the name of a format in lower case. Raises UsageError."""
+    return ExportFormat(word.casefold()).to  # type: ignore[arg-type]

@@ -29,8 +29,14 @@ from vomstudio.io.photos.camera_table import camera_models
 from vomstudio.products.report.field_sheet import figures, write_field_sheet
 from vomstudio.survey.foretold_plan import foretold
 from vomstudio.survey.plan_camera import camera_of
-from vomstudio.survey.planning import LEAST_OVERLAP, MANNERS, MOST_OVERLAP, SurveyPlan, plan_survey
-from vomstudio.survey.registration_forecast import CONTROL_M, RECEIVER_M
+from vomstudio.survey.planning import MANNERS, SurveyPlan, plan_survey
+from vomstudio.survey.survey_options import (
+    DEFAULT_CONTROL_M,
+    DEFAULT_RECEIVER_M,
+    MAX_OVERLAP,
+    MIN_OVERLAP,
+    PlanOptions,
+)
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import ask_for_target, start_folder
 from vomstudio.ui.common.explained import explain
@@ -162,7 +168,7 @@ class PlannerDialog(QDialog):
         self._unit = Label()
         self.overlap = SpinBox()
         self.overlap.setObjectName("plan_overlap")
-        self.overlap.setRange(round(100 * LEAST_OVERLAP), round(100 * MOST_OVERLAP))
+        self.overlap.setRange(round(100 * MIN_OVERLAP), round(100 * MAX_OVERLAP))
         self.overlap.setSuffix(" %")
         self.overlap.valueChanged.connect(self._changed)
         self.manner = ComboBox()
@@ -171,7 +177,7 @@ class PlannerDialog(QDialog):
             self.manner.addItem(tr(title), key)
         self.manner.currentIndexChanged.connect(self._changed)
         self.receiver = self._number("plan_receiver")
-        self.receiver.setPlaceholderText(f"{RECEIVER_M:g}")
+        self.receiver.setPlaceholderText(f"{DEFAULT_RECEIVER_M:g}")
         self.receiver.setToolTip(
             tr(
                 "Error of a horizontal coordinate of the camera's positions, one sigma: 3 m of a "
@@ -179,7 +185,7 @@ class PlannerDialog(QDialog):
             )
         )
         self.control = self._number("plan_control")
-        self.control.setPlaceholderText(f"{CONTROL_M:g}")
+        self.control.setPlaceholderText(f"{DEFAULT_CONTROL_M:g}")
         self.control.setToolTip(tr("Error of a coordinate of the control points, one sigma."))
         form = QFormLayout()
         form.setVerticalSpacing(6)
@@ -439,17 +445,18 @@ def _plan(values: dict[str, Any]) -> SurveyPlan:
     given = {target[1]: (numbers["value"] or 0.0) / target[3]}
     try:
         camera = camera_of(values["camera"], numbers["focal"])
-        made = plan_survey(
-            camera,
-            numbers["width"] or 0.0,
-            numbers["height"] or 0.0,
+        options = PlanOptions(
+            width_m=numbers["width"] or 0.0,
+            height_m=numbers["height"] or 0.0,
             overlap=values["overlap"] / 100.0,
             manner=values["manner"],
-            # What stands in the field is for other cameras where this one has no diaphragm.
-            f_number=(numbers["aperture"] or 0.0) if camera.f_number is None else None,
+            # The field is for other cameras if this one has no diaphragm.
+            aperture=(numbers["aperture"] or 0.0) if camera.f_number is None else None,
+            receiver_m=numbers["receiver"],
+            control_m=numbers["control"],
             **given,
         )
-        return foretold(made, numbers["receiver"], numbers["control"])
+        return foretold(plan_survey(camera, options), options.receiver_m, options.control_m)
     except VomError as error:
         text = as_sentence(error.message.replace("--focal MM", tr("the field Lens")))
         name = _FIELDS.get(error.field or "", "")

@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QDialogButtonBox,
     QFileDialog,
     QFormLayout,
-    QHBoxLayout,
     QMessageBox,
     QProgressBar,
     QVBoxLayout,
@@ -21,13 +20,15 @@ from PySide6.QtWidgets import (
 
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.survey_tasks import TAKE_FRAMES, FramesOrder, TakenFrames
-from vomstudio.survey.video import DEFAULT_FPS, is_ours
+from vomstudio.survey.survey_options import FrameOptions
+from vomstudio.survey.video import is_ours
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.studio import Notice, Studio
-from vomstudio.ui.common.widgets import DoubleSpinBox, Label, as_words, file_field, rich_label
+from vomstudio.ui.common.widgets import Label, as_words, file_field, rich_label
+from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.running_jobs import RunningJob
 
@@ -57,20 +58,10 @@ class VideoDialog(QDialog):
         about.setWordWrap(True)
         self.video, video = file_field("video_file", tr("Choose…"), self._browse_video)
         self.folder, folder = file_field("video_folder", tr("Choose…"), self._browse_folder)
-        self.fps = DoubleSpinBox()
-        self.fps.setObjectName("video_fps")
-        self.fps.setRange(0.1, 10.0)
-        self.fps.setDecimals(1)
-        self.fps.setSingleStep(0.5)
-        self.fps.setValue(DEFAULT_FPS)
-        self.fps.setToolTip(tr("1 to 4 are usual, more for a fast camera."))
-        rate = QHBoxLayout()
-        rate.addWidget(self.fps)
-        rate.addWidget(Label(tr("per second (1 to 4 are usual)")))
-        rate.addStretch()
+        self.options = OptionFields(FrameOptions, "video")
         form = QFormLayout()
         form.addRow(tr("Video"), video)
-        form.addRow(tr("Frames"), rate)
+        self.options.add_rows(form)
         form.addRow(tr("Folder"), folder)
         self.bar = QProgressBar()
         self.bar.hide()
@@ -152,7 +143,7 @@ class VideoDialog(QDialog):
                 return
             force = True
         self.said.setText("")
-        studio, open_photos, fps = self._studio, self._open_photos, self.fps.value()
+        studio, open_photos, options = self._studio, self._open_photos, self.options.options()
 
         def done(result: TakenFrames) -> None:
             self._ended(report_words(result))
@@ -169,7 +160,7 @@ class VideoDialog(QDialog):
 
         self._job = studio.jobs.submit(
             TAKE_FRAMES,
-            FramesOrder(video, folder, fps, force),
+            FramesOrder(video, folder, options, force),
             title=tr("Frames of {video}", video=video.name),
             on_done=done,
             on_failed=failed,

@@ -1,0 +1,18 @@
+"""Options of the demonstration, declared once for every door."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vomstudio.core.options import option
+from vomstudio.words import to_translate
+
+
+@dataclass(frozen=True)
+class DemoOptions:
+    """Parts of the demonstration."""
+
+    without_photos: bool = option(
+        False,
+        help=to_translate("measure the finished model only: seconds instead of a minute or two"),
+    )
