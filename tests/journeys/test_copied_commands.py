@@ -107,8 +107,8 @@ def test_sets_with_a_number_and_with_seeds(window, model_id, told) -> None:
     window.actions_table.run("propose_sets")
     panel = window.findChild(SetsPanel)
     choose(panel.of, "Joint")
-    for number, seeds in (("2", ""), ("Automatic", ""), ("Automatic", "100/70, 200/50")):
-        panel.count.setCurrentIndex(panel.count.findText(number))
+    for number, seeds in ((2, ""), (0, ""), (0, "100/70, 200/50")):
+        panel.count.setValue(number)
         panel.seeds.setText(seeds)
         press(panel.start)
         wait(lambda: panel.proposed is not None and not panel._newest.waiting, "the sets")
@@ -313,7 +313,7 @@ def test_proposed_traces(window, model_id, told) -> None:
     window.actions_table.run("propose_traces")
     panel = window.findChild(TracesPanel)
     panel.cost.setCurrentIndex(panel.cost.findData("curvature"))
-    panel.most.setValue(900)
+    panel.limits.fields["max_lines"].setValue(900)
     wait(panel.start.isEnabled, "the model in the panel")
     press(panel.start)
     wait(lambda: panel._traces.found is not None, "the lines", 120.0)

@@ -172,7 +172,7 @@ def test_words_that_are_being_typed_are_not_lost_to_a_new_log(window, model_id, 
     QTest.mouseDClick(table.viewport(), LEFT, NONE, at)
     editor = table.viewport().focusWidget() or QApplication.focusWidget()
     QTest.keyClicks(editor, "cross")
-    panel.overturned.click()
+    panel.options.fields["overturned"].click()
     settle(panel)
     QTest.keyClicks(editor, "-bedded")
     QTest.keyClick(editor, Qt.Key.Key_Return)

@@ -63,8 +63,7 @@ def test_sets_are_proposed_changed_accepted_and_taken_back_at_once(window, panel
     driver.settled(window)
     driver.keep_picture(window, "sets-proposed")
 
-    panel.count.setCurrentIndex(panel.count.findText("2"))
-    panel.count.activated.emit(panel.count.currentIndex())
+    panel.count.setValue(2)
     driver.wait(lambda: panel.table.rowCount() == 3, "two sets", 60.0)
     assert dict(studio.records) == before
     panel.table.item(1, 0).setText("cross joints")

@@ -62,7 +62,7 @@ def test_parallel_planes_without_places_are_one_set(window, studio, panel) -> No
     assert "No spacing: the planes have no coordinates in metres." in said
     name, count, mean, kappa = (panel.table.item(0, i).text() for i in range(4))
     assert (name, count, mean.partition(" ± ")[0], kappa) == ("J1", "10", "090.00/45.00", "–")
-    panel.count.setCurrentIndex(3)
+    panel.count.setValue(3)
     assert "Only 1 set of at least 3 planes" in proposed(window, panel)
     panel.accept.click()
     assert {r.set_name for r in studio.session.of(Reading)} == {"J1"}

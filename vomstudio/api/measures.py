@@ -37,7 +37,7 @@ def displacement(
     bed: tuple[float, float] | None = None,
     rake_deg: float | None = None,
     slip: tuple[float, float] | None = None,
-    sigma_m: float = 0.0,
+    sigma_m: float | None = None,
     fault_error_deg: float = 0.0,
     bed_error_deg: float = 0.0,
     rake_error_deg: float = 0.0,
@@ -56,7 +56,7 @@ def displacement(
     bed : (dip direction, dip) where the points are cut-offs of a bed; None where each pair was one
         point (piercing points)
     rake_deg, slip : of the slip lineation on the fault, or its (trend, plunge); an axis
-    sigma_m : standard deviation of each coordinate
+    sigma_m : standard deviation of each coordinate; None for 0
     fault_error_deg, bed_error_deg : half-angles of the 95 % cones of the two normals
     rake_error_deg : 95 % of the rake
     crs, up, unit, to_crs : frame of the coordinates, as in `vs.read`; a file's comments and its

@@ -25,7 +25,9 @@ class LogOptions:
         None,
         minimum=0.0,
         maximum=MAX_SIGMA_M,
+        label=to_translate("Points ± (1σ)"),
         help=to_translate("standard deviation of each coordinate, m"),
+        tip=to_translate("Standard deviation of each coordinate of a boundary"),
         automatic=to_translate("0; for a line of a project the scatter of the traces"),
     )
     bed_error_deg: float | None = option(
@@ -35,7 +37,12 @@ class LogOptions:
         help=to_translate("half-angle of the 95 % cone of the bedding's normal"),
         automatic=to_translate("0; of fitted bedding its own"),
     )
-    overturned: bool = option(False, help=to_translate("younger beds lie below"))
+    overturned: bool = option(
+        False,
+        label=to_translate("Overturned"),
+        help=to_translate("younger beds lie below"),
+        tip=to_translate("Younger beds lie below"),
+    )
 
     def __post_init__(self) -> None:
         check_options(self)

@@ -64,11 +64,14 @@ class DisplacementOptions:
         metavar="T/P",
         help=to_translate("trend and plunge of the slip lineation in place of its rake"),
     )
-    sigma_m: float = option(
-        0.0,
+    sigma_m: float | None = option(
+        None,
         minimum=0.0,
         maximum=MAX_SIGMA_M,
+        label=to_translate("Points ± (1σ)"),
         help=to_translate("standard deviation of each coordinate, m"),
+        tip=to_translate("Standard deviation of each coordinate of a cut-off"),
+        automatic=to_translate("0; for traces of a project their scatter"),
     )
     fault_error_deg: float = option(
         0.0,
@@ -83,7 +86,13 @@ class DisplacementOptions:
         help=to_translate("half-angle of the 95 % cone of the bed's normal"),
     )
     rake_error_deg: float = option(
-        0.0, minimum=0.0, maximum=MAX_ERROR_DEG, help=to_translate("95 % error of the rake")
+        0.0,
+        minimum=0.0,
+        maximum=MAX_ERROR_DEG,
+        label=to_translate("Slip ± (95 %)"),
+        help=to_translate("95 % error of the rake"),
+        tip=to_translate("95 % error of the slip's rake"),
+        decimals=2,
     )
 
     def __post_init__(self) -> None:

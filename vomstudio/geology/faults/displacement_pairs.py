@@ -92,7 +92,10 @@ def displacements(
     slip = None if options.slip is None else line_option(options.slip, "--slip")
     rake_deg = options.rake_deg
     errors = Errors(
-        options.sigma_m, options.fault_error_deg, options.bed_error_deg, options.rake_error_deg
+        options.sigma_m or 0.0,
+        options.fault_error_deg,
+        options.bed_error_deg,
+        options.rake_error_deg,
     )
     warnings: list[Message] = []
     if slip is not None:

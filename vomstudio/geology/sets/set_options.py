@@ -29,11 +29,15 @@ class SetOptions:
     exactly: int | None = option(
         None,
         minimum=1,
+        label=to_translate("Sets"),
         help=to_translate("propose this number of sets, at most the number of planes"),
+        tip=to_translate("Number of sets; automatic: chosen by the likelihood"),
     )
     seeds: str | None = option(
         None,
         metavar="DD/D,...",
+        label=to_translate("Seeds"),
+        tip=to_translate("Dip direction/dip of a plane of each set, in place of a number"),
         help=to_translate("one plane of each set, such as 120/45,300/80, in place of a number"),
     )
     scanline: str | None = option(

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import (
     QHeaderView,
     QLineEdit,
     QPushButton,
+    QSpinBox,
     QTableWidget,
     QTableWidgetItem,
     QWidget,
@@ -23,7 +24,7 @@ from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import FeatureType, Typed
 from vomstudio.errors import VomError
-from vomstudio.geology.sets.set_options import DEFAULT_MAX_SETS, SetOptions
+from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.ui.analyse.set_candidates import (
     Choice,
     Proposed,
@@ -40,6 +41,7 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, narrow_form
 from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.forms.copied_planes import beside, copy_with_table
+from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.words import tr
 
@@ -71,18 +73,13 @@ class SetsPanel(QWidget):
         self.of = ComboBox()
         self.of.setObjectName("sets_of")
         self.of.activated.connect(lambda _: self._again())
-        self.count = ComboBox()
-        self.count.setObjectName("sets_count")
-        self.count.addItem(tr("Automatic"), None)
-        for n in range(1, DEFAULT_MAX_SETS + 1):
-            self.count.addItem(str(n), n)
-        self.count.activated.connect(lambda _: self._again())
-        self.seeds = QLineEdit()
-        self.seeds.setObjectName("sets_seeds")
-        self.seeds.setPlaceholderText(tr("120/45, 300/80"))
-        self.seeds.setToolTip(
-            tr("Dip direction/dip of a plane of each set, in place of a number of sets.")
-        )
+        self.options = OptionFields(SetOptions, "sets")
+        self.count = self.options.fields["exactly"]
+        seeds = self.options.fields["seeds"]
+        assert isinstance(self.count, QSpinBox)
+        assert isinstance(seeds, QLineEdit)
+        self.seeds = seeds
+        self.count.valueChanged.connect(lambda _: self._again())
         self.seeds.textChanged.connect(lambda _: self._show_count())
         self.seeds.returnPressed.connect(self.propose)
         self.also = QCheckBox(tr("Also those that have a set"))
@@ -132,8 +129,7 @@ class SetsPanel(QWidget):
     def _arrange(self) -> None:
         form = narrow_form()
         form.addRow(tr("Of"), self.of)
-        form.addRow(tr("Sets"), self.count)
-        form.addRow(tr("Seeds"), self.seeds)
+        self.options.add_rows(form)
         buttons = QHBoxLayout()
         for button in (self.start, self.accept, self.reject, self.copy):
             buttons.addWidget(button)
@@ -187,14 +183,13 @@ class SetsPanel(QWidget):
     def propose(self) -> None:
         """Among the chosen planes, in a thread."""
         self._list_groups()
-        seeds = self.seeds.text().replace(" ", "") or None
         try:
             of = candidates(self._studio, self._choice(), replacing=self.also.isChecked())
         except VomError as error:
             self.drop(error.message)
             return
-        exactly = None if seeds else self.count.currentData()
-        self._options = SetOptions(exactly=exactly, seeds=seeds)
+        seeded = {"exactly": None} if self.seeds.text().strip() else {}
+        self._options = self.options.options(**seeded)
         self._newest.ask(partial(propose, of, self._options))
         self._show_state(self.said.text())
 
@@ -312,13 +307,7 @@ class SetsPanel(QWidget):
         )  # fmt: skip
 
     def _show_count(self) -> None:
-        seeded = bool(self.seeds.text().strip())
-        self.count.setEnabled(not seeded)
-        self.count.setToolTip(
-            tr("Each seed makes a set.")
-            if seeded
-            else tr("Chosen by the likelihood, less for sets that overlap, or as you say.")
-        )
+        self.count.setEnabled(not self.seeds.text().strip())
 
     def _preview(self) -> None:
         """On the net, while this panel is there."""

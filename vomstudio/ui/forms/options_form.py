@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Generic, TypeVar
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtWidgets import QCheckBox, QDoubleSpinBox, QFormLayout, QSpinBox, QWidget
+from PySide6.QtWidgets import QCheckBox, QDoubleSpinBox, QFormLayout, QLineEdit, QSpinBox, QWidget
 
 from vomstudio.core.options import UNITS, Declaration, declarations
 from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label, SpinBox
@@ -55,15 +55,21 @@ class OptionFields(QObject, Generic[Options]):
 
     def reset(self) -> None:
         """Show the values of the start."""
-        for name, field in self.fields.items():
-            value: Any = getattr(self._start, name)
-            if isinstance(field, QCheckBox):
-                field.setChecked(bool(value))
-            elif isinstance(field, ComboBox):
-                field.setCurrentIndex(field.findData(value))
-            elif isinstance(field, QSpinBox | QDoubleSpinBox):
-                shown: Any = field.minimum() if value is None else value
-                field.setValue(shown)
+        for name in self.fields:
+            self.show_value(name, getattr(self._start, name))
+
+    def show_value(self, name: str, value: Any) -> None:
+        """Show a value in a field."""
+        field = self.fields[name]
+        if isinstance(field, QCheckBox):
+            field.setChecked(bool(value))
+        elif isinstance(field, ComboBox):
+            field.setCurrentIndex(field.findData(value))
+        elif isinstance(field, QLineEdit):
+            field.setText(value or "")
+        elif isinstance(field, QSpinBox | QDoubleSpinBox):
+            shown: Any = field.minimum() if value is None else value
+            field.setValue(shown)
 
     def show_automatic(self, name: str, value: float) -> None:
         """Show the number that the program chose where none is given."""
@@ -110,6 +116,11 @@ class OptionFields(QObject, Generic[Options]):
                 choice.addItem(each, each)
             choice.activated.connect(lambda _: self.changed.emit())
             return choice
+        if declared.kind is str:
+            line = QLineEdit()
+            line.setPlaceholderText(declared.metavar or "")
+            line.textChanged.connect(lambda _: self.changed.emit())
+            return line
         spin = SpinBox() if declared.kind is int else DoubleSpinBox()
         low = 0 if _is_automatic(declared) else declared.kind(declared.minimum or 0)
         high = declared.kind(min(declared.maximum or MAX_SHOWN, 2**31 - 1))
@@ -130,6 +141,8 @@ class OptionFields(QObject, Generic[Options]):
             return field.isChecked()
         if isinstance(field, ComboBox):
             return field.currentData()
+        if isinstance(field, QLineEdit):
+            return field.text().replace(" ", "") or None
         assert isinstance(field, QSpinBox | QDoubleSpinBox)
         value = field.value()
         if _is_automatic(declared) and value == field.minimum():

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import (
-    QCheckBox,
     QHBoxLayout,
     QPushButton,
     QSplitter,
@@ -23,6 +22,7 @@ from vomstudio.document.registration_errors import model_of
 from vomstudio.errors import VomError
 from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.notation import format_attitude
+from vomstudio.geometry.units import Axes
 from vomstudio.products.section.line_log import (
     BOTH,
     POINTS,
@@ -47,6 +47,7 @@ from vomstudio.ui.forms.error_fields import error_field, number_in
 from vomstudio.ui.forms.fitting_picture import FittingPicture
 from vomstudio.ui.forms.form_beside import FormBeside
 from vomstudio.ui.forms.model_axes import add_length_row, follow_axes, unit_of
+from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.forms.taken_plane import TakenPlane
 from vomstudio.ui.interpret.tool_panels.common import hint_label
 from vomstudio.ui.sections.bed_log_answer import draw_figure, words_of, write, write_boundaries
@@ -98,12 +99,7 @@ class BedLogPanel(SeenPanel):
                "line."),
         )  # fmt: skip
         self.bed = TakenPlane(studio, "log_bed", tr("fitted to the traces"))
-        self.sigma = error_field(
-            "log_sigma", tr("automatic"),
-            tr("Standard deviation of each coordinate of a boundary; by itself the scatter "
-               "of the traces, or the resolution of the model."),
-        )  # fmt: skip
-        self.overturned = QCheckBox(tr("Overturned: younger beds lie below"))
+        self.options = OptionFields(LogOptions, "log")
         self.said = hint_label()
         self.said.setObjectName("log_said")
         self.write = QPushButton(theme.icon("export"), tr("Write…"))
@@ -111,7 +107,7 @@ class BedLogPanel(SeenPanel):
             self.copy_command, tr("keep the boundaries as a table, and copy the command")
         )
         self.table = BedLogTable()
-        follow_axes(studio, lambda axes: self.table.show_unit(unit_of(axes)))
+        follow_axes(studio, self._show_axes)
         self.picture = FittingPicture()
         self._arrange()
         self._connect()
@@ -131,16 +127,14 @@ class BedLogPanel(SeenPanel):
         form.addRow(tr("Boundaries"), self.of)
         add_length_row(form, self._studio, lambda u: tr("Traces within ({unit})", unit=u), traces)
         form.addRow(tr("Bed"), self.bed)
-        add_length_row(
-            form, self._studio, lambda u: tr("Points ± (1σ, {unit})", unit=u), self.sigma
-        )
+        self.options.add_rows(form)
         buttons = QHBoxLayout()
         buttons.addWidget(self.write)
         buttons.addWidget(self.copy)
         buttons.addStretch()
         body = FormBeside(self)
         body.column.addLayout(form)
-        body.column.addWidget(self.overturned)
+        body.column.addWidget(self.options.fields["overturned"])
         body.column.addLayout(buttons)
         body.column.addWidget(self.said)
         shown = QSplitter()
@@ -153,16 +147,19 @@ class BedLogPanel(SeenPanel):
         self.picture.setMinimumWidth(120)
         body.put_beside(shown)
 
+    def _show_axes(self, axes: Axes) -> None:
+        self.table.show_unit(unit_of(axes))
+        self.options.show_unit(unit_of(axes))
+
     def _connect(self) -> None:
         studio, soon = self._studio, self._soon
         self.take.clicked.connect(lambda _=False: self._take(self._selected_line()))
         self.pick.clicked.connect(lambda _=False: self._pick())
         for box in (self.of, self.group):
             box.activated.connect(soon)
-        for field in (self.reach, self.sigma):
-            field.textChanged.connect(soon)
+        self.reach.textChanged.connect(soon)
+        self.options.changed.connect(soon)
         self.bed.changed.connect(soon)
-        self.overturned.toggled.connect(soon)
         self.table.said.connect(self._words_typed)
         self.write.clicked.connect(lambda _=False: self._ask_for_file())
         studio.project_opened.connect(self._opened)
@@ -209,8 +206,8 @@ class BedLogPanel(SeenPanel):
     def _opened(self) -> None:
         """Another project."""
         self.line_id, self._picking = "", False
-        for field in (self.reach, self.sigma):
-            field.clear()
+        self.reach.clear()
+        self.options.reset()
         self._soon()
 
     def _words_typed(self, key: str, said: object) -> None:
@@ -249,15 +246,10 @@ class BedLogPanel(SeenPanel):
         if bed is not None and bed.plane is None:
             return str(bed.problem or tr("This feature has no plane."))
         try:
-            sigma = number_in(self.sigma, tr("The error of the points is a length of 0 or more."))
             reach = number_in(
                 self.reach, tr("How near a trace has to come to the line is a length of 0 or more.")
             )
-            options = LogOptions(
-                sigma_m=sigma,
-                bed_error_deg=None if bed is None else bed.total95_deg,
-                overturned=self.overturned.isChecked(),
-            )
+            options = self.options.options(bed_error_deg=None if bed is None else bed.total95_deg)
         except VomError as error:
             return error.message
         model = model_of(studio.records, line)

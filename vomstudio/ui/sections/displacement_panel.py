@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -31,6 +31,7 @@ from vomstudio.files.spreadsheet_cells import guarded
 from vomstudio.geology.faults.displacement_options import DisplacementOptions
 from vomstudio.geology.notation import exact_line, exact_plane, format_attitude
 from vomstudio.geology.orientation import Line, Plane
+from vomstudio.geometry.units import Axes
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
 from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
@@ -44,9 +45,9 @@ from vomstudio.ui.forms.copied_command import (
     copy_with_file,
     numbers_text,
 )
-from vomstudio.ui.forms.error_fields import error_field, number_in
 from vomstudio.ui.forms.line_field import LineField
-from vomstudio.ui.forms.model_axes import add_length_row, axes_of, follow_axes, unit_of
+from vomstudio.ui.forms.model_axes import axes_of, follow_axes, unit_of
+from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.forms.taken_plane import TakenPlane
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.words import tr
@@ -89,25 +90,19 @@ class DisplacementPanel(SeenPanel):
         self.slip.line.setToolTip(
             tr("Trend/plunge of the slip lineation, or its rake on the fault, 0 to 180.")
         )
-        self.slip_error = error_field("displacement_slip_error", "± 0°",
-                                 tr("95 % error of the slip's rake, degrees."))  # fmt: skip
-        self.sigma = error_field(
-            "displacement_sigma",
-            tr("scatter of the traces"),
-            tr("Standard deviation of each coordinate of a cut-off."),
-        )
+        unknown = DisplacementOptions(fault="000/90")
+        self.options = OptionFields(DisplacementOptions, "displacement", unknown)
         self.add = QPushButton(theme.icon("plus"), tr("Add the selected two"))
         self.remove = QPushButton(theme.icon("minus"), tr("Remove"))
         self.table = _table()
-        follow_axes(studio, lambda axes: _show_unit(self.table, unit_of(axes)))
+        follow_axes(studio, self._show_axes)
         self.said = hint_label()
         self.said.setObjectName("displacement_said")
         self.copy = CopyCommandButton(
             self.copy_command, tr("keep the points as a table, and copy the command")
         )
         self._arrange()
-        for field in (self.slip_error, self.sigma):
-            field.textChanged.connect(self._soon)
+        self.options.changed.connect(self._soon)
         self.slip.changed.connect(self._soon)
         self.slip.take.clicked.connect(lambda _=False: self._take_slip_error())
         for taken in (self.fault, self.bed):
@@ -127,14 +122,8 @@ class DisplacementPanel(SeenPanel):
         form = narrow_form()
         form.addRow(tr("Fault"), self.fault)
         form.addRow(tr("Bed"), self.bed)
-        slip = QHBoxLayout()
-        slip.setSpacing(3)
-        slip.addWidget(self.slip, 3)
-        slip.addWidget(self.slip_error, 1)
-        form.addRow(tr("Slip"), slip)
-        add_length_row(
-            form, self._studio, lambda u: tr("Points ± (1σ, {unit})", unit=u), self.sigma
-        )
+        form.addRow(tr("Slip"), self.slip)
+        self.options.add_rows(form)
         buttons = QHBoxLayout()
         for button in (self.add, self.remove, self.copy):
             buttons.addWidget(button)
@@ -174,7 +163,7 @@ class DisplacementPanel(SeenPanel):
         current = self._studio.selection.current
         if current is not None and self.slip.selected() is not None:
             error = self._studio.measured([current])[current].total95_deg
-            self.slip_error.setText("" if error is None else f"{error:.2f}")
+            self.options.show_value("rake_error_deg", error or 0.0)
 
     def _edited(self, edit: Edit) -> None:
         there = self._studio.records
@@ -183,8 +172,7 @@ class DisplacementPanel(SeenPanel):
 
     def _opened(self) -> None:
         self.pairs = []
-        for field in (self.slip_error, self.sigma):
-            field.clear()
+        self.options.reset()
         self._soon()
 
     # --- the answer --------------------------------------------------------------------------
@@ -230,18 +218,18 @@ class DisplacementPanel(SeenPanel):
             common = fit_common_bed([points for pair in traces for points in pair])
             beds = [measured[i] for pair in self.pairs for i in pair]
             bed, bed95 = common.plane, common_error_deg(common.max_confidence95_deg, beds)
-        wrong = tr("The error of the slip is in degrees, 0 or more.")
         rake, slip = self._slip(fault)
-        options = DisplacementOptions(
+        options = self.options.options(
             fault=exact_plane(fault),
             bed=exact_plane(bed),
             rake_deg=rake if slip is None else None,
             slip=None if slip is None else exact_line(slip),
-            sigma_m=self._sigma([measured[i] for pair in self.pairs for i in pair]),
             fault_error_deg=of_fault.total95_deg or 0.0,
             bed_error_deg=bed95 or 0.0,
-            rake_error_deg=number_in(self.slip_error, wrong) or 0.0,
         )
+        if options.sigma_m is None:
+            scatter = scatter_of([measured[i] for pair in self.pairs for i in pair])
+            options = replace(options, sigma_m=scatter)
         found = displacements(
             names,
             np.array([cut.hanging_wall for cut in cuts]),
@@ -275,10 +263,9 @@ class DisplacementPanel(SeenPanel):
         assert isinstance(line, Line)
         return rake_of(line, fault), line
 
-    def _sigma(self, traces: list[Measurement]) -> float:
-        """What was typed, else the scatter of the traces about their planes, the largest one."""
-        typed = number_in(self.sigma, tr("The error of the points is a length of 0 or more."))
-        return scatter_of(traces) if typed is None else typed
+    def _show_axes(self, axes: Axes) -> None:
+        _show_unit(self.table, unit_of(axes))
+        self.options.show_unit(unit_of(axes))
 
     def _show(self, why: str) -> None:
         answered = self.answered
