@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtWidgets import QWidget
 
@@ -114,4 +115,5 @@ def with_lines(
         known = [each for each in (value, line.sigma) if each is not None]
         text = numbers_text([*line.vertices[0], *line.vertices[-1], *known])
         texts[names[line.kind]].append(text)
-    return replace(options, **{name: tuple(each) for name, each in texts.items()})
+    given: dict[str, Any] = {name: tuple(each) for name, each in texts.items()}
+    return replace(options, **given)
