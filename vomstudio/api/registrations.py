@@ -136,6 +136,7 @@ def register(
     A model of a file by the positions of its cameras would be
     ``vs.register("cliff.obj", cameras="geo.txt", crs="EPSG:32633")``.
     """
+    report = told(progress, cancel)
     options = options_from_arguments(
         RegisterOptions,
         pairs=path_text(pairs, "pairs"),
@@ -171,7 +172,7 @@ def register(
         )
         path = str(path_of(model_points, "model_points"))
         with arguments_named(RegisterOptions):
-            found = register_model(path, options, told(progress, cancel)).placed
+            found = register_model(path, options, report).placed
     else:
         for name in observations:
             raise InputError(
