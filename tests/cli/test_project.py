@@ -470,3 +470,31 @@ def test_a_model_is_placed_by_points_and_what_was_measured_moves_with_it(
     run("project", folder, "undo")
     back = {r["id"]: r for r in run("project", folder, "fit", "--json").json["planes"]}
     assert back == before
+
+
+def test_a_project_is_created_once(run: Run, tmp_path: Path) -> None:
+    folder = tmp_path / "new.vom"
+    made = run("project", folder, "create", "--json")
+    assert (made.code, made.json["features"], made.json["sound"]) == (0, 0, True)
+    again = run("project", folder, "create", "--json")
+    assert (again.code, again.json["error"]["code"]) == (2, "project.exists")
+
+
+def test_values_of_features_are_set_and_features_deleted(run: Run, project: Path) -> None:
+    changed = run("project", project, "set", "t1", "--set", "east", "--name", "B01", "--json")
+    assert changed.json["changed"] == [{"id": "t1", "name": "B01"}]
+    (trace,) = traces(project)
+    assert (trace.set_name, trace.name) == ("east", "B01")
+    for words, code in (
+        (("set", "t1"), "option.none-given"),
+        (("set", "t1", "--type", "sand"), "option.not-a-choice"),
+        (("set", "none", "--set", "east"), "record.missing"),
+        (("delete", "none"), "record.missing"),
+    ):
+        ran = run("project", project, *words, "--json")
+        assert (ran.code, ran.json["error"]["code"]) == (2, code)
+    gone = run("project", project, "delete", "B01", "--json")
+    assert gone.json["deleted"] == [{"id": "t1", "name": "B01"}]
+    assert not traces(project)
+    assert run("project", project, "undo").code == 0
+    assert len(traces(project)) == 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,12 +16,15 @@ from vomstudio.cli.common.arguments import (
     add_shared_options,
     progress_of,
 )
+from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import DocumentError, UsageError
 from vomstudio.words import tr, tr_n
+from vomstudio.workspace.feature_values import FeatureValues
 
 if TYPE_CHECKING:
+    from vomstudio.document.records import Typed
     from vomstudio.workspace.headless_project import HeadlessProject
     from vomstudio.workspace.project_summary import ProjectSummary
 
@@ -42,6 +45,7 @@ def add_parser(subparsers: Subparsers) -> None:
         made.set_defaults(act=act)
         return made
 
+    add("create", _create, tr("Create an empty project"))
     add("list", _list, tr("List the contents of the project"))
     model = add("add-model", _add_model, tr("Add a model to the project"))
     model.add_argument("file", metavar="FILE", help=tr("model or cloud in any format that is read"))
@@ -75,6 +79,11 @@ def add_parser(subparsers: Subparsers) -> None:
         default=None,
         help=tr("name or id of the model they lie on (default: the only one)"),
     )
+    values = add("set", _set, tr("Change type, set, domain or name of features"))
+    values.add_argument("ids", metavar="ID", nargs="+", help=tr("ids or names"))
+    add_options(values, FeatureValues)
+    delete = add("delete", _delete, tr("Delete features"))
+    delete.add_argument("ids", metavar="ID", nargs="+", help=tr("ids or names"))
     fit = add("fit", _fit, tr("Fit and judge the features"))
     fit.add_argument(
         "ids", metavar="ID", nargs="*", default=[], help=tr("ids or names (default: all)")
@@ -147,6 +156,35 @@ def _list(args: argparse.Namespace, out: Output) -> None:
     out.result(summary.as_dict())
     out.warn(summary.problems)
     out.text(_in_words(summary))
+
+
+def _create(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.io.project.folder import Project
+    from vomstudio.io.settings import read_settings
+
+    settings, problems = read_settings()
+    out.warn(problems)
+    Project.create(Path(args.project), settings=settings.affecting_results).close()
+    _report(args, out, {"created": args.project}, tr("created: {project}", project=args.project))
+
+
+def _set(args: argparse.Namespace, out: Output) -> None:
+    values = options_from(args, FeatureValues)
+    with _changing(args, out) as desk:
+        changed = desk.set_values(args.ids, values)
+    words = tr_n("{count} feature was changed.", "{count} features were changed.", len(changed))
+    _report(args, out, {"changed": _named(changed)}, words)
+
+
+def _delete(args: argparse.Namespace, out: Output) -> None:
+    with _changing(args, out) as desk:
+        deleted = desk.delete(args.ids)
+    words = tr_n("{count} feature was deleted.", "{count} features were deleted.", len(deleted))
+    _report(args, out, {"deleted": _named(deleted)}, words)
+
+
+def _named(features: Sequence[Typed]) -> list[dict[str, str]]:
+    return [{"id": each.id, "name": each.name} for each in features]
 
 
 def _fit(args: argparse.Namespace, out: Output) -> None:

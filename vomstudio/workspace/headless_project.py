@@ -26,6 +26,7 @@ from vomstudio.document.records import (
     Model,
     Record,
     Registration,
+    Typed,
     get,
 )
 from vomstudio.document.registration_frames import registration_in_project
@@ -58,6 +59,7 @@ from vomstudio.workspace.drawn_traces import (
     trace_through,
     update_traces,
 )
+from vomstudio.workspace.feature_values import FeatureValues
 from vomstudio.workspace.models import name_of, new_model
 from vomstudio.workspace.placing.registering import (
     add_reference_error,
@@ -67,6 +69,7 @@ from vomstudio.workspace.placing.registering import (
     sets_turned_deg,
     turned_deg,
 )
+from vomstudio.workspace.project_summary import chosen_features
 
 if TYPE_CHECKING:
     from vomstudio.io.project.listed_import import ImportedFeatures
@@ -185,7 +188,40 @@ class HeadlessProject:
             field="--type",
         )
 
+    def find_features(self, wanted: Sequence[str]) -> list[Typed]:
+        """Return the features with these ids or names. Raises InputError for a missing one."""
+        records = self.session.records
+        chosen = chosen_features(records.values(), wanted, self.project.folder)
+        return [each for each in self.session.of(Typed) if each.id in chosen]
+
     # --- changes -----------------------------------------------------------------------------
+    def set_values(self, wanted: Sequence[str], values: FeatureValues) -> list[Typed]:
+        """Change type, set, domain or name of features, as one edit, and return the features.
+
+        Raises
+        ------
+        InputError, DocumentError
+            For a missing feature or value.
+        UsageError
+            For an unknown type, and for one name of several features.
+        """
+        features = self.find_features(wanted)
+        if values.name is not None and len(features) > 1:
+            raise UsageError(Finding("name.of-several", count=len(features)), field="--name")
+        fields = {"name": values.name, "set_name": values.set, "domain": values.domain}
+        if values.type is not None:
+            fields["type_id"] = self.find_type(values.type).id
+        given = {field: value for field, value in fields.items() if value is not None}
+        ids = [each.id for each in features]
+        self.session.apply(edits.set_attributes(self.session.records, ids, **given))
+        return self.find_features(ids)
+
+    def delete(self, wanted: Sequence[str]) -> list[Typed]:
+        """Delete features, as one edit, and return them. Raises InputError for a missing one."""
+        features = self.find_features(wanted)
+        self.session.apply(edits.delete(self.session.records, [each.id for each in features]))
+        return features
+
     def add_model(self, path: Path, options: FrameOptions = AS_STATED) -> AddedModel:
         """Read a model and make it part of the project.
 

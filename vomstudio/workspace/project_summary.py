@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -126,7 +126,7 @@ def fitted_records(
     wanted: Sequence[str] = (),
 ) -> Fitted:
     """The same of a project that is open. Raises as `fitted`."""
-    chosen = _chosen(records.values(), wanted, folder) if wanted else None
+    chosen = chosen_features(records.values(), wanted, folder) if wanted else None
     table = project_table(records, measurements)
     return Fitted(
         tuple(row for row in table.rows if chosen is None or row["id"] in chosen),
@@ -135,7 +135,8 @@ def fitted_records(
     )
 
 
-def _chosen(records: Any, wanted: Sequence[str], folder: Path) -> set[str]:
+def chosen_features(records: Iterable[Record], wanted: Sequence[str], folder: Path) -> set[str]:
+    """Return the ids of the features with these ids or names. Raises InputError."""
     features = [r for r in records if isinstance(r, Typed)]
     chosen: set[str] = set()
     for word in wanted:

@@ -78,6 +78,10 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("The name {name} is already in use. Choose another one."),
     ),
+    "name.of-several": (
+        "error",
+        to_translate("{count} features cannot share one name. Select one of them."),
+    ),
     "type.in-use": (
         "error",
         to_translate("{count} feature has the type {type}. Give it another type first."),
