@@ -148,12 +148,13 @@ def test_a_log_of_a_project_says_what_was_typed(run, project: Path, tmp_path: Pa
     assert [i["lithology"] for i in found["intervals"]] == ["chert", "", ""]
     found = run("log", project, "--line", "s", "--bed", "90/30", "--bed-error", 3, "--json").json
     assert found["bed"]["error95_deg"] == 3
+    error = run("log", project, "--line", "s", "--reach", "-1", "--json").json["error"]
+    assert (error["code"], error["field"]) == ("option.out-of-range", "--reach")
     for words, said, field in (
         ((), "--line NAME", "--line"),
         (("--line", "section B"), "section A", "--line"),
         (("--line", "twin"), "Several lines", "--line"),
         (("--line", "s", "--type", "vein7"), "no feature type vein7", "--type"),
-        (("--line", "s", "--reach", "-1"), "length", "--reach"),
         (("--line", "s", "--bed-error", "2"), "--bed DD/D", "--bed-error"),
         (("--line", "s", "--type", "fault"), "two boundaries", None),
     ):
@@ -163,6 +164,10 @@ def test_a_log_of_a_project_says_what_was_typed(run, project: Path, tmp_path: Pa
         assert ran.json["error"]["field"] == field
     table = tmp_path / "t.csv"
     table.write_text(LOG)
+    error = run("log", table, "--bed", "9/9", "--reach", "1", "--json").json["error"]
+    assert (error["code"], error["option"], error["other"]) == (
+        "option.requires", "--reach", "--line",
+    )  # fmt: skip
     for words, field in (((), "--bed"), (("--bed", "9/9", "--line", "s"), "--line")):
         ran = run("log", table, *words, "--json")
         assert (ran.code, ran.json["error"]["field"]) == (2, field)

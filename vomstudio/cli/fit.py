@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,7 @@ from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import GeometryError, UsageError
-from vomstudio.tables.fit_options import FitOptions
+from vomstudio.tables.fit_options import FitOptions, FitTogether
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -29,36 +30,8 @@ def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(subparsers, "fit", run, help_=tr("Fit planes to points and judge them"))
     parser.add_argument("points", metavar="POINTS", help=tr("text table with x, y, z"))
     add_options(parser, FitOptions)
-    parser.add_argument(
-        "--parallel",
-        action="store_true",
-        help=tr("fit parallel planes to all of them together too, such as traces of one series"),
-    )
-    parser.add_argument(
-        "--same",
-        metavar="A,B",
-        action="append",
-        default=[],
-        help=tr("with --parallel: whether these two lie in one plane (may be given again)"),
-    )
-    parser.add_argument(
-        "--curved",
-        action="store_true",
-        help=tr("fit one bed that bends to all of them together too, with its local dip"),
-    )
+    add_options(parser, FitTogether)
     straight_traces.add_sets(parser)
-    parser.add_argument(
-        "--crossing",
-        metavar="A,B",
-        action="append",
-        default=[],
-        help=tr("the plane that contains these two straight traces (may be given again)"),
-    )
-    parser.add_argument(
-        "--plot",
-        metavar="FILE",
-        help=tr("draw coplanarity by collinearity of the planes: .svg, .pdf or .png"),
-    )
     add_frame(parser)
     add_output(parser, tr("write the orientation table as CSV"))
 
@@ -71,11 +44,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.tables.fitted_planes import fitted_planes
     from vomstudio.tables.orientation_table import write_orientation_csv
 
-    options = options_from(args, FitOptions)
+    options, together = options_from(args, FitOptions), options_from(args, FitTogether)
     if args.output is not None:
         check_target(args.output, force=args.force, inputs=[args.points])
-    if args.same and not args.parallel:
-        raise UsageError(tr("--same needs --parallel."), field="--same")
     drawn = None if args.plot is None else _plot_of(args)
     priors = straight_traces.read_sets(args)
     limits = PROFILES[options.profile]
@@ -87,13 +58,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
         thresholds=limits, words=groups.words, progress=progress,
     )  # fmt: skip
     rows, skipped = fitted.rows, fitted.skipped
-    if args.parallel or args.curved:
+    if together.parallel or together.curved:
         progress.stage(tr("Fitting all traces together"))
-    together = _together(args, groups) if args.parallel else None
-    curved = curved_beds.fitted(args.points, groups) if args.curved else None
+    parallel = _parallel(args.points, together.same, groups) if together.parallel else None
+    curved = curved_beds.fitted(args.points, groups) if together.curved else None
     bands = straight_traces.bands_told(fitted.bands, priors)
-    crossing = straight_traces.crossings(args.crossing, groups.ids, fitted.bands)
-    if not rows and together is None and curved is None:
+    crossing = straight_traces.crossings(together.crossing, groups.ids, fitted.bands)
+    if not rows and parallel is None and curved is None:
         raise _nothing_fitted(args.points, options.by, skipped)
     progress.stage(tr("Writing the results"))
     result: dict[str, Any] = {
@@ -104,9 +75,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
         "dropped_lines": list(groups.dropped),
         "warnings": list(groups.warnings),
     }
-    if together is not None:
-        result["parallel"] = asdict(together)
-        result["warnings"] += together.warnings
+    if parallel is not None:
+        result["parallel"] = asdict(parallel)
+        result["warnings"] += parallel.warnings
     if curved is not None:
         result["curved"] = curved
     if args.output is not None:
@@ -133,8 +104,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         out.text("\n".join(f"{name}: {said}" for said in straight_traces.band_in_words(found)))
     for each in crossing:
         out.text(straight_traces.crossing_in_words(each))
-    if together is not None:
-        out.text(f"\n{_together_in_words(together)}")
+    if parallel is not None:
+        out.text(f"\n{_parallel_in_words(parallel)}")
     if curved is not None:
         out.text(f"\n{curved_beds.in_words(curved)}")
 
@@ -149,11 +120,11 @@ def _plot_of(args: argparse.Namespace) -> str:
     return format_
 
 
-def _together(args: argparse.Namespace, groups: PointGroups) -> ParallelBeds:
+def _parallel(path: str, same: Sequence[str], groups: PointGroups) -> ParallelBeds:
     from vomstudio.geology.beds.parallel import parallel_beds
 
     pairs = []
-    for asked in args.same:
+    for asked in same:
         names = [name.strip() for name in asked.split(",")]
         if len(names) != 2 or any(name not in groups.ids for name in names):
             raise UsageError(
@@ -170,10 +141,10 @@ def _together(args: argparse.Namespace, groups: PointGroups) -> ParallelBeds:
     try:
         return parallel_beds(groups.ids, groups.points, groups.offsets, pairs=pairs)
     except GeometryError as error:
-        raise GeometryError(str(error), file=args.points, field="--parallel") from error
+        raise GeometryError(str(error), file=path, field="--parallel") from error
 
 
-def _together_in_words(found: ParallelBeds) -> str:
+def _parallel_in_words(found: ParallelBeds) -> str:
     said = tr(
         "Parallel planes together: {plane} (dip direction/dip, 95 %; {smallest} deg at least), "
         "rms {rms} m, p of being parallel {p}",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -21,15 +20,12 @@ from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.errors import UsageError, VomError
-from vomstudio.geology.beds.log_options import LogOptions
+from vomstudio.geology.beds.log_options import LogLine, LogOptions
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geology.beds.bed_log import BedLog
     from vomstudio.geology.orientation import Plane
-
-
-OF_A_PROJECT = ("line", "of", "reach", "type")
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -42,29 +38,8 @@ def add_parser(subparsers: Subparsers) -> None:
         help=tr("table of a point on each boundary, in metres; or a project, with --line"),
     )
     add_output(parser, tr("the log as a table"))
-    parser.add_argument(
-        "--plot", metavar="FILE", help=tr("also the column of beds, .svg, .pdf or .png")
-    )
-    parser.add_argument(
-        "--bed",
-        metavar="DD/D",
-        help=tr("attitude of the beds (of a project's line by default fitted to the traces)"),
-    )
+    add_options(parser, LogLine)
     add_options(parser, LogOptions)
-    parser.add_argument(
-        "--line", metavar="NAME", help=tr("name or id of the project's line the log runs along")
-    )
-    parser.add_argument(
-        "--of",
-        choices=["traces", "points", "both"],
-        help=tr("what its boundaries are (default: the traces that cross it)"),
-    )
-    parser.add_argument(
-        "--reach", type=float, metavar="M", help=tr("how near the line a trace has to come")
-    )
-    parser.add_argument(
-        "--type", metavar="TYPE", help=tr("feature type of these traces (default: bedding)")
-    )
     add_frame(parser)
 
 
@@ -77,7 +52,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     of_project = Path(args.table).is_dir()
     _check_options(args, of_project)
-    options = options_from(args, LogOptions)
+    options, line = options_from(args, LogOptions), options_from(args, LogLine)
     bed = None if args.bed is None else plane_option(args.bed, "--bed")
     inputs = [] if of_project else [args.table]
     if args.output is not None:
@@ -85,7 +60,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.plot is not None:
         format_ = picture_format(args.plot, "--plot")
         check_target(args.plot, force=args.force, inputs=[*inputs, *filter(None, [args.output])])
-    made = (_of_line if of_project else _of_table)(args, bed, options)
+    made = _of_line(args, line, bed, options) if of_project else _of_table(args, bed, options)
     found = made.log
     about = about_log(made.bed, made.bed95_deg)
     if args.plot is not None:
@@ -143,13 +118,11 @@ def _check_options(args: argparse.Namespace, of_project: bool) -> None:
             tr("Name the line of the project along which the log runs: --line NAME."),
             field="--line",
         )
-    for option in () if of_project else OF_A_PROJECT:
-        if getattr(args, option) is not None:
-            raise UsageError(
-                tr("{option} is for a line of a project, and {table} is no project.",
-                   option=f"--{option}", table=args.table),
-                field=f"--{option}",
-            )  # fmt: skip
+    if not of_project and args.line is not None:
+        raise UsageError(
+            tr("--line is for a line of a project, and {table} is no project.", table=args.table),
+            field="--line",
+        )
     if of_project and frame_options(args).is_given:
         raise UsageError(
             tr("The frame of a project is declared with its models. Leave this option out."),
@@ -163,10 +136,6 @@ def _check_options(args: argparse.Namespace, of_project: bool) -> None:
                "own."),
             field="--bed-error",
         )  # fmt: skip
-    if args.reach is not None and not 0.0 <= args.reach < math.inf:
-        raise UsageError(
-            tr("How near a trace has to come to the line is a length in metres."), field="--reach"
-        )
 
 
 def _of_table(args: argparse.Namespace, bed: Plane | None, options: LogOptions) -> _Made:
@@ -187,14 +156,16 @@ def _of_table(args: argparse.Namespace, bed: Plane | None, options: LogOptions) 
     return _Made(found, bed, error, sigma, read.dropped)
 
 
-def _of_line(args: argparse.Namespace, bed: Plane | None, options: LogOptions) -> _Made:
+def _of_line(
+    args: argparse.Namespace, line: LogLine, bed: Plane | None, options: LogOptions
+) -> _Made:
     from vomstudio.products.section.kept_log import kept_question
     from vomstudio.products.section.line_log import TRACES, answer
 
     progress = report_reading(args, args.table)
     question = kept_question(
-        Path(args.table), args.line, of=args.of or TRACES, type_name=args.type or "bedding",
-        bed=bed, options=options, reach_m=args.reach,
+        Path(args.table), line.line or "", of=line.of or TRACES, type_name=line.type or "bedding",
+        bed=bed, options=options, reach_m=line.reach_m,
     )  # fmt: skip
     progress.stage(tr("Measuring thicknesses"))
     with numbers_of(args.table):

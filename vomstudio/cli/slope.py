@@ -16,8 +16,9 @@ from vomstudio.cli.common.arguments import (
 )
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
-from vomstudio.geology.slope_options import SlopeOptions
+from vomstudio.geology.slope_options import SlopeFaces, SlopeOptions
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -32,62 +33,23 @@ def add_parser(subparsers: Subparsers) -> None:
         subparsers, "slope", run, help_=tr("Kinematic analysis of a rock slope: sliding, toppling")
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes"))
-    parser.add_argument("--face", metavar="DD/D", help=tr("dip direction and dip of the slope"))
-    parser.add_argument(
-        "--facets",
-        metavar="FACETS",
-        help=tr("in place of one face each facet of this table, as facets -o writes it"),
-    )
-    parser.add_argument(
-        "--labelled-model",
-        metavar="MODEL",
-        help=tr("the model with these facets' labels, as facets --labels writes it"),
-    )
-    parser.add_argument(
-        "--paint", metavar="OUT.ply", help=tr("write that model with the shares of each facet")
-    )
+    add_options(parser, SlopeFaces)
     add_output(parser, tr("what is found at each facet as a table"))
     add_options(parser, SlopeOptions)
-    parser.add_argument(
-        "--plot", metavar="FILE", help=tr("also the nets as a picture, .svg, .pdf or .png")
-    )
     add_azimuth(parser)
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
-    _check_words(args)
-    if args.facets is not None:
+    faces = options_from(args, SlopeFaces)
+    if faces.facets is not None:
         _run_facets(args, out)
-    else:
-        _run_face(args, out)
-
-
-def _check_words(args: argparse.Namespace) -> None:
-    """Raises UsageError for words that do not go together."""
-    if (args.face is None) == (args.facets is None):
+        return
+    if args.output is not None:
         raise UsageError(
-            tr("Give the slope as --face DD/D, or the facets of a model as --facets FACETS."),
-            field="--face",
+            Finding("option.requires", option="--output", other="--facets"), field="--output"
         )
-    given = {
-        "--facets": {
-            "--labelled-model": args.labelled_model,
-            "--paint": args.paint,
-            "--output": args.output,
-        },
-        "--face": {"--plot": args.plot},
-    }
-    missing = "--facets" if args.facets is None else "--face"
-    for option, value in given[missing].items():
-        if value is not None:
-            raise UsageError(
-                tr("{option} goes with {other}.", option=option, other=missing), field=option
-            )
-    if args.paint is not None and args.labelled_model is None:
-        raise UsageError(
-            tr("What is to be painted is named by --labelled-model MODEL."), field="--paint"
-        )
+    _run_face(args, out)
 
 
 def _run_face(args: argparse.Namespace, out: Output) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from vomstudio.core.options import check_options, option
+from vomstudio.core.options import check_alternatives, check_options, check_requires, option
 from vomstudio.words import to_translate
 
 DEFAULT_LATERAL_DEG = 20.0
@@ -49,3 +49,42 @@ class SlopeOptions:
 
     def __post_init__(self) -> None:
         check_options(self)
+
+
+@dataclass(frozen=True)
+class SlopeFaces:
+    """Face or facets of a slope, and files of the command.
+
+    Raises
+    ------
+    UsageError
+        Unless either a face or facets are given, and for options of the other.
+    """
+
+    face: str | None = option(
+        None, metavar="DD/D", help=to_translate("dip direction and dip of the slope")
+    )
+    facets: str | None = option(
+        None,
+        metavar="FACETS",
+        help=to_translate("use each facet of this table as a face, as facets -o writes it"),
+    )
+    labelled_model: str | None = option(
+        None,
+        metavar="MODEL",
+        help=to_translate("model with the labels of these facets, as facets --labels writes it"),
+    )
+    paint: str | None = option(
+        None, metavar="OUT.ply", help=to_translate("write that model with the shares of each facet")
+    )
+    plot: str | None = option(
+        None,
+        metavar="FILE",
+        help=to_translate("also a net for each mode of failure, .svg, .pdf or .png"),
+    )
+
+    def __post_init__(self) -> None:
+        check_alternatives(self, "face", "facets")
+        check_requires(self, "labelled_model", "facets")
+        check_requires(self, "paint", "labelled_model")
+        check_requires(self, "plot", "face")

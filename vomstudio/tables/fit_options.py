@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from vomstudio.core.options import check_options, option
+from vomstudio.core.options import check_options, check_requires, option
 from vomstudio.words import to_translate
 
 
@@ -39,3 +39,37 @@ class FitOptions:
 
     def __post_init__(self) -> None:
         check_options(self)
+
+
+@dataclass(frozen=True)
+class FitTogether:
+    """Fits of several traces together and their figure, for the command.
+
+    Raises
+    ------
+    UsageError
+        For traces of one plane without parallel planes.
+    """
+
+    parallel: bool = option(
+        False, help=to_translate("also fit parallel planes to all, such as traces of one series")
+    )
+    same: tuple[str, ...] = option(
+        (), metavar="A,B", help=to_translate("with --parallel: test if these two lie in one plane")
+    )
+    curved: bool = option(
+        False, help=to_translate("also fit one bed that bends to all, with its local dips")
+    )
+    crossing: tuple[str, ...] = option(
+        (),
+        metavar="A,B",
+        help=to_translate("find the plane that contains these two straight traces"),
+    )
+    plot: str | None = option(
+        None,
+        metavar="FILE",
+        help=to_translate("draw the planes' coplanarity by their collinearity: .svg, .pdf or .png"),
+    )
+
+    def __post_init__(self) -> None:
+        check_requires(self, "same", "parallel")

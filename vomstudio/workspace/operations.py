@@ -15,7 +15,7 @@ from vomstudio.extraction.trace_options import (
     ProposalOptions,
     TraceSource,
 )
-from vomstudio.geology.beds.log_options import LogOptions
+from vomstudio.geology.beds.log_options import LogLine, LogOptions
 from vomstudio.geology.faults.displacement_options import DisplacementOptions, ThreePointOptions
 from vomstudio.geology.fold_options import FoldOptions
 from vomstudio.geology.fractures.fracture_options import FractureOptions
@@ -23,7 +23,7 @@ from vomstudio.geology.looked_at.repeat_options import RepeatOptions
 from vomstudio.geology.populations.statistics_options import StatisticsOptions
 from vomstudio.geology.rose_options import RoseOptions
 from vomstudio.geology.sets.set_options import SetOptions
-from vomstudio.geology.slope_options import SlopeOptions
+from vomstudio.geology.slope_options import SlopeFaces, SlopeOptions
 from vomstudio.io.project.export_options import ExportFormat
 from vomstudio.jobs.reconstruct_options import ReconstructOptions
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
@@ -41,7 +41,7 @@ from vomstudio.products.surface.surface_options import SurfaceOptions
 from vomstudio.registration.distances.compare_options import CompareOptions
 from vomstudio.registration.register_options import RegisterOptions
 from vomstudio.survey.survey_options import CheckOptions, CheckScene, FrameOptions, PlanOptions
-from vomstudio.tables.fit_options import FitOptions
+from vomstudio.tables.fit_options import FitOptions, FitTogether
 
 _OF_MODELS: dict[Door, str] = {
     "project method": "the function takes a model of a project",
@@ -182,6 +182,7 @@ OPERATIONS: tuple[Operation, ...] = (
     Operation(
         "fit",
         (FitOptions,),
+        command_options=(FitTogether,),
         function="fit_planes",
         method="fit",
         action="fit",
@@ -210,6 +211,7 @@ OPERATIONS: tuple[Operation, ...] = (
     Operation(
         "slope",
         (SlopeOptions,),
+        command_options=(SlopeFaces,),
         function="slope",
         window="analyse.slopes_panel.SlopesPanel",
         missing={
@@ -240,6 +242,7 @@ OPERATIONS: tuple[Operation, ...] = (
     Operation(
         "log",
         (LogOptions,),
+        command_options=(LogLine,),
         function="log",
         window="sections.bed_log_panel.BedLogPanel",
         missing={

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
-from vomstudio.core.options import check_options, option
+from vomstudio.core.options import MAX_LENGTH_M, check_options, check_requires, option
 from vomstudio.words import to_translate
 
 MAX_SIGMA_M = 1e6
@@ -46,3 +47,52 @@ class LogOptions:
 
     def __post_init__(self) -> None:
         check_options(self)
+
+
+@dataclass(frozen=True)
+class LogLine:
+    """Bedding and line of a log, for the command.
+
+    Raises
+    ------
+    UsageError
+        For a distance outside its bounds, and for options of a line without one.
+    """
+
+    bed: str | None = option(
+        None,
+        metavar="DD/D",
+        help=to_translate("attitude of the beds"),
+        automatic=to_translate("of a line of a project fitted to the traces"),
+    )
+    line: str | None = option(
+        None,
+        metavar="NAME",
+        help=to_translate("name or id of the project's line along which the log runs"),
+    )
+    of: Literal["traces", "points", "both"] | None = option(
+        None,
+        help=to_translate("boundaries of the log: traces across the line, its points, or both"),
+        automatic=to_translate("traces"),
+    )
+    reach_m: float | None = option(
+        None,
+        minimum=0.0,
+        maximum=MAX_LENGTH_M,
+        help=to_translate("maximum distance of a trace from the line, m"),
+        automatic=to_translate("a twentieth of the line"),
+    )
+    type: str | None = option(
+        None,
+        metavar="TYPE",
+        help=to_translate("feature type of these traces"),
+        automatic=to_translate("bedding"),
+    )
+    plot: str | None = option(
+        None, metavar="FILE", help=to_translate("also draw the column of beds, .svg, .pdf or .png")
+    )
+
+    def __post_init__(self) -> None:
+        check_options(self)
+        for name in ("of", "reach_m", "type"):
+            check_requires(self, name, "line")
