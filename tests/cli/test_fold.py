@@ -88,7 +88,9 @@ def test_lines_are_left_out_and_named(run, write) -> None:
     rows = [(*bed, "", "") for bed in FOLD] + [("", "", 10, 5)]
     found = run("fold", write(table("dipdir", "dip", "trend", "plunge", rows=rows)), "--json").json
     assert (found["n"], found["used"]) == (8, 7)
-    assert found["left_out"] == [{"what": "lines", "n": 1, "reason": "not planes"}]
+    (left_out,) = found["left_out"]
+    assert (left_out["what"], left_out["n"]) == ("lines", 1)
+    assert left_out["reason"]["code"] == "fold.only-planes"
 
 
 def test_the_axis_of_two_sets_is_where_their_means_meet(run, write) -> None:

@@ -67,7 +67,7 @@ def test_structures_named_by_a_column_and_lines(run, write) -> None:
 def test_a_table_without_repeats_says_so(run, write) -> None:
     found = run("repeats", write(HEAD + "a,90,40,3,,AB\n"), "--json").json
     assert (found["spread"], found["pairs"]) == (None, [])
-    assert "No structure was picked again." in found["reasons"]
+    assert [each["code"] for each in found["reasons"]] == ["repeats.none"]
     ran = run("repeats", write("dip_direction,dip\n90,40\n"), "--json")
     assert (ran.code, ran.json["error"]["field"]) == (2, "--by")
     ran = run("repeats", write("dip_direction,dip\n90,40\n"), "--by", "bed", "--json")

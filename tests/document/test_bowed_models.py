@@ -95,8 +95,12 @@ def test_a_fold_no_stronger_than_the_bowing_is_warned_of() -> None:
     """Beds that dip 3 degrees either way along a ridge: an arc of 6 degrees."""
     azimuth = np.array([90.0, 90.0, 270.0, 270.0, 90.0])
     dip = np.array([3.0, 1.5, 1.6, 3.0, 0.8])
-    assert any("bowing" in reason for reason in fold_axis(azimuth, dip, None, 8.0).reasons)
+    bowed_axis = fold_axis(azimuth, dip, None, 8.0)
+    assert by_code(bowed_axis.reasons)["fold.bowed"] == {
+        "bowed_deg": 8.0,
+        "arc_deg": bowed_axis.arc_deg,
+    }
     for bowed in (None, 4.0):
         found = fold_axis(azimuth, dip, None, bowed)
         assert found.arc_deg == pytest.approx(6.0, abs=0.01)
-        assert not any("bowing" in reason for reason in found.reasons)
+        assert "fold.bowed" not in by_code(found.reasons)

@@ -453,7 +453,7 @@ def test_a_group_holds_the_picks_of_its_type_and_set():
 def test_parallel_planes_meet_nowhere():
     a = wall("a", Plane(90.0, 30.0), (0.0, 0.0, 0.0))
     found = meeting(a, wall("b", Plane(90.0, 30.0), (0.0, 0.0, 5.0))).measured
-    assert "parallel" in found.problem
+    assert found.problem == Finding("planes.parallel")
     assert found.line is found.verdict is None
     assert found.points.shape == (0, 3)
     assert found.kind == "intersection"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.messages import refused
 from tests.tiers import first_in_default_tier
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Line, Plane
@@ -256,5 +257,5 @@ def test_crossing_traces_at_right_angles_have_a_closed_form() -> None:
     assert found.crossing_deg == pytest.approx(90.0)
     assert found.max_confidence95_deg == pytest.approx(np.degrees(0.05), rel=0.01)
     assert found.min_confidence95_deg == pytest.approx(np.degrees(0.02), rel=0.01)
-    with pytest.raises(GeometryError, match="nearly parallel"):
+    with refused("plane.parallel-traces", GeometryError, angle_deg=0.0):
         crossing_plane(one, one)
