@@ -75,10 +75,10 @@ def test_an_oblique_slip_goes_the_way_of_its_lineation(run, write) -> None:
 @pytest.mark.parametrize(
     ("words", "code", "field"),
     [
-        (["--fault", "steep"], "usage", "--fault"),
-        (["--fault", "90/100"], "usage", "--fault"),
+        (["--fault", "steep"], "notation.unknown-word", "--fault"),
+        (["--fault", "90/100"], "notation.dip-out-of-range", "--fault"),
         (["--fault", "90/60", "--rake", "90"], "option.requires", "--rake"),
-        (["--fault", "90/60", "--bed", "90/60"], "geometry", None),
+        (["--fault", "90/60", "--bed", "90/60"], "displacement.bed-along-fault", None),
         (["--fault", "90/60", "--bed", "0/0", "--rake", "-30"], "option.out-of-range", "--rake"),
         (["--fault", "90/60", "--rake", "9", "--slip", "9/9"], "option.conflict", "--slip"),
         (["--fault", "90/60", "--sigma", "-1"], "option.out-of-range", "--sigma"),

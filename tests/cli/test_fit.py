@@ -159,8 +159,8 @@ def test_points_that_define_no_plane_are_refused_in_one_sentence(
 def test_when_no_group_succeeds_the_command_fails(run, write) -> None:
     ran = run("fit", write("x,y,z,t\n0,0,0,a\n1,1,1,a\n0,0,0,b\n"), "--by", "t", "--json")
     assert ran.code == 2
-    assert ran.json["error"]["code"] == "geometry"
-    assert ran.json["error"]["field"] == "t a"
+    assert ran.json["error"]["code"] == "planes.none-fitted"
+    assert (ran.json["error"]["field"], ran.json["error"]["count"]) == ("t a", 2)
 
 
 def test_the_written_table_goes_into_every_other_command(run, write, tmp_path: Path) -> None:

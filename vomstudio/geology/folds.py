@@ -21,13 +21,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.results import to_dict
 from vomstudio.errors import GeometryError
 from vomstudio.geology.common_turns import (
     Moved,
@@ -158,8 +159,8 @@ class FoldAxis:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """The same, ready for JSON."""
-        return asdict(self.figures)
+        """Return the object that ``--json`` prints."""
+        return to_dict(self.figures)
 
 
 def _line_figures(line: Line | None) -> LineFigures | None:

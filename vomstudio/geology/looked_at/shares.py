@@ -7,7 +7,7 @@ and found nothing belong to it, cells where nobody looked, or where nothing can 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.results import to_dict
 from vomstudio.geology.looked_at.cells import CellGrid
 from vomstudio.reprs import Shown
 from vomstudio.words import to_translate
@@ -70,8 +71,8 @@ class LookedAt(Shown):
     reasons: tuple[Finding, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON."""
-        return asdict(self)
+        """Return the object that ``--json`` prints."""
+        return to_dict(self)
 
 
 def cell_name(grid: CellGrid, number: int) -> str:
