@@ -108,7 +108,8 @@ def test_a_motion_out_of_the_fault_is_told(run, write) -> None:
     """Five metres east across a fault that dips 65 to 080: 4.46 m of them leave it."""
     table = write(PAIRS + "1005,2000,100,1000,2000,100\n")
     told = run("displacement", table, "--fault", "80/65", "--json").json
-    assert any("leaves the fault" in said and "4.46 m" in said for said in messages(told))
+    (off,) = [w for w in told["warnings"] if w["code"] == "displacement.motion-off-fault"]
+    assert off["distance_m"] == [pytest.approx(4.46, abs=0.005)]
     along = write(PAIRS + "1000.8,1999,97.4,1000,2000,100\n")
     assert not remarks(run("displacement", along, "--fault", "90/73", "--json").json)
     # What the error of the points explains is no doubt about them.

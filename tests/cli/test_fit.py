@@ -159,7 +159,7 @@ def test_points_that_define_no_plane_are_refused_in_one_sentence(
 def test_when_no_group_succeeds_the_command_fails(run, write) -> None:
     ran = run("fit", write("x,y,z,t\n0,0,0,a\n1,1,1,a\n0,0,0,b\n"), "--by", "t", "--json")
     assert ran.code == 2
-    assert ran.json["error"]["code"] == "planes.none-fitted"
+    assert ran.json["error"]["code"] == "plane.none-fitted"
     assert (ran.json["error"]["field"], ran.json["error"]["count"]) == ("t a", 2)
 
 

@@ -245,7 +245,7 @@ def test_one_of_several_layers_is_named(run, tmp_path: Path) -> None:
         (["--strikes", "0-10", "--by", "set"], "option.conflict"),
         (["--terzaghi-cap", "0.5"], "option.too-small"),
         (["--circle", "0,0,3", "--area", "a.gpkg"], "option.conflict"),
-        (["--circle", "0,0,3"], "geometry"),  # outside the map
+        (["--circle", "0,0,3"], "fractures.area-elsewhere"),
         (["--plot", "p.doc"], "output.unknown-format"),
     ],
 )

@@ -327,7 +327,7 @@ def fit_planes(
     if not done.rows:
         first = done.skipped[0]
         raise GeometryError(
-            Finding("planes.none-fitted", count=len(done.skipped), first=first["reason"]),
+            Finding("plane.none-fitted", count=len(done.skipped), reason=first["reason"]),
             field=str(first["id"]),
         )
     messages = [*given.messages]

@@ -57,7 +57,7 @@ def _left_out(skipped: Sequence[Mapping[str, Any]]) -> list[Finding]:
     said = []
     for reason, features in names.items():
         if len(features) > _NAMED:
-            said.append(Finding("feature.several-left-out", n=len(features), reason=reason))
+            said.append(Finding("features.left-out", count=len(features), reason=reason))
             continue
         said += [Finding("feature.left-out", feature=f, reason=reason) for f in features]
     return said

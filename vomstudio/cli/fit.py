@@ -180,7 +180,7 @@ def _nothing_fitted(path: str, by: str | None, skipped: list[dict[str, Any]]) ->
     if by is None:
         return GeometryError(first["reason"], file=path)
     return GeometryError(
-        Finding("planes.none-fitted", count=len(skipped), first=first["reason"]),
+        Finding("plane.none-fitted", count=len(skipped), reason=first["reason"]),
         file=path,
         field=f"{by} {first['id']}",
     )

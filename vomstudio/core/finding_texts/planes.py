@@ -318,10 +318,6 @@ TEXTS: dict[str, Entry] = {
             " Use another axis, or the moment of inertia (pca)."
         ),
     ),
-    "planes.none-fitted": (
-        "error",
-        to_translate("None of the {count} planes can be fitted. The first: {first}"),
-    ),
     "points.uncertain-about-line": (
         "warning",
         to_translate(
@@ -342,5 +338,9 @@ TEXTS: dict[str, Entry] = {
             "The points are nearly on one line: {error_m:g} m turn the plane by"
             " {turn_deg:.2g}°. Add one beside the line, or state the error."
         ),
+    ),
+    "plane.none-fitted": (
+        "error",
+        to_translate("None of the {count} planes can be fitted. The first: {reason}"),
     ),
 }

@@ -256,7 +256,6 @@ TEXTS: dict[str, Entry] = {
             " {minimum:.2g}."
         ),
     ),
-    "feature.several-left-out": ("warning", to_translate("{n} features were left out: {reason}")),
     "grid.unmeasurable-cells": (
         "info",
         *to_translate_n(
@@ -277,4 +276,5 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate("Cells marked as empty contain features: {cells}. Correct the marks."),
     ),
+    "features.left-out": ("warning", to_translate("{count} features were left out: {reason}")),
 }
