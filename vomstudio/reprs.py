@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from html import escape
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.core.results import to_dict
 
 _MOST = 6
@@ -29,12 +30,21 @@ class Shown:
         return html_table(type(self).__name__, self._figures())
 
     def _figures(self) -> dict[str, Any]:
-        """Return the object with its warnings as sentences."""
-        figures = self.as_dict()
-        if "warnings" in figures:
-            warnings = getattr(self, "warnings", figures["warnings"])
-            figures = figures | {"warnings": [str(each) for each in warnings]}
-        return figures
+        """Return the object with its findings as sentences."""
+        return {name: _with_sentences(value) for name, value in self.as_dict().items()}
+
+
+def _with_sentences(value: Any) -> Any:
+    """Return a value with the messages of findings in their places."""
+    if isinstance(value, Finding):
+        return value.message
+    if isinstance(value, Mapping):
+        if value.keys() >= {"code", "severity", "message"}:
+            return value["message"]
+        return {name: _with_sentences(each) for name, each in value.items()}
+    if type(value) in (list, tuple):
+        return [_with_sentences(each) for each in value]
+    return value
 
 
 def in_lines(title: str, figures: Mapping[str, Any]) -> str:

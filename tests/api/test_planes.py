@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import vomstudio as vs
+from tests.messages import refused
 from vomstudio.tables.orientation_table import COLUMNS
 
 SAMPLE = vs.sample("picks.csv")
@@ -191,10 +192,15 @@ def test_what_is_no_array_of_points_is_refused_in_words(given: Any, said: str) -
 
 
 @pytest.mark.parametrize(
-    "given", [[[0, 0, 0], [1, 0, 0]], [[1, 1, 1]] * 5, [[i, 2 * i, 0] for i in range(6)]]
+    ("given", "code"),
+    [
+        ([[0, 0, 0], [1, 0, 0]], "feature.too-few-points"),
+        ([[1, 1, 1]] * 5, "points.coincident"),
+        ([[i, 2 * i, 0] for i in range(6)], "points.collinear"),
+    ],
 )
-def test_points_without_a_plane_are_refused_with_the_reason(given: Any) -> None:
-    with pytest.raises(vs.errors.GeometryError, match="points"):
+def test_points_without_a_plane_are_refused_with_the_reason(given: Any, code: str) -> None:
+    with refused(code, vs.errors.GeometryError):
         vs.fit_plane(given)
 
 
@@ -210,11 +216,14 @@ def test_settings_that_cannot_be_are_refused(wrong: Any) -> None:
 
 def test_groups_without_a_plane_are_named(picks: Any) -> None:
     bed = picks[picks["pick"] == "B01"][["x", "y", "z"]].to_numpy()
-    with pytest.warns(vs.errors.VomWarning, match="Plane short was skipped"):
+    with pytest.warns(vs.errors.VomWarning) as warned:
         made = vs.fit_planes({"bed": bed, "short": bed[:2]})
+    (warning,) = [each.message for each in warned]
+    assert isinstance(warning, vs.errors.VomWarning)
+    assert (warning.code, warning.values["feature"]) == ("feature.left-out", "short")
     assert list(made["id"]) == ["bed"]
     assert made.attrs["skipped"][0]["id"] == "short"
-    with pytest.raises(vs.errors.GeometryError, match="None of the 1 planes"):
+    with refused("plane.none-fitted", vs.errors.GeometryError, count=1, field="short"):
         vs.fit_planes({"short": bed[:2]})
 
 

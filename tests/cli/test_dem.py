@@ -86,8 +86,8 @@ def test_an_oblique_one_is_true_to_scale_in_its_own_metres(run, table, tmp_path)
     ("words", "code", "field"),
     [
         (["--gsd", "0"], "option.not-a-length", "--gsd"),
-        (["--plane", "95"], "usage", "--plane"),
-        (["--plane", "10/95"], "usage", "--plane"),
+        (["--plane", "95"], "notation.one-angle", "--plane"),
+        (["--plane", "10/95"], "notation.dip-out-of-range", "--plane"),
         (["--limit", "-1"], "option.not-a-length", "--limit"),
         (["--contours", "nan"], "option.not-a-length", "--contours"),
         (["--gsd", "1e-6"], "gsd.too-many-pixels", "--gsd"),

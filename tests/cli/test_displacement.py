@@ -75,10 +75,10 @@ def test_an_oblique_slip_goes_the_way_of_its_lineation(run, write) -> None:
 @pytest.mark.parametrize(
     ("words", "code", "field"),
     [
-        (["--fault", "steep"], "usage", "--fault"),
-        (["--fault", "90/100"], "usage", "--fault"),
+        (["--fault", "steep"], "notation.unknown-word", "--fault"),
+        (["--fault", "90/100"], "notation.dip-out-of-range", "--fault"),
         (["--fault", "90/60", "--rake", "90"], "option.requires", "--rake"),
-        (["--fault", "90/60", "--bed", "90/60"], "geometry", None),
+        (["--fault", "90/60", "--bed", "90/60"], "displacement.bed-along-fault", None),
         (["--fault", "90/60", "--bed", "0/0", "--rake", "-30"], "option.out-of-range", "--rake"),
         (["--fault", "90/60", "--rake", "9", "--slip", "9/9"], "option.conflict", "--slip"),
         (["--fault", "90/60", "--sigma", "-1"], "option.out-of-range", "--sigma"),
@@ -108,7 +108,8 @@ def test_a_motion_out_of_the_fault_is_told(run, write) -> None:
     """Five metres east across a fault that dips 65 to 080: 4.46 m of them leave it."""
     table = write(PAIRS + "1005,2000,100,1000,2000,100\n")
     told = run("displacement", table, "--fault", "80/65", "--json").json
-    assert any("leaves the fault" in said and "4.46 m" in said for said in messages(told))
+    (off,) = [w for w in told["warnings"] if w["code"] == "displacement.motion-off-fault"]
+    assert off["distance_m"] == [pytest.approx(4.46, abs=0.005)]
     along = write(PAIRS + "1000.8,1999,97.4,1000,2000,100\n")
     assert not remarks(run("displacement", along, "--fault", "90/73", "--json").json)
     # What the error of the points explains is no doubt about them.

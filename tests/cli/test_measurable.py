@@ -84,7 +84,7 @@ def test_the_mean_of_a_set(run, corner: Path, tmp_path: Path) -> None:
     [
         ((), "option.none-given", "--plane"),
         (("--plane", "0/0", "--mean", "t.csv"), "option.conflict", "--mean"),
-        (("--plane", "400/95"), "usage", "--plane"),
+        (("--plane", "400/95"), "notation.azimuth-out-of-range", "--plane"),
         (("--plane", "0/0", "--set", "A"), "option.requires", "--set"),
         (("--plane", "0/0", "--length", "0"), "option.not-a-length", "--length"),
         (("--plane", "0/0", "--length", "nan"), "option.not-a-length", "--length"),

@@ -74,7 +74,7 @@ def test_lines_alone_are_drawn_by_their_trend(run, write, tmp_path: Path) -> Non
     [
         (["--bin", "7"], "--bin"),
         (["--of", "trend"], "no lines"),
-        (["--weight", "set"], "no number to weight by"),
+        (["--weight", "set"], "--weight"),
         (["--weight", "depth"], "depth"),
         (["--of", "azimuth"], "--of"),
     ],

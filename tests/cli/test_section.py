@@ -108,7 +108,7 @@ def test_features_in_a_table(run, model: Path, tmp_path: Path) -> None:  # type:
             "option.requires",
             "--along",
         ),
-        (["--plane", "x", "--through", "0,4,0"], "usage", "--plane"),
+        (["--plane", "x", "--through", "0,4,0"], "notation.unknown-word", "--plane"),
     ],
 )
 def test_what_cannot_be_done_is_said(run, model, tmp_path, words, code, field) -> None:  # type: ignore[no-untyped-def]

@@ -120,8 +120,8 @@ def test_the_edges_of_a_network_are_followed(run, tmp_path: Path) -> None:
     network.write_bytes(b"nothing")
     out = tmp_path / "n.csv"
     for more, said in (
-        (["--onnx-model", network], "n.onnx: This is no ONNX file"),
-        (["--onnx-model", tmp_path / "none.onnx"], "none.onnx: The network cannot be read"),
+        (["--onnx-model", network], "n.onnx: This is not a valid ONNX file"),
+        (["--onnx-model", tmp_path / "none.onnx"], "none.onnx: The file cannot be read"),
     ):
         ran = run(*words, *more, "-o", out)
         assert (ran.code, out.exists()) == (2, False)
@@ -223,7 +223,7 @@ def test_in_a_photo_the_best_cost_and_a_network(run, photographed, tmp_path, mor
     ("more", "said"),
     [
         (["--photo", "p9.png"], "has no camera"),
-        (["--photo", "p0.png", "--cost", "curvature"], "no cost 'curvature'"),
+        (["--photo", "p0.png", "--cost", "curvature"], "“curvature” is not valid"),
         (["--photo", "p0.png", "--cameras", "none.json"], "none.json"),
         (["--cameras", "cameras.json"], "--photo"),
     ],

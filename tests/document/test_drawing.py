@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, get_args, get_type_hints
 
@@ -453,13 +454,11 @@ def test_a_group_holds_the_picks_of_its_type_and_set():
 def test_parallel_planes_meet_nowhere():
     a = wall("a", Plane(90.0, 30.0), (0.0, 0.0, 0.0))
     found = meeting(a, wall("b", Plane(90.0, 30.0), (0.0, 0.0, 5.0))).measured
-    assert "parallel" in found.problem
+    assert found.problem == Finding("planes.parallel")
     assert found.line is found.verdict is None
     assert found.points.shape == (0, 3)
     assert found.kind == "intersection"
     assert words(meeting(a, wall("b", Plane(90.0, 30.0), (0.0, 0.0, 5.0)))) == []
-    steep = meeting(a, wall("b", Plane(90.0, 50.0), (0.0, 0.0, 5.0)))
-    assert words(steep) == ["Angle between the planes 20°"]
 
 
 # --- lengths and areas -----------------------------------------------------------------------
@@ -538,8 +537,11 @@ def test_a_thickness_is_told_with_its_error():
                    "horizontal_m": 5.0, "vertical_m": 0.0},
     )  # fmt: skip
     kind = kind_of(ONE_OF_EACH["dimension"])
-    assert kind.headline(found) == "4.00 m ± 12 cm"
-    assert kind.words(found)[0] == "Thickness 4.00 m, 95 % error ± 12 cm"
+    for text, expected in (
+        (kind.headline(found), "4.00 m ± 12 cm"),
+        (kind.words(found)[0], "Thickness 4.00 m, 95 % error ± 12 cm"),
+    ):
+        assert text == expected
 
 
 def test_every_figure_of_a_dimension_is_in_its_own_column():
@@ -557,13 +559,31 @@ def test_every_figure_of_a_dimension_is_in_its_own_column():
 
 
 # --- other words -----------------------------------------------------------------------------
-def test_a_line_on_a_plane_tells_its_rake_and_slip():
-    reading = Reading("r1", "R", "fault", "plane", 90.0, 60.0)
-    assert words(seen(striation(20.0, "normal"), reading)) == [
-        "Rake 20°, 0.00° off its plane", "Slip of the hanging wall: rake -20°",
-    ]  # fmt: skip
-    assert words(seen(striation(20.0, ""), reading)) == ["Rake 20°, 0.00° off its plane"]
-    assert words(seen(striation(20.0, ""))) == []
+READ_FAULT = Reading("r1", "R", "fault", "plane", 90.0, 60.0)
+
+
+@pytest.mark.parametrize(
+    ("subject", "expected"),
+    [
+        (
+            lambda: meeting(
+                wall("a", Plane(90.0, 30.0), (0.0, 0.0, 0.0)),
+                wall("b", Plane(90.0, 50.0), (0.0, 0.0, 5.0)),
+            ),
+            ["Angle between the planes 20°"],
+        ),
+        (
+            lambda: seen(striation(20.0, "normal"), READ_FAULT),
+            ["Rake 20°, 0.00° off its plane", "Slip of the hanging wall: rake -20°"],
+        ),
+        (lambda: seen(striation(20.0, ""), READ_FAULT), ["Rake 20°, 0.00° off its plane"]),
+        (lambda: seen(striation(20.0, "")), []),
+    ],
+)
+def test_a_line_tells_its_angle_to_planes_and_its_slip(
+    subject: Callable[[], Subject], expected: list[str]
+) -> None:
+    assert words(subject()) == expected
 
 
 def test_a_patch_tells_its_area_where_it_has_one():
@@ -577,23 +597,40 @@ def test_a_reading_tells_where_it_comes_from():
     reading = ONE_OF_EACH["reading"]
     kind = kind_of(reading)
     near, alike = NearestPick("t1", "B01", 12.34, 3.456), NearestPick("t1", "B01", 2.34, None)
-    assert compared(None) == "No pick of the same type to compare with"
-    assert compared(near) == "12° from B01, 3.46 m away"
-    assert compared(alike) == "2.3° from B01, the most similar pick"
-    plain = seen(reading)
-    assert kind.remarks(plain) == []
-    assert kind.about(plain) == [
-        "Compass reading; there is no pick of the same type to compare it with"
-    ]
-    turned = seen(replace(reading, turned_deg=-1.5, source="a.csv"), nearest=lambda: near)
-    assert kind.remarks(turned) == [
-        "azimuth as read -1.50 deg", "12.3 deg from B01, 3.46 m away",
-    ]  # fmt: skip
-    assert kind.about(turned) == [
-        "Compass reading, 12° from B01, 3.46 m away", "Azimuth as read -1.50° (to grid north)",
-        "From a.csv",
-    ]  # fmt: skip
-    assert kind.remarks(seen(reading, nearest=lambda: alike)) == ["2.3 deg from B01"]
+    for nearest, text in (
+        (None, "No pick of the same type to compare with"),
+        (near, "12° from B01, 3.46 m away"),
+        (alike, "2.3° from B01, the most similar pick"),
+    ):
+        assert compared(nearest) == text
+    turned = replace(reading, turned_deg=-1.5, source="a.csv")
+    for read, nearest, remarks, about in (
+        (
+            reading,
+            None,
+            [],
+            ["Compass reading; there is no pick of the same type to compare it with"],
+        ),
+        (
+            turned,
+            near,
+            ["azimuth as read -1.50 deg", "12.3 deg from B01, 3.46 m away"],
+            [
+                "Compass reading, 12° from B01, 3.46 m away",
+                "Azimuth as read -1.50° (to grid north)",
+                "From a.csv",
+            ],
+        ),
+        (
+            reading,
+            alike,
+            ["2.3 deg from B01"],
+            ["Compass reading, 2.3° from B01, the most similar pick"],
+        ),
+    ):
+        subject = seen(read, nearest=lambda nearest=nearest: nearest)
+        assert kind.remarks(subject) == remarks
+        assert kind.about(subject) == about
 
 
 def test_kinds_that_have_nothing_to_say_say_nothing():

@@ -12,6 +12,7 @@ import pytest
 
 from tests.document.test_kinds import HASH, MODEL, ONE_OF_EACH, RECORDS_OF_ALL
 from tests.samples import ZIGZAG, bed, placed
+from vomstudio.core.findings import Finding
 from vomstudio.document import catalogue as of
 from vomstudio.document import slip_figures as slip
 from vomstudio.document.figures import Figure, Form, Subject, Unit, degrees, number
@@ -327,7 +328,8 @@ def test_what_is_not_there_is_said_in_words():
     flat = Lineation("l1", "L1", "lineation", "m1", HASH, ((0.0, 0.0, 0.0),) * 3)
     broken = seen(flat)
     assert (of.QUALITY.value(broken), of.QUALITY.text(broken)) == (None, "no plane")
-    assert of.REASONS.value(broken) == broken.measured.problem
+    assert broken.measured.problem == Finding("points.coincident")
+    assert of.REASONS.value(broken) == broken.measured.problem.message
     assert of.UNDEFINED.value(broken) is of.ELEMENT.value(broken) is None
     read = seen(ONE_OF_EACH["reading"])
     assert (of.QUALITY.text(read), of.REASONS.value(read)) == ("–", None)

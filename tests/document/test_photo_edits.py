@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -65,8 +66,34 @@ def test_photos_come_with_their_points_marks_and_masks(there: Records) -> None:
     assert photo_edits.masks_of(there, "s2") == {}
     assert list(photo_edits.photo_sets(there)) == [OTHER, SET]
     assert [p.label for p in photo_edits.points_of(there, "s2")] == ["A"]
-    label = photo_edits.add_photo_set({}, SET).label
-    assert label == "Add the photos cliff photos"
+
+
+LABELS = [
+    (lambda _: photo_edits.add_photo_set({}, SET), "Add the photos cliff photos"),
+    (
+        lambda there: photo_edits.take_in(there, "s1", [A], {}, {}, "EPSG:25833"),
+        "Take in what lies beside the photos cliff photos",
+    ),
+    (
+        lambda there: photo_edits.locate_photos(there, "s1", "there"),
+        "Locate the photos cliff photos",
+    ),
+    (
+        lambda there: photo_edits.add_reconstruction(
+            there,
+            Reconstruction("k1", "s1", "cliff", "cliff", "low", "0" * 64),
+            Registration("g1", "GPS", "gps", reconstruction_id="k1"),
+        ),
+        "Make a model of cliff",
+    ),
+]
+
+
+@pytest.mark.parametrize(("make", "label"), LABELS, ids=[label for _, label in LABELS])
+def test_a_label_names_the_edit(
+    there: Records, make: Callable[[Records], Edit], label: str
+) -> None:
+    assert make(there).label == label
 
 
 def test_no_photos_come_under_an_id_that_exists(there: Records) -> None:
@@ -144,7 +171,6 @@ def test_masks_are_given_changed_and_taken_away(there: Records) -> None:
 
 def test_what_lies_beside_the_photos_is_taken_in_in_place_of_what_is_here(there: Records) -> None:
     edit = photo_edits.take_in(there, "s1", [A], {}, {"1.jpg": None}, "EPSG:25833")
-    assert edit.label == "Take in what lies beside the photos cliff photos"
     after = done(there, edit)
     assert after["s1"] == replace(SET, crs="EPSG:25833")
     assert [p.label for p in photo_edits.points_of(after, "s1")] == ["A"]
@@ -166,7 +192,6 @@ def test_photos_that_are_not_there_are_refused(there: Records) -> None:
             call()
     place = photo_edits.locate_photos(there, "s1", "there")
     assert place.after == {"s1": replace(SET, path="there")}
-    assert place.label == "Locate the photos cliff photos"
 
 
 def test_a_run_takes_the_place_of_an_earlier_one_in_its_folder(there: Records) -> None:
@@ -174,7 +199,6 @@ def test_a_run_takes_the_place_of_an_earlier_one_in_its_folder(there: Records) -
     beside = replace(first, id="k2", name="wall", folder="wall")
     by = Registration("g1", "GPS", "gps", reconstruction_id="k1")
     edit = photo_edits.add_reconstruction(there, first, by)
-    assert edit.label == "Make a model of cliff"
     assert edit.after == {"k1": first, "g1": by}
     records = done(there, edit)
     records = done(records, photo_edits.add_reconstruction(records, beside, replace(by, id="g2")))

@@ -218,7 +218,7 @@ def test_the_summary_counts_in_words():
 
     picks = {"r1": pick(4.0), "r2": pick(7.4), "r3": pick(20.0)}
     one = summary(["r1"], picks)
-    assert one.message == "1 reading, 4° from the nearest pick of its type."
+    assert _compared(one) == (1, 1, 4.0)
     assert _compared(summary(["r1", "r2", "r3"], picks)) == (3, 3, 7.4)
     assert _compared(summary(["r1", "x"], picks)) == (2, 1, 4.0)
     assert summary([], {}) == Finding("readings.no-picks", count=0)

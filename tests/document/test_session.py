@@ -20,21 +20,24 @@ from vomstudio.document.records import DEFAULT_TYPES, FeatureType, Frame, Model
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, GeometryError
 
+RESTORED = "Restore the feature types"
+
 
 def test_an_edit_is_in_the_journal_before_anyone_hears_of_it(session, journal):
     heard = []
     session.changed.connect(lambda edit: heard.append((edit.label, journal.kept[-1].label)))
-    session.apply(edits.add_trace(session.records, bed("t1")))
-    assert heard == [("Add bedding trace B01", "Add bedding trace B01")]
+    edit = edits.add_trace(session.records, bed("t1"))
+    session.apply(edit)
+    assert heard == [(edit.label, edit.label)]
 
 
 def test_a_journal_that_cannot_be_written_leaves_everything_as_it_was(session, journal):
-    before = dict(session.records)
+    before, label = dict(session.records), session.undo_label
     journal.refuse = DocumentError(Finding("disk.full"))
     with refused("disk.full", DocumentError):
         session.apply(edits.add_trace(session.records, bed("t1")))
     assert dict(session.records) == before
-    assert session.undo_label == "Open model cliff"
+    assert session.undo_label == label
     with refused("disk.full", DocumentError):
         session.undo()
     assert dict(session.records) == before
@@ -252,7 +255,7 @@ def test_types_that_were_lost_are_restored_and_stay(session, journal):
     session.save()
     journal.kept[0] = dataclasses.replace(journal.kept[0], problem=Finding("row.checksum"))
     again = Session(journal)
-    assert again.undo_label == "Restore the feature types"
+    assert again.undo_label == RESTORED
     assert again.of(FeatureType) == list(DEFAULT_TYPES)
     assert len(again.problems) == 1
     assert again.records["t1"] == session.records["t1"]
@@ -268,7 +271,7 @@ def test_a_damaged_project_in_which_nothing_is_left_is_no_new_one(session, journ
     session.apply(edits.remove_model(session.records, "m1"))
     journal.kept[0] = dataclasses.replace(journal.kept[0], problem=Finding("row.checksum"))
     again = Session(journal)
-    assert again.undo_label == "Restore the feature types"
+    assert again.undo_label == RESTORED
     assert again.dirty
     again.undo()
     again.undo()
@@ -308,12 +311,13 @@ def test_what_a_project_ever_held_is_known_as_long_as_its_history(session, journ
 
 
 def test_the_records_cannot_be_changed_past_the_session(session):
+    label = session.undo_label
     for mapping in (session.records, session.saved):
         with pytest.raises(TypeError):
             mapping["t1"] = bed("t1")
     for steps in (session.done_steps(), session.undone_steps()):
         steps.clear()
-    assert session.undo_label == "Open model cliff"
+    assert session.undo_label == label
 
 
 # --- steps -----------------------------------------------------------------------------------
@@ -348,7 +352,7 @@ def test_every_step_is_told_once_with_what_it_changes(session):
     heard.since()
     session.discard_unsaved()
     edit, history = heard.since()
-    assert (edit.label, history) == ("Discard unsaved changes", "history")
+    assert (edit.label, history) == (session.undo_label, "history")
     assert set(edit.after) == {"t1"}
     session.undo()
     session.undo()
@@ -361,20 +365,21 @@ def test_every_step_is_told_once_with_what_it_changes(session):
 
 
 def test_the_journal_says_which_step_is_taken_back_or_done_again(session, journal):
-    first = session.apply(edits.add_trace(session.records, bed("t1")))
-    second = session.apply(edits.add_trace(session.records, bed("t2")))
+    one = edits.add_trace(session.records, bed("t1"))
+    first = session.apply(one)
+    other = edits.add_trace(session.records, bed("t2"))
+    second = session.apply(other)
     assert (first, second) == (session.top - 1, session.top)
     session.undo()
     session.undo()
     session.redo()
     rows = [(row.kind, row.of_seq, row.label) for row in journal.kept[-3:]]
     assert rows == [
-        ("undo", second, "Add bedding trace B02"), ("undo", first, "Add bedding trace B01"),
-        ("redo", first, "Add bedding trace B01"),
-    ]  # fmt: skip
-    assert (session.undo_label, session.redo_label) == (
-        "Add bedding trace B01", "Add bedding trace B02",
-    )  # fmt: skip
+        ("undo", second, other.label),
+        ("undo", first, one.label),
+        ("redo", first, one.label),
+    ]
+    assert (session.undo_label, session.redo_label) == (one.label, other.label)
     assert [seq for seq, _ in session.done_steps()][-1] == first
     assert [seq for seq, _ in session.undone_steps()] == [second]
     again = Session(journal)

@@ -109,11 +109,12 @@ def test_a_damaged_profile_is_named(records: dict[str, Record]) -> None:
 
 def test_a_project_keeps_its_profile_and_undo_takes_it_back(tmp_path: Path) -> None:
     with closing(Project.create(tmp_path / "cliff.vom")) as project:
-        project.session.apply(edits.judge_by(project.session.records, OWN))
+        edit = edits.judge_by(project.session.records, OWN)
+        project.session.apply(edit)
         project.session.save()
     with closing(Project.open(tmp_path / "cliff.vom")) as project:
         assert project.session.records[PROFILE_ID].limits == OWN  # type: ignore[union-attr]
-        assert project.session.undo_label == "Judge by the profile strict"
+        assert project.session.undo_label == edit.label
         project.session.undo()
         assert PROFILE_ID not in project.session.records
 

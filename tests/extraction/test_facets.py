@@ -17,6 +17,8 @@ from tests.extraction.planes_by_construction import (
     normal_of,
     sheet,
 )
+from tests.messages import by_code
+from vomstudio.core.findings import Finding
 from vomstudio.core.options import declarations
 from vomstudio.errors import Cancelled, GeometryError, UsageError
 from vomstudio.extraction.facet_options import FacetOptions
@@ -132,10 +134,10 @@ def test_a_curved_surface_is_said_to_be_one() -> None:
     cylinder = np.stack([2.0 * np.cos(angle), along, 2.0 * np.sin(angle)], axis=-1)
     found = find_facets(PointCloud(cylinder.reshape(-1, 3)))
     assert len(found.facets) > 3
-    assert any("wavy or curved" in said for said in found.warnings)
+    assert "facets.wavy" in by_code(found.warnings)
     ball = np.random.default_rng(5).standard_normal((6000, 3))
     found = find_facets(PointCloud(ball / np.linalg.norm(ball, axis=1)[:, None]))
-    assert any("wavy or curved" in said for said in found.warnings)
+    assert "facets.wavy" in by_code(found.warnings)
     assert not find_facets(tent(0.001)).warnings
     flat, _ = three_sheets(np.random.default_rng(5))
     assert not find_facets(flat).warnings
@@ -149,7 +151,7 @@ def test_folded_beds_are_said_to_be_curved(amplitude: float, wavelength: float) 
     z = amplitude * np.sin(2.0 * np.pi * x / wavelength)
     z += 0.003 * np.random.default_rng(78).standard_normal(len(x))
     found = find_facets(PointCloud(np.column_stack([x, y, z])))
-    assert any("wavy or curved" in said for said in found.warnings)
+    assert "facets.wavy" in by_code(found.warnings)
 
 
 def test_chevrons_and_flat_steps_are_not_said_to_be_curved() -> None:
@@ -186,7 +188,7 @@ def test_where_little_is_planar_the_advice_is_to_pick_traces() -> None:
     share = found.exposure.near_planar_share
     assert share is not None
     assert share < 0.1
-    assert any("30 %" in said for said in found.warnings)
+    assert by_code(found.warnings)["facets.little-planar"]["recommended_percent"] == 30.0
 
 
 @pytest.mark.full
@@ -304,7 +306,7 @@ def test_wrong_normals_of_a_file_are_not_used() -> None:
     up[:, 0] = 1.0
     found = find_facets(PointCloud(cloud.points, normals=up))
     assert max(errors(found, part).values()) < 0.03
-    assert any("normals of the file" in said for said in found.warnings)
+    assert by_code(found.warnings)["cloud.normals-unused"]["angle_deg"] > 30.0
 
 
 def test_noise_larger_than_the_spacing_hides_no_plane() -> None:
@@ -326,7 +328,7 @@ def test_thresholds_that_select_nothing_get_a_plain_answer() -> None:
     assert found.facets == []
     assert (found.labels == -1).all()
     assert found.exposure.coverage == 0.0
-    assert "No facet" in found.warnings[0]
+    assert found.warnings == (Finding("facets.none"),)
     everything = find_facets(cloud, FacetOptions(angle_deg=89.0, max_distance_m=1e6, min_points=3))
     assert everything.facets or everything.warnings
 

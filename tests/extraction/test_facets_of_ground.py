@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.extraction.planes_by_construction import sheet
+from tests.messages import by_code
 from vomstudio.extraction.facets import Facets, find_facets
 from vomstudio.geometry.cloud import PointCloud
 
@@ -32,7 +33,7 @@ def test_a_smooth_lawn_is_vegetation_and_no_facet(seed: int) -> None:
     assert found.exposure.area_m2 == pytest.approx(125.0, rel=0.1)
     assert found.exposure.exposed_m2 == pytest.approx(25.0, rel=0.1)
     assert found.exposure.level_share == 0.0
-    assert any("grass" in said and "8" in said for said in found.warnings)
+    assert by_code(found.warnings)["facets.vegetation"]["share_percent"] == pytest.approx(80, abs=9)
 
 
 @pytest.mark.parametrize("seed", range(743, 746))
@@ -40,7 +41,7 @@ def test_level_ground_is_told_beside_the_share(seed: int) -> None:
     found = scene(seed, 4.0, (120, 120, 120), 75.0)
     assert len(found.facets) == 2
     assert found.exposure.level_share == pytest.approx(0.8, abs=0.03)
-    assert any("dip by less than 10°" in said for said in found.warnings)
+    assert by_code(found.warnings)["facets.ground"]["limit_deg"] == 10
     steep = scene(seed, 14.0, (120, 120, 120), 75.0)
     assert steep.exposure.level_share == 0.0
     assert not steep.warnings

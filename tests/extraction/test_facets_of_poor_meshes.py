@@ -10,6 +10,7 @@ import pytest
 import shapely
 
 from tests.extraction.planes_by_construction import grid_mesh, normal_of, sheet
+from tests.messages import by_code
 from vomstudio.extraction.facets import find_facets
 from vomstudio.extraction.selecting.neighbours import neighbours_of
 from vomstudio.geometry.cloud import PointCloud
@@ -41,7 +42,7 @@ def test_faces_that_are_apart_are_said_to_be() -> None:
     found = find_facets(
         Mesh(corners.reshape(-1, 3), np.arange(1500, dtype=np.int32).reshape(-1, 3))
     )
-    assert "do not hang together" in found.warnings[0]
+    assert by_code(found.warnings)["mesh.faces-apart"]["share_percent"] > 90.0
 
 
 @pytest.mark.parametrize("turned", [False, True])
@@ -54,7 +55,7 @@ def test_faces_on_each_other_are_one_piece_of_surface(turned: bool) -> None:
         assert [f.area for f in found.facets] == pytest.approx([f.area for f in whole.facets])
         assert found.exposure.area_m2 == pytest.approx(whole.exposure.area_m2)
         assert [f.fit.n for f in found.facets] == [f.fit.n for f in whole.facets]
-        assert any("counted once" in said for said in found.warnings)
+        assert "mesh.faces-doubled" in by_code(found.warnings)
     assert not whole.warnings
 
 
@@ -74,7 +75,7 @@ def test_normals_of_a_file_that_are_wrong_in_part_are_used_where_they_are_right(
     assert found.exposure.coverage is not None
     assert found.exposure.coverage > 0.99
     assert len(found.facets) == 3
-    assert any("normals of the file" in said for said in found.warnings) == (share > 0.0)
+    assert ("cloud.normals-partly-unused" in by_code(found.warnings)) == (share > 0.0)
 
 
 def two_tiles(apart: float = 0.0, gap: float = 0.0, coarse: int = 1) -> Mesh:
@@ -107,7 +108,7 @@ def test_a_plane_across_unstitched_tiles_is_one_facet(tiles: dict[str, float]) -
     assert border.geom_type == "Polygon"
     assert len(border.interiors) == 0
     assert border.area == pytest.approx(8.0 + 2.0 * tiles.get("gap", 0.0), rel=0.005)
-    assert not any("hang together" in said for said in found.warnings)
+    assert "mesh.faces-apart" not in by_code(found.warnings)
 
 
 @pytest.mark.parametrize("tiles", UNSTITCHED)

@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from tests.benchmarks.bench_followed import population
 from tests.extraction.planes_by_construction import grid_mesh
+from tests.messages import refused
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.extraction.following import Follower
 from vomstudio.extraction.surface_graph import SurfaceGraph
@@ -193,29 +194,29 @@ def test_a_gap_that_no_path_crosses_is_said() -> None:
         np.concatenate([mesh.vertices, apart]),
         np.concatenate([mesh.faces, mesh.faces + len(apart)]),
     )
-    with pytest.raises(GeometryError, match="do not hang together"):
+    with refused("path.separate-parts", GeometryError, first=1, second=2):
         Follower(SurfaceGraph(both), "curvature").follow(np.array([[0.0, 0, 0], [10.0, 0, 0]]))
 
 
 def test_one_place_is_no_path() -> None:
     mesh = hills(count=21)
     follower = Follower(SurfaceGraph(mesh), "curvature")
-    with pytest.raises(GeometryError, match="one place"):
+    with refused("points.coincident", GeometryError):
         follower.follow(mesh.vertices[[5, 5]])
-    with pytest.raises(GeometryError, match="two way-points"):
+    with refused("feature.too-few-points", GeometryError, count=1, minimum=2):
         follower.follow(mesh.vertices[[5]])
 
 
 def test_points_at_one_place_are_no_surface() -> None:
-    with pytest.raises(GeometryError, match="no surface"):
+    with refused("path.no-surface", GeometryError):
         SurfaceGraph(PointCloud(np.ones((20, 3))))
 
 
 def test_a_cost_that_the_model_does_not_have_is_refused() -> None:
     surface = SurfaceGraph(hills(count=21))
-    with pytest.raises(UsageError, match="no colours"):
+    with refused("model.no-colours", UsageError, field="--cost"):
         Follower(surface, "dark")
-    with pytest.raises(UsageError, match="no cost or field"):
+    with refused("option.not-a-choice", UsageError, value="intensity", field="--cost"):
         Follower(surface, "intensity")
 
 

@@ -126,9 +126,9 @@ def test_turn_the_world_and_the_lines_turn() -> None:
 
 def test_what_cannot_be_proposed_is_refused() -> None:
     points, grey = slope(1, BEDS)
-    with pytest.raises(UsageError, match="The model has no colours"):
+    with refused("model.no-colours", UsageError, field="--cost"):
         proposed(points, None, "dark")
-    with pytest.raises(UsageError, match="There is no cost or field 'shade'"):
+    with refused("option.not-a-choice", UsageError, value="shade", field="--cost"):
         proposed(points, grey, "shade")
     with refused("cost.needs-way-points", cost="colour"):
         proposed(points, grey, "colour")

@@ -10,6 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from tests.messages import refused
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.selecting.looking import Looking
 from vomstudio.extraction.selecting.neighbours import neighbours_of
@@ -242,7 +243,7 @@ def test_faces_without_an_area_are_no_wall():
 def test_a_mesh_of_nothing_but_slivers_says_one():
     mesh = Mesh(np.zeros((3, 3)) + UTM, np.array([[0, 1, 2]], np.int32))
     assert neighbours_of(mesh, 0.0).piece(0, angle_deg=20.0, distance=1.0, left_out=None).count == 1
-    with pytest.raises(GeometryError, match="no faces"):
+    with refused("model.no-faces", GeometryError):
         neighbours_of(Mesh(np.zeros((3, 3)), np.zeros((0, 3), np.int32)), 0.0)
 
 
@@ -296,7 +297,7 @@ def test_points_on_a_line_tell_no_plane():
     line[:, 0] += np.linspace(0.0, 10.0, 1000)
     near = neighbours_of(PointCloud(line), 0.01)
     assert near.piece(500, angle_deg=30.0, distance=1.0, left_out=None).count == 0
-    with pytest.raises(GeometryError, match="no surface"):
+    with refused("cloud.too-few-points", GeometryError, n=3, minimum=4):
         neighbours_of(PointCloud(line[:3]), 0.01)
 
 
@@ -350,5 +351,5 @@ def test_a_colour_takes_its_like_in_the_shade_but_no_other_rock():
     found = ElementColours(cloud).like(np.arange(100), 15.0)
     assert found[:1000].mean() > 0.98
     assert not found[1000:].any()
-    with pytest.raises(GeometryError, match="no colours"):
+    with refused("model.no-colours", GeometryError):
         ElementColours(PointCloud(rng.random((5, 3))))

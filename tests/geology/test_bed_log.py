@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.messages import with_code
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.beds.bed_log import bed_log
 from vomstudio.geology.beds.lithologies import in_strabospot
@@ -93,7 +95,9 @@ def test_what_is_no_log_is_refused() -> None:
         LogOptions(sigma_m=-1)
     assert refused.value.code == "option.out-of-range"
     thin = bed_log([[0, 0, 0], [9, 0, 0.1]], Plane(90, 0.1), bed_error_deg=3)
-    assert "not larger than its error" in thin.warnings[0]
+    assert with_code(thin.warnings, "log.thickness-uncertain") == [
+        Finding("log.thickness-uncertain", base="1", top="2")
+    ]
 
 
 def test_rocks_are_told_in_the_words_of_strabospot() -> None:

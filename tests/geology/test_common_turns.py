@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
+from tests.messages import by_code
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.common_turns import (
     NO_TURN,
@@ -192,7 +193,9 @@ def test_beta_states_them_too() -> None:
         (found.total.smallest_deg, found.min_confidence95_deg),
     ):
         assert total == pytest.approx(np.hypot(own, 3.0 * FACTOR))
-    assert any("however many planes" in reason for reason in found.reasons)
+    registration = by_code(found.reasons)["fold.registration"]
+    assert registration["error_deg"] == found.registration_error_deg
+    assert registration["major_deg"] == found.total.largest_deg
     bare = fold_axis(azimuth, dip)
     assert bare.registration_error_deg is None
     assert bare.error95_deg == pytest.approx(bare.max_confidence95_deg)

@@ -14,12 +14,13 @@ from scipy.special import gammaln, hyp1f1, ive
 from scipy.stats import f as f_distribution
 
 from tests.geology.samples import bingham_sample, fisher_sample
+from tests.messages import refused
 from tests.tiers import first_in_default_tier
 from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import Line, lines_to_vectors, planes_to_poles
 from vomstudio.geology.populations import distributions
 from vomstudio.geology.populations.distributions import AxisConfidence, LineFigures, uniformity
-from vomstudio.geology.populations.error_weights import Errors
+from vomstudio.geology.populations.error_weights import ERROR_COLUMNS, Errors
 from vomstudio.geology.populations.set_statistics import SetStatistics, set_statistics
 from vomstudio.geology.populations.sphere_models import (
     bingham_nodes,
@@ -359,7 +360,7 @@ def test_weights_without_errors_are_refused() -> None:
     table = orientations_of(
         table_of_cells(["dipdir", "dip"], [["10", "20"], ["30", "40"]], Path("t.csv"))
     )
-    with pytest.raises(UsageError, match="total95_deg"):
+    with refused("table.no-errors", UsageError, columns=ERROR_COLUMNS, field="--weights"):
         table_statistics(table, StatisticsOptions(weights="error"))
 
 

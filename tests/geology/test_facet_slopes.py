@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.messages import by_code, refused
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.fractures.facet_slopes import MODES, FacetFace, facet_slopes
 from vomstudio.geology.orientation import Plane, normals_to_planes
@@ -139,8 +140,9 @@ def test_what_is_no_slope_is_skipped_and_said(planes) -> None:
     flat, steep = FacetFace("flat", Plane(0.0, 0.0)), FacetFace("steep", Plane(10.0, 88.0))
     found = facet_slopes(table, [flat, steep], SlopeOptions(30.0, 20.0, "curved"))
     assert [each["id"] for each in found.skipped] == ["flat"]
-    assert any("good as vertical" in said for said in found.warnings)
-    with pytest.raises(GeometryError):
+    assert by_code([found.skipped[0]["reason"]]) == {"slope.horizontal-face": {}}
+    assert by_code(found.warnings)["slope.vertical-facets"] == {"count": 1}
+    with refused("slope.no-facet", GeometryError):
         facet_slopes(table, [flat], SlopeOptions(30.0, 20.0, "curved"))
-    with pytest.raises(UsageError, match="friction"):
+    with refused("option.out-of-range", UsageError, field="--friction"):
         facet_slopes(table, [steep], SlopeOptions(95.0, 20.0, "curved"))

@@ -10,7 +10,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from tests.messages import by_code
 from tests.tiers import first_in_default_tier
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.folds import fold_axis
@@ -106,7 +108,7 @@ def test_two_planes_fold_about_their_intersection_with_an_unknown_error() -> Non
     assert angle_between_lines(fold.beta, intersection(a, b)) < 1e-9
     assert fold.max_confidence95_deg is None
     assert fold.confidence_direction_deg is None
-    assert any("error is unknown" in r for r in fold.reasons)
+    assert "fold.two-planes" in by_code(fold.reasons)
 
 
 def test_turning_the_world_turns_the_axis(big_elk: tuple[np.ndarray, np.ndarray]) -> None:
@@ -138,7 +140,7 @@ def test_no_axis_without_two_planes_that_meet(dip_directions: list, dips: list) 
 def test_a_weak_axis_says_so() -> None:
     fold = fold_axis([90, 270, 80], [30, 30, 20])
     assert fold.max_confidence95_deg > 20  # type: ignore[operator]
-    assert any("too weak" in r for r in fold.reasons)
+    assert {"fold.axis-weak", "fold.axis-too-uncertain"} & by_code(fold.reasons).keys()
 
 
 def coverage(n: int, arc_deg: float, noise_deg: float, runs: int, seed: int) -> tuple[float, float]:
@@ -240,7 +242,8 @@ def test_three_sets_name_their_distance_from_one_plane() -> None:
     axis = common_axis(sets)
     assert angle_between_lines(axis.beta, Line(0, 0)) < 1e-6
     assert axis.max_confidence95_deg is None
-    assert any("hw 0.0, fw 0.0, fault 0.0" in r for r in axis.reasons)
+    off = by_code(axis.reasons)["fold.off-common-plane"]
+    assert (off["sets"], off["off_deg"]) == (("hw", "fw", "fault"), (0.0, 0.0, 0.0))
 
 
 def test_parallel_empty_and_single_sets_have_no_common_axis() -> None:
@@ -320,23 +323,24 @@ def test_a_common_axis_names_its_sets_with_their_numbers_and_distances() -> None
     }
     axis = common_axis(sets)
     first, second, third, fourth = axis.reasons
-    assert third == "means of bedding (n = 3), fault (n = 2), dyke (n = 4)"
+    assert third == Finding("fold.means-of-sets", sets=list(sets), n=[3, 2, 4])
     off = [angle_line_plane(axial_mean(_poles(*planes)), axis.pi_plane) for planes in sets.values()]
-    words = ", ".join(f"{name} {angle:.1f}" for name, angle in zip(sets, off, strict=True))
-    assert first.startswith(f"distance of the means from one plane: {words} degrees")
-    assert "p < 0.001" in first
-    assert second.startswith("no one direction")
+    assert first.values["off_deg"] == pytest.approx(off, abs=0.051)
+    assert (first.code, first.values["sets"]) == ("fold.off-common-plane", tuple(sets))
+    assert first.values["p"] < 0.001
+    assert second == Finding("fold.several-axes")
     assert (axis.verdict, axis.valid) == ("two axes", "no")
     assert axis.max_confidence95_deg is not None
     assert axis.min_confidence95_deg is not None
-    numbers = f"{axis.max_confidence95_deg:.1f} by {axis.min_confidence95_deg:.1f} degrees"
-    assert fourth.startswith(f"beta is known to {numbers} (joint 95 %)")
+    assert fourth.code == "fold.axis-known"
+    assert fourth.values["major_deg"] == axis.max_confidence95_deg
+    assert fourth.values["minor_deg"] == axis.min_confidence95_deg
     two = common_axis({name: sets[name] for name in ("bedding", "fault")})
-    assert not any("distance of the means" in reason for reason in two.reasons)
+    assert "fold.off-common-plane" not in by_code(two.reasons)
     assert two.n == 2
     assert axis.n == 3
     single = common_axis({"bedding": sets["bedding"], "one": ([200.0], [60.0])})
-    assert "a set has only one plane: the error of the axis is unknown" in single.reasons
+    assert Finding("fold.set-of-one-plane") in single.reasons
     assert single.max_confidence95_deg is single.confidence_axis is None
 
 
@@ -349,14 +353,15 @@ def test_few_planes_and_short_arcs_are_said(n: int, few: bool) -> None:
     rng = np.random.default_rng(3)
     for arc, short in ((29.0, True), (31.0, False)):
         fold = fold_axis(*cylinder(Line(125, 26), np.linspace(-arc / 2, arc / 2, n), 0.01, rng))
-        words = "; ".join(fold.reasons)
-        assert f"n = {n}, poles {fold.rms_deg:.1f} degrees RMS" in words
-        assert f"along {fold.arc_deg:.0f} degrees of it" in words
+        found = by_code(fold.reasons)
+        assert found["fold.shape"] == {"n": n, "rms_deg": fold.rms_deg, "arc_deg": fold.arc_deg}
         assert fold.arc_deg == pytest.approx(arc, abs=0.2)
-        assert ("the shape of the scatter cannot be told" in words) == few
-        assert ("the poles cover less than 30 degrees: nearly one dip" in words) == short
+        assert ("fold.shape-unknown" in found) == few
+        assert ("fold.short-arc" in found) == short
         major = fold.max_confidence95_deg
         assert major is not None
         cost, shift = 100 * (1 - math.cos(math.radians(major))), 100 * math.sin(math.radians(major))
-        assert f"wrong by {major:.1f} shortens lengths by {cost:.1f} %" in words
-        assert f"displaces by {shift:.0f} % of the depth" in words
+        known = found["fold.axis-known"]
+        assert known["major_deg"] == major
+        assert known["shortening_percent"] == pytest.approx(cost)
+        assert known["shift_percent"] == pytest.approx(shift)

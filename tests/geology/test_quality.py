@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -84,7 +85,7 @@ def test_confidence_alone_sets_the_bounds(angle: float, quality: str) -> None:
         (
             {"K": 0.8, "collinearity": 38.4},
             "plane.almost-straight",
-            {"collinearity": "38", "K": "0.8", "recommended": 0.8},
+            {"collinearity": 38.4, "K": 0.8, "recommended": 0.8},
         ),
         ({"hyperbolic_overflow": True}, "plane.unbounded-error", {}),
     ],
@@ -339,7 +340,7 @@ def test_the_advice_fits_the_kind_of_feature(kind: Kind, code: str) -> None:
     assert "plane.three-distinct-points" in verdict(twice, kind=kind)[1]
     straight = replace(GOOD, K=None, collinearity=None)
     assert notes(straight, kind=kind) == {
-        "plane.almost-straight": {"collinearity": "infinite", "K": "infinite", "recommended": 0.8}
+        "plane.almost-straight": {"collinearity": math.inf, "K": math.inf, "recommended": 0.8}
     }
 
 
@@ -352,24 +353,26 @@ def test_an_uncertain_trace_that_is_straight_gets_the_code_of_straight_ones() ->
 
 def test_texts_show_the_significant_digits() -> None:
     scattered = notes(replace(GOOD, M=3.94, coplanarity=51.7))["plane.scattered"]
-    assert scattered == {"M": 3.94, "coplanarity": "52", "recommended": 4.0}
+    assert scattered == {"M": 3.94, "coplanarity": 51.7, "recommended": 4.0}
     few = notes(replace(GOOD, M=1.0, coplanarity=9.94))["plane.scattered"]
-    assert few["coplanarity"] == "9.9"
+    assert few["coplanarity"] == 9.94
     infinite = notes(replace(GOOD, M=1.0, coplanarity=None))["plane.scattered"]
-    assert infinite["coplanarity"] == "infinite"
+    assert infinite["coplanarity"] == math.inf
     straight = notes(replace(GOOD, K=1.234, collinearity=9.96))["plane.almost-straight"]
-    assert straight == {"collinearity": "10", "K": "1.2", "recommended": 0.8}
+    assert straight == {"collinearity": 9.96, "K": 1.234, "recommended": 0.8}
     for angle, words in ((9.94, "9.9°"), (9.96, "10°"), (6.0, "6°"), (5.4, "5.4°")):
         assert f"by {words} " in reason(replace(GOOD, max_confidence95_deg=angle)).message
     assert (
-        "M 3.9, coplanarity 52 " in judged(replace(GOOD, M=3.94, coplanarity=51.7)).notes[0].message
+        "M 3.9, coplanarity 51.7 "
+        in judged(replace(GOOD, M=3.94, coplanarity=51.7)).notes[0].message
     )
 
 
 def test_a_failed_fit_is_poor_for_its_cause() -> None:
-    failed = judged(replace(GOOD, error="too few"))
+    cause = Finding("feature.too-few-points", count=1, minimum=3)
+    failed = judged(replace(GOOD, error=cause))
     assert failed.quality == "poor"
-    assert failed.reasons == (Finding("plane.no-fit", reason="too few."),)
+    assert failed.reasons == (cause,)
 
 
 def test_a_resolution_of_nothing_is_no_resolution() -> None:

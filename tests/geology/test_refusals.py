@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from tests.messages import refused
 from vomstudio.errors import GeometryError
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.common_axes import common_axis
@@ -39,6 +40,7 @@ from vomstudio.geology.statistics import (
 )
 
 ONE = ([90.0], [40.0])
+ELLIPSE = "net.ellipse-direction"
 
 
 @pytest.mark.parametrize(
@@ -58,41 +60,49 @@ def test_a_word_that_is_none_of_the_choices_is_named(ask: Callable[[], object], 
 
 
 @pytest.mark.parametrize(
-    ("ask", "words"),
+    ("ask", "code", "values"),
     [
-        (lambda: fold_axis([10.0], [20.0]), "at least 2 planes; 1 given"),
-        (lambda: fold_axis([], []), "at least 2 planes; 0 given"),
-        (lambda: fold_axis([10.0] * 5, [20.0] * 5), "All 5 planes are parallel"),
-        (lambda: common_axis({"a": ONE}), "at least 2 sets"),
-        (lambda: common_axis({"a": ONE, "b": ([], [])}), "Set b has no planes"),
-        (lambda: common_axis({"a": ONE, "b": ONE}), "of a, b are parallel"),
-        (lambda: mean_plane([]), "without planes has no mean"),
-        (lambda: intersection(Plane(40, 30), Plane(40, 30)), "planes are parallel"),
-        (lambda: rake_of(Plane(40, 30).pole(), Plane(40, 30)), "perpendicular to the plane"),
-        (lambda: unit_vectors(np.zeros((0, 3))), "needs at least one"),
-        (lambda: unit_vectors(np.zeros((2, 2))), "needs at least one"),
-        (lambda: unit_vectors([[0, 0, 1], [0, 0, 0]]), "Orientation 2 of 2 is not a direction"),
-        (lambda: unit_vectors([[np.nan, 0, 1]]), "Orientation 1 of 1 is not a direction"),
-        (lambda: axial_mean([[1, 0, 0], [0, 1, 0]]), "spread evenly over a plane"),
-        (lambda: fisher([[0, 0, 1], [0, 0, -1]], directed=True), "cancel out"),
-        (lambda: nets.confidence_ellipse([0, 0, -1], [0, 0, 1], 5, 2), "across its axis"),
-        (lambda: nets.confidence_ellipse([0, 0, -1], [np.nan, 0, 1], 5, 2), "across its axis"),
-        (lambda: Line.from_vector([0, 0, 0]), "direction must be three finite numbers"),
-        (lambda: Line.from_vector([[0, 0, 1]]), "direction must be three finite numbers"),
-        (lambda: Plane.from_normal([0, np.inf, 1]), "normal must be three finite numbers"),
-        (lambda: Plane(10, 90.01), "A dip of 90.01 degrees is impossible"),
-        (lambda: Plane(10, -0.01), "A dip of -0.01 degrees is impossible"),
-        (lambda: Line(10, 90.01), "A plunge of 90.01 degrees is impossible"),
-        (lambda: Line(10, -90.01), "A plunge of -90.01 degrees is impossible"),
-        (lambda: Line(math.nan, 10), "trend is not a number"),
-        (lambda: Plane(10, math.inf), "dip is not a number"),
-        (lambda: Plane.from_strike(math.nan, 10), "strike is not a number"),
+        (lambda: fold_axis([10.0], [20.0]), "fold.one-plane", {"n": 1}),
+        (lambda: fold_axis([], []), "fold.one-plane", {"n": 0}),
+        (lambda: fold_axis([10.0] * 5, [20.0] * 5), "fold.parallel-planes", {"n": 5}),
+        (lambda: common_axis({"a": ONE}), "fold.too-few-sets", {}),
+        (lambda: common_axis({"a": ONE, "b": ([], [])}), "sets.empty", {"set": "b"}),
+        (lambda: common_axis({"a": ONE, "b": ONE}), "fold.parallel-means", {"sets": ("a", "b")}),
+        (lambda: mean_plane([]), "sets.no-members", {}),
+        (lambda: intersection(Plane(40, 30), Plane(40, 30)), "planes.parallel", {}),
+        (lambda: rake_of(Plane(40, 30).pole(), Plane(40, 30)), "line.across-plane", {}),
+        (lambda: unit_vectors(np.zeros((0, 3))), "sets.no-orientations", {}),
+        (lambda: unit_vectors(np.zeros((2, 2))), "sets.no-orientations", {}),
+        (
+            lambda: unit_vectors([[0, 0, 1], [0, 0, 0]]),
+            "orientation.not-a-direction",
+            {"number": 2, "n": 2},
+        ),
+        (
+            lambda: unit_vectors([[np.nan, 0, 1]]),
+            "orientation.not-a-direction",
+            {"number": 1, "n": 1},
+        ),
+        (lambda: axial_mean([[1, 0, 0], [0, 1, 0]]), "orientation.no-mean", {}),
+        (lambda: fisher([[0, 0, 1], [0, 0, -1]], directed=True), "orientation.no-mean", {}),
+        (lambda: nets.confidence_ellipse([0, 0, -1], [0, 0, 1], 5, 2), ELLIPSE, {}),
+        (lambda: nets.confidence_ellipse([0, 0, -1], [np.nan, 0, 1], 5, 2), ELLIPSE, {}),
+        (lambda: Line.from_vector([0, 0, 0]), "vector.invalid", {"name": "direction"}),
+        (lambda: Line.from_vector([[0, 0, 1]]), "vector.invalid", {"name": "direction"}),
+        (lambda: Plane.from_normal([0, np.inf, 1]), "vector.invalid", {"name": "normal"}),
+        (lambda: Plane(10, 90.01), "angle.out-of-range", {"value": 90.01, "field": "dip"}),
+        (lambda: Plane(10, -0.01), "angle.out-of-range", {"value": -0.01, "field": "dip"}),
+        (lambda: Line(10, 90.01), "angle.out-of-range", {"value": 90.01, "field": "plunge"}),
+        (lambda: Line(10, -90.01), "angle.out-of-range", {"value": -90.01, "field": "plunge"}),
+        (lambda: Line(math.nan, 10), "number.not-an-angle", {"field": "trend"}),
+        (lambda: Plane(10, math.inf), "number.not-an-angle", {"field": "dip"}),
+        (lambda: Plane.from_strike(math.nan, 10), "number.not-an-angle", {"field": "strike"}),
     ],
 )
 def test_what_has_no_answer_is_refused_with_the_reason(
-    ask: Callable[[], object], words: str
+    ask: Callable[[], object], code: str, values: dict[str, object]
 ) -> None:
-    with pytest.raises(GeometryError, match=words):
+    with refused(code, GeometryError, **values):
         ask()
 
 
@@ -113,7 +123,7 @@ def test_planes_meet_from_a_hundredth_of_a_degree_on(apart: float, meet: bool) -
         # Along the strike, which both have.
         assert min(abs(line.line.trend_deg - k) for k in (130.0, 310.0)) < 0.01
     else:
-        with pytest.raises(GeometryError, match="parallel"):
+        with refused("planes.parallel", GeometryError):
             intersection_line(a, b)
 
 

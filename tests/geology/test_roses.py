@@ -98,7 +98,7 @@ def test_rows_without_azimuth_or_weight_are_counted() -> None:
 def test_bins_that_do_not_fit_are_refused(width: float) -> None:
     with refused("rose.uneven-bins", UsageError, field="--bin", range_deg=180.0):
         bins_of(width)
-    with pytest.raises(UsageError, match="negative"):
+    with refused("rose.negative-weight", UsageError, field="--weight"):
         rose_of([10.0], axial=True, weights=[-1.0])
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.messages import by_code
 from tests.tiers import first_in_default_tier
 from vomstudio.geology.orientation import normals_to_planes, planes_to_poles
 from vomstudio.geology.sets.axial_mixture import (
@@ -172,7 +173,11 @@ def test_a_number_that_is_asked_for_is_met_as_far_as_sets_can_be_told_apart() ->
     # One direction cannot be two sets.
     alike = sets_among(planes_to_poles([90.0] * 9, [45.0] * 9), SetOptions(exactly=2))
     assert len(alike.sets) == 1
-    assert "can be told apart, not 2" in alike.warnings[0]
+    assert by_code(alike.warnings)["sets.fewer"] == {
+        "count": 1,
+        "minimum": 3,
+        "wanted": 2,
+    }
 
 
 def test_no_more_sets_than_allowed_and_seeds_keep_their_order() -> None:

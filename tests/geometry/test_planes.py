@@ -11,6 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.messages import refused
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.planes import PlaneFit, fit_plane, fit_planes
@@ -121,7 +123,7 @@ def test_regression_agrees_with_a_least_squares_solver(axis: str) -> None:
 
 def test_regression_is_refused_where_the_plane_is_parallel_to_its_axis() -> None:
     vertical = SQUARE[:, [2, 0, 1]] * 10.0  # in the plane x = 0
-    with pytest.raises(GeometryError, match="parallel to the z axis"):
+    with refused("plane.parallel-to-axis", GeometryError, axis="z"):
         fit_plane(vertical, method="regression", axis="z")
     assert fit_plane(vertical, method="regression").dip_deg == pytest.approx(90.0)
 
@@ -218,24 +220,24 @@ def test_no_groups_are_no_planes() -> None:
 
 
 @pytest.mark.parametrize(
-    ("points", "reason"),
+    ("points", "code", "values"),
     [
-        (SQUARE[:2], "at least 3 points"),
-        (np.zeros((0, 3)), "at least 3 points"),
-        ([], "at least 3 points"),
-        (np.full((5, 3), 0.1), "same place"),
-        (np.tile(UTM, (5, 1)), "same place"),
-        (np.outer(np.linspace(0, 1, 7), [0.3, 0.1, 0.7]) + 1e3, "one straight line"),
-        (np.outer(np.linspace(0, 90, 50), [0.36, 0.48, 0.8]) + UTM, "one straight line"),
-        (np.array([[0, 0, 0], [0, 0, 0], [1, 2, 3.0]]), "one straight line"),
-        (np.array([[0, 0, 0], [1, 0, np.inf], [1, 2, 3.0]]), "not finite"),
-        (np.array([[0, 0, 0], [1, 0, np.nan], [1, 2, 3.0]]), "not finite"),
+        (SQUARE[:2], "feature.too-few-points", {"count": 1, "minimum": 3}),
+        (np.zeros((0, 3)), "feature.too-few-points", {"count": 3, "minimum": 3}),
+        ([], "feature.too-few-points", {"count": 3, "minimum": 3}),
+        (np.full((5, 3), 0.1), "points.coincident", {"n": 5}),
+        (np.tile(UTM, (5, 1)), "points.coincident", {"n": 5}),
+        (np.outer(np.linspace(0, 1, 7), [0.3, 0.1, 0.7]) + 1e3, "points.collinear", {"n": 7}),
+        (np.outer(np.linspace(0, 90, 50), [0.36, 0.48, 0.8]) + UTM, "points.collinear", {"n": 50}),
+        (np.array([[0, 0, 0], [0, 0, 0], [1, 2, 3.0]]), "points.collinear", {"n": 3}),
+        (np.array([[0, 0, 0], [1, 0, np.inf], [1, 2, 3.0]]), "points.not-finite", {}),
+        (np.array([[0, 0, 0], [1, 0, np.nan], [1, 2, 3.0]]), "points.not-finite", {}),
     ],
 )
 def test_points_that_hold_no_plane_are_refused_with_the_reason(
-    points: np.ndarray, reason: str
+    points: np.ndarray, code: str, values: dict[str, int]
 ) -> None:
-    with pytest.raises(GeometryError, match=reason):
+    with refused(code, GeometryError, **values):
         fit_plane(points)
 
 
@@ -258,14 +260,14 @@ def test_a_small_real_plane_at_utm_is_not_refused(seed: int) -> None:
 
 
 def test_malformed_input_is_refused_by_name() -> None:
-    for points, offsets, words in (
-        (np.zeros((4, 2)), [0, 4], "three coordinates"),
-        (np.zeros((4, 3)), [0, 5], "Offsets"),
-        (np.zeros((4, 3)), [3, 0], "Offsets"),
+    for points, offsets, code, field in (
+        (np.zeros((4, 2)), [0, 4], "points.invalid", "points"),
+        (np.zeros((4, 3)), [0, 5], "points.offsets", "offsets"),
+        (np.zeros((4, 3)), [3, 0], "points.offsets", "offsets"),
     ):
-        with pytest.raises(GeometryError, match=words):
+        with refused(code, GeometryError, field=field):
             fit_planes(points, offsets)
-    with pytest.raises(GeometryError, match="method"):
+    with refused("option.not-a-choice", GeometryError, value="ransac", field="method"):
         fit_plane(SQUARE, method="ransac")  # type: ignore[arg-type]
 
 
@@ -372,15 +374,24 @@ def test_a_group_without_a_plane_is_blank_in_a_batch_and_harms_no_other() -> Non
     groups += [line, np.full((5, 3), 2.5), bent_trace(3)]
     offsets = np.concatenate([[0], np.cumsum([len(g) for g in groups])])
     fits = fit_planes(np.concatenate(groups), offsets)
-    words = [None, "at least 3", None, "not finite", "not finite", "straight", "same place", None]
-    for i, word in enumerate(words):
-        if word is None:
+    expected = [
+        None,
+        Finding("feature.too-few-points", count=1, minimum=3),
+        None,
+        Finding("points.not-finite"),
+        Finding("points.not-finite"),
+        Finding("points.collinear", n=6),
+        Finding("points.coincident", n=5),
+        None,
+    ]
+    for i, finding in enumerate(expected):
+        if finding is None:
             assert fits.error[i] is None
             single = fit_plane(groups[i])
             assert fits[i].dip_deg == pytest.approx(single.dip_deg)
             assert fits[i].n_effective == pytest.approx(single.n_effective)
             continue
-        assert word in (fits.error[i] or "")
+        assert fits.error[i] == finding
         assert fits.n[i] == len(groups[i])
         for f in fields(PlaneFit):
             value = getattr(fits[i], f.name)
@@ -407,9 +418,8 @@ def test_a_regression_along_the_nearest_axis_keeps_steep_planes_steep(
     named = fit_planes(points, [0, 400], method="regression", axis=nearest)  # type: ignore[arg-type]
     assert np.array_equal(named[0].normal, fits[0].normal)
     if dip == 89.9:
-        assert "parallel to the z axis" in (
-            fit_planes(points, [0, 400], method="regression", axis="z").error[0] or ""
-        )
+        along_z = fit_planes(points, [0, 400], method="regression", axis="z")
+        assert along_z.error[0] == Finding("plane.parallel-to-axis", axis="z")
 
 
 def test_a_regression_that_has_no_plane_is_blank_too() -> None:
@@ -417,7 +427,7 @@ def test_a_regression_that_has_no_plane_is_blank_too() -> None:
     offsets = [0, 4, 44]
     both = np.concatenate([vertical, bent_trace(1)])
     fits = fit_planes(both, offsets, method="regression", axis="z")
-    assert "parallel to the z axis" in (fits.error[0] or "")
+    assert fits.error[0] == Finding("plane.parallel-to-axis", axis="z")
     assert fits[0].dip_deg is fits[0].max_confidence95_deg is None
     assert fits[1].dip_deg == pytest.approx(fit_plane(bent_trace(1), method="regression").dip_deg)
 
@@ -508,9 +518,9 @@ def test_what_is_within_four_roundings_of_the_largest_coordinate_is_no_shape(
     if beyond:
         assert fit_plane(wide).rms == 0.0
     else:
-        with pytest.raises(GeometryError, match="one straight line"):
+        with refused("points.collinear", GeometryError):
             fit_plane(wide)
-    with pytest.raises(GeometryError, match="one straight line" if beyond else "same place"):
+    with refused("points.collinear" if beyond else "points.coincident", GeometryError):
         fit_plane(long)
 
 
@@ -525,19 +535,24 @@ def test_a_plane_that_leans_by_rounding_alone_is_horizontal(steps: int, flat: bo
 
 
 @pytest.mark.parametrize(
-    ("size", "reason"),
-    [(0.9e150, None), (1.1e150, "not finite"), (1.1e-150, None), (0.9e-150, "same place")],
+    ("size", "code"),
+    [
+        (0.9e150, None),
+        (1.1e150, "points.not-finite"),
+        (1.1e-150, None),
+        (0.9e-150, "points.coincident"),
+    ],
 )
 def test_sizes_up_to_150_powers_of_ten_either_way_hold_a_plane(
-    size: float, reason: str | None
+    size: float, code: str | None
 ) -> None:
     points = np.array([[-1, -1, -0.5], [1, -1, 0.5], [-1, 1, -0.5], [1, 1, 0.5]]) * size
-    if reason is None:
+    if code is None:
         fit = fit_plane(points)
         assert fit.dip_deg == pytest.approx(np.degrees(np.arctan(0.5)))
         assert fit.extent == pytest.approx(size * np.hypot(2.0, 1.0))
     else:
-        with pytest.raises(GeometryError, match=reason):
+        with refused(code, GeometryError):
             fit_plane(points)
 
 
@@ -552,7 +567,7 @@ def test_a_small_plane_far_away_is_parallel_to_an_axis_within_its_roundings(
     points = np.roll(np.column_stack([half * u, steps * STEP * v, half * v]), axis - 2, axis=1)
     name = "xyz"[axis]
     if parallel:
-        with pytest.raises(GeometryError, match=f"parallel to the {name} axis"):
+        with refused("plane.parallel-to-axis", GeometryError, axis=name):
             fit_plane(points + FAR, method="regression", axis=name)  # type: ignore[arg-type]
     else:
         fit = fit_plane(points + FAR, method="regression", axis=name)  # type: ignore[arg-type]

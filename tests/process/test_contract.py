@@ -352,7 +352,7 @@ def test_only_bedding_makes_the_fold_and_what_was_left_out_is_named(
     assert "joint" in json.dumps(found["left_out"])
     assert found["valid"] in ("yes", "conditional", "no")
     assert isinstance(found["verdict"], str)
-    assert all(isinstance(reason, str) for reason in found["reasons"])
+    assert all({"code", "severity", "message"} <= reason.keys() for reason in found["reasons"])
 
 
 # What is written

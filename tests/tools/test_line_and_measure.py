@@ -281,7 +281,7 @@ def test_another_kind_keeps_the_clicks(measure, context):
 def test_two_clicks_at_one_place_are_no_distance(measure, context):
     clicks(measure, [(1, 1, 1), (1, 1, 1)])
     assert of(context, Dimension) == []
-    assert context.said[-1].code == "tool.coincident-points"
+    assert context.said[-1].code == "points.coincident"
     clicks(measure, [(1, 1, 2)])
     assert of(context, Dimension)[0].vertices == ((1.0, 1.0, 1.0), (1.0, 1.0, 2.0))
 

@@ -9,6 +9,7 @@ import pytest
 
 from tests import driver
 from tests.geology.test_set_proposals import cluster
+from tests.messages import shown_codes
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
@@ -63,7 +64,7 @@ def test_parallel_planes_without_places_are_one_set(window, studio, panel) -> No
     name, count, mean, kappa = (panel.table.item(0, i).text() for i in range(4))
     assert (name, count, mean.partition(" ± ")[0], kappa) == ("J1", "10", "090.00/45.00", "–")
     panel.count.setValue(3)
-    assert "Only 1 set of at least 3 planes" in proposed(window, panel)
+    assert "sets.fewer" in shown_codes(proposed(window, panel))
     panel.accept.click()
     assert {r.set_name for r in studio.session.of(Reading)} == {"J1"}
     assert proposed(window, panel).endswith("to propose anew among all.")

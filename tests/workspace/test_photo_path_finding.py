@@ -77,7 +77,7 @@ def test_what_the_photo_cannot_say_is_refused_in_a_sentence(scene, tmp_path) -> 
     beside = np.array([ends[0], [900.0, 0.0, 0.0]])
     with refused("photo.not-showing", GeometryError):
         paths.way(photos, "p0.png", "dark", beside, live=False)
-    with pytest.raises(UsageError, match="no cost"):
+    with refused("option.not-a-choice", UsageError, value="curvature", field="--cost"):
         paths.way(photos, "p0.png", "curvature", ends, live=False)
     gone = ModelPhotos("m", "wall", photos.views, tmp_path)
     with refused("photo.file-missing", GeometryError):

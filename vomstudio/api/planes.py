@@ -21,7 +21,7 @@ from vomstudio.api.checking import (
 )
 from vomstudio.api.declared_options import options_from_arguments
 from vomstudio.api.tables import dataframe_crs, frame
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.beds.parallel import ParallelBeds, parallel_beds
 from vomstudio.geology.notation import format_attitude
@@ -279,13 +279,7 @@ def fit_plane(
     options = options_from_arguments(FitOptions, method=method, axis=axis, profile=profile)
     done = _fitted(alone, options, resolution_m)
     if not done.rows:
-        raise GeometryError(
-            tr(
-                "A plane through {count} points: {reason}.",
-                count=len(array),
-                reason=done.skipped[0]["reason"],
-            )
-        )
+        raise GeometryError(done.skipped[0]["reason"])
     return plane_of_row(done.rows[0])
 
 
@@ -333,16 +327,12 @@ def fit_planes(
     if not done.rows:
         first = done.skipped[0]
         raise GeometryError(
-            tr(
-                "None of the {count} planes can be fitted. The first: {reason}.",
-                count=len(done.skipped),
-                reason=first["reason"],
-            ),
+            Finding("plane.none-fitted", count=len(done.skipped), reason=first["reason"]),
             field=str(first["id"]),
         )
     messages = [*given.messages]
     messages += [
-        tr("Plane {plane} was skipped: {reason}.", plane=item["id"], reason=item["reason"])
+        Finding("feature.left-out", feature=str(item["id"]), reason=item["reason"])
         for item in done.skipped
     ]
     if given.dropped:

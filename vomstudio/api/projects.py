@@ -13,7 +13,7 @@ from vomstudio.api.checking import flag, naming, path_of, points, warn, words_of
 from vomstudio.api.frame_arguments import frame_arguments_named, frame_options
 from vomstudio.api.models import Mesh, PointCloud, as_recorded
 from vomstudio.api.planes import LineFit, PlaneFit, line_of_row, plane_of_row
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Model
 from vomstudio.errors import DocumentError, GeometryError, InputError, VomWarning
@@ -254,8 +254,9 @@ class Project:
         if found.rows:
             row = found.rows[0]
             return plane_of_row(row) if row["element"] == "plane" else line_of_row(row)
-        reason = found.skipped[0]["reason"] if found.skipped else tr("it is neither plane nor line")
-        raise GeometryError(f"{id}: {reason}.")
+        no_plane = Finding("feature.without-plane")
+        reason = found.skipped[0]["reason"] if found.skipped else no_plane
+        raise GeometryError(reason, field=id)
 
     def verify(self) -> Verification:
         """Read every row and file of it: ``sound``, ``problems`` (sentences), ``steps``,
@@ -373,7 +374,7 @@ class Project:
         with naming("format", "--to"):
             table = export_records(records, wanted, target, force=replace, thresholds=thresholds)
         warn(
-            tr("{feature} was left out: {reason}.", feature=item["name"], reason=item["reason"])
+            Finding("feature.left-out", feature=item["name"], reason=item["reason"])
             for item in table.skipped
         )
         return tuple(table.files)

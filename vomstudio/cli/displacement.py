@@ -12,6 +12,7 @@ from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
+from vomstudio.core.findings import Finding
 from vomstudio.geology.faults.displacement_options import DisplacementOptions
 from vomstudio.words import tr
 
@@ -44,7 +45,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result = found.to_dict()
     out.result(result)
     out.warn(found.warnings)
-    out.warn([f"{each['id']}: {each['reason']}" for each in found.skipped])
+    out.warn(
+        [
+            Finding("feature.left-out", feature=each["id"], reason=each["reason"])
+            for each in found.skipped
+        ]
+    )
     out.text(_in_words(result))
 
 

@@ -17,6 +17,7 @@ from vomstudio.cli.common.arguments import (
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.output import Output
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.tables.fit_options import FitOptions, FitTogether
 from vomstudio.words import tr
@@ -94,7 +95,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.warn(result["warnings"])
     out.warn(
         [
-            tr("Plane {plane} was left out: {reason}", plane=item["id"], reason=item["reason"])
+            Finding("feature.left-out", feature=str(item["id"]), reason=item["reason"])
             for item in skipped
         ]
     )
@@ -174,18 +175,12 @@ def _parallel_in_words(found: ParallelBeds) -> str:
     return "\n".join([said, beds, *([pairs] if found.same else [])])
 
 
-def _nothing_fitted(path: str, by: str | None, skipped: list[dict[str, str]]) -> GeometryError:
+def _nothing_fitted(path: str, by: str | None, skipped: list[dict[str, Any]]) -> GeometryError:
     first = skipped[0]
     if by is None:
-        return GeometryError(
-            tr("No plane can be fitted: {reason}.", reason=first["reason"]), file=path
-        )
+        return GeometryError(first["reason"], file=path)
     return GeometryError(
-        tr(
-            "None of the {count} planes can be fitted. The first: {reason}.",
-            count=len(skipped),
-            reason=first["reason"],
-        ),
+        Finding("plane.none-fitted", count=len(skipped), reason=first["reason"]),
         file=path,
         field=f"{by} {first['id']}",
     )

@@ -147,7 +147,7 @@ def _in_words(found: TableFold) -> str:
             else [("  " + tr("not good"), tr("{count}", count=result["not_good"]))]
         ),
         *(
-            ("  " + tr("left out"), f"{o['n']} {o['what']} ({o['reason']})")
+            ("  " + tr("left out"), f"{o['n']} {o['what']}: {o['reason']}")
             for o in result["left_out"]
         ),
         (tr("beta"), tr("{line}  trend/plunge, 95 %", line=text_tables.measured_line(beta))),

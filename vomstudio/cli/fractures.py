@@ -61,7 +61,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.warn(mapped.found.warnings)
     out.text(_in_words(mapped.found))
     for note in mapped.found.notes:
-        out.note(note)
+        out.note(note.message)
 
 
 def _in_words(found: FractureNetwork) -> str:

@@ -19,6 +19,7 @@ from vomstudio.cli.common.arguments import (
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.output import Output
+from vomstudio.core.findings import Finding
 from vomstudio.errors import DocumentError, UsageError
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.feature_values import FeatureValues
@@ -199,7 +200,7 @@ def _fit(args: argparse.Namespace, out: Output) -> None:
     out.result({**_summary(args).as_dict(), **result})
     out.warn(
         [
-            tr("{feature} was left out: {reason}", feature=item["name"], reason=item["reason"])
+            Finding("feature.left-out", feature=item["name"], reason=item["reason"])
             for item in found.skipped
         ]
     )

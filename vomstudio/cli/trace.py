@@ -183,7 +183,7 @@ def _require_on_model(
     path: str, points: npt.NDArray[np.float64], surface: SurfaceGraph, resolution: float
 ) -> None:
     """Raises InputError that names the line of a way-point that is not on the model."""
-    from vomstudio.extraction.followed_trace import off_the_model, why_off
+    from vomstudio.extraction.followed_trace import off_model_finding, off_the_model
     from vomstudio.io.text.tables import coordinate_columns, read_table
 
     row = off_the_model(surface, points, resolution)
@@ -193,7 +193,7 @@ def _require_on_model(
     kept = np.isfinite(table.numbers(coordinate_columns(table))).all(axis=1)
     line = int(np.asarray(table.line_numbers)[kept][row])
     far = float(surface.snapped(points)[row])
-    raise InputError(why_off(row + 1, far, resolution), file=path, line=line)
+    raise InputError(off_model_finding(row + 1, far, resolution), file=path, line=line)
 
 
 def in_words(found: FollowedTrace, unit: str) -> str:

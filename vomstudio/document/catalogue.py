@@ -119,7 +119,7 @@ def _reasons(s: Subject) -> str | None:
 
 def _reason_codes(s: Subject) -> str | None:
     if s.measured.verdict is None:
-        return None
+        return None if s.measured.problem is None else s.measured.problem.code
     return " ".join(each.code for each in s.measured.verdict.reasons)
 
 

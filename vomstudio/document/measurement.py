@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import SURROUNDINGS_RULE, Model, Picked, Record, get
 from vomstudio.geology import orientation
 from vomstudio.geology.common_turns import Region
@@ -75,7 +75,7 @@ class Measurement:
     outcrop_normal: Floats | None
     fit: PlaneFit | None
     verdict: Verdict | None
-    problem: Message | None
+    problem: Finding | None
     plane: Plane | None = None
     line: Line | None = None
     line_fit: LineFit | None = None
@@ -172,7 +172,7 @@ class Measuring:
 def nothing_measured(
     points: Floats,
     resolution_m: float | None,
-    problem: Message | None,
+    problem: Finding | None,
     *,
     kind: str,
     metric: bool = True,

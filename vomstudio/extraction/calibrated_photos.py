@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry import transform
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
@@ -58,14 +57,12 @@ class CalibratedPhotos:
         height, width = picture.shape[:2]
         if (width, height) != (lens.width, lens.height):
             raise InputError(
-                tr(
-                    "The photo has {width} x {height} pixels, its camera in {cameras} "
-                    "{wanted} x {high}. Give the photo that the camera was calibrated with.",
+                Finding(
+                    "photo.other-size",
                     width=width,
                     height=height,
-                    cameras=self.cameras.name,
-                    wanted=lens.width,
-                    high=lens.height,
+                    aligned_width=lens.width,
+                    aligned_height=lens.height,
                 ),
                 file=self.files[view],
             )
@@ -95,10 +92,7 @@ def open_photos(
     own = read_own_cameras(cameras, _bounds_in_file(data, matrix))
     if not own.views:
         raise InputError(
-            tr(
-                "The file says where the photos were taken, but not how they look. Give cameras "
-                "with rotation and lens, such as cameras.json."
-            ),
+            Finding("cameras.no-poses"),
             file=cameras,
         )
     names = list(own.views)
@@ -125,12 +119,7 @@ def _files(names: list[str], own: object, photo: Path) -> tuple[int, dict[int, P
     row = photo_finder(names)(photo.as_posix())
     if row is None:
         raise UsageError(
-            tr(
-                "The photo {name} has no camera in {file}. There are: {known}.",
-                name=photo.name,
-                file=own.path.name,
-                known=", ".join(names[:5]) + (" …" if len(names) > 5 else ""),
-            ),
+            Finding("photo.no-camera", photo=photo.name, cameras=own.path.name, photos=names),
             field="--photo",
         )
     found = dict[str, Path]()
@@ -139,9 +128,7 @@ def _files(names: list[str], own: object, photo: Path) -> tuple[int, dict[int, P
     else:
         found = find_photos_of(own)
         if names[row] not in found:
-            raise InputError(
-                tr("There is no such photo. Give the path of its file with --photo."), file=photo
-            )
+            raise InputError(Finding("file.missing"), file=photo)
     files = {i: found[name] for i, name in enumerate(names) if name in found}
     if photo.is_file():
         files[row] = photo

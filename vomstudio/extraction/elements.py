@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.kernels import agreement, smoothed
 from vomstudio.extraction.points_around import (
@@ -157,7 +157,7 @@ def _of_cloud(
     grid, begun, sound, origin = _grid_of(points, begin)
     places = grid.places
     if len(places) < 4:
-        raise GeometryError(tr("A cloud of {count} points has no facets.", count=len(places)))
+        raise GeometryError(Finding("cloud.too-few-points", n=len(places), minimum=4))
     rows, row_of = grid.rows, grid.row_of
     if sound is not None:
         rows, row_of = sound[rows], np.full(len(points), -1, np.int64)
@@ -171,7 +171,7 @@ def _of_cloud(
     around, seen = seen_around(grid, open_, few, known, angle_deg, progress)
     number = np.zeros(len(places) + 1, np.int64)
     number[open_ + 1] = seen.near.shape[1]
-    said: list[str] = []
+    said: list[Finding] = []
     if begun is not None and begun.wide:
         around = 0
         known_ = begun.normals, begun.variation, begun.areas, begun.noise
@@ -218,7 +218,7 @@ def _grid_of(
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     odd = bounds_of(given, low, high)
     if len(points) - odd < 4:
-        raise GeometryError(tr("A cloud of {count} points has no facets.", count=len(points) - odd))
+        raise GeometryError(Finding("cloud.too-few-points", n=len(points) - odd, minimum=4))
     sound = np.flatnonzero(np.isfinite(points).all(axis=1)) if odd else None
     origin = np.floor(low)
     local = (given if sound is None else given[sound]) - origin
@@ -264,15 +264,13 @@ def _surroundings(
     return normals, variation, areas, noise
 
 
-def _wide(begun: Begun) -> str:
+def _wide(begun: Begun) -> Finding:
     noise = float(np.median(begun.noise))
-    return tr(
-        "The points scatter by {noise:.3g} m about the surface, {times:.1f} times their spacing. "
-        "Normals were taken from surroundings {width:.2g} m wide; pieces that are narrower are "
-        "not told apart.",
-        noise=noise,
+    return Finding(
+        "cloud.noisy",
+        noise_m=noise,
         times=noise / float(np.sqrt(np.median(begun.areas))),
-        width=begun.wide,
+        width_m=begun.wide,
     )
 
 
@@ -292,7 +290,7 @@ def _neighbours_for(begun: Begun, angle_deg: float) -> int | None:
     return next((count for count in AROUND if count >= wanted), AROUND[-1])
 
 
-def _given_or(given: Array, found: Array, variation: Array, said: list[str]) -> Array:
+def _given_or(given: Array, found: Array, variation: Array, said: list[Finding]) -> Array:
     """The file's normals where they are some and agree with the points, on the whole and one by
     one; beside an edge, where the points tell a normal between two faces, all that are some."""
     size = np.linalg.norm(given, axis=1)
@@ -304,24 +302,17 @@ def _given_or(given: Array, found: Array, variation: Array, said: list[str]) -> 
         return found
     angle = float(np.degrees(np.arccos(min(float(np.median(cosine[both])), 1.0))))
     if angle > _WRONG_NORMALS_DEG:
-        said.append(
-            tr(
-                "The normals of the file are {angle:.0f}° off the surface of its points (median) "
-                "and were not used.",
-                angle=angle,
-            )
-        )
+        said.append(Finding("cloud.normals-unused", angle_deg=angle))
         return found
     flat = both & (variation < _FLAT)
     wrong = flat & (cosine < np.cos(np.radians(_WRONG_NORMALS_DEG)))
     share = float(wrong.sum()) / max(int(flat.sum()), 1)
     if share > _WRONG_SHARE:
         said.append(
-            tr(
-                "{share:.0f} % of the normals of the file are more than {angle:.0f}° off the "
-                "surface of its points; those of the points were used there.",
-                share=100.0 * share,
-                angle=_WRONG_NORMALS_DEG,
+            Finding(
+                "cloud.normals-partly-unused",
+                share_percent=100.0 * share,
+                limit_deg=_WRONG_NORMALS_DEG,
             )
         )
         # Beside an edge as many may be wrong, and nothing tells which.
@@ -336,7 +327,7 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
     faces = np.asarray(mesh.faces, np.int64)
     sound = whole[faces].all(axis=1)
     if not sound.any():
-        raise GeometryError(tr("The mesh has no faces with places."))
+        raise GeometryError(Finding("model.no-faces"))
     origin = np.floor(vertices[whole].min(axis=0))
     local = np.where(whole[:, None], vertices, 0.0) - origin
     local = snapped(local, faces[sound])
@@ -348,9 +339,9 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
     longest = np.maximum((edge_a**2).sum(axis=1), (edge_b**2).sum(axis=1))
     rows = np.flatnonzero(sound & (double > 1e-9 * longest))
     if not len(rows):
-        raise GeometryError(tr("No face of the mesh has an area."))
+        raise GeometryError(Finding("mesh.no-area"))
     progress.stage(tr("Finding neighbours"), None)
-    said: list[str] = []
+    said: list[Finding] = []
     nodes = welded(local)[faces[rows]]
     say_apart(nodes, said)
     first = counted_once(nodes, said)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.borders.polygons import polygon_of_faces, polygon_of_points, wkt
 from vomstudio.extraction.cells.planes import begun_on_cells
@@ -184,10 +184,11 @@ def _without_grass(elements: Elements, labels: Labels, colors: Array) -> tuple[E
     lost = (rock < 0) & (labels >= 0)
     if not lost.any():
         return elements, rock
-    said = tr(
-        "Facets whose photo colours are those of grass were left out as vegetation: {share:.0f} % "
-        "of the model.",
-        share=max(100.0 * float(elements.areas[lost].sum() / np.nansum(elements.areas)), 1.0),
+    said = Finding(
+        "facets.vegetation",
+        share_percent=max(
+            100.0 * float(elements.areas[lost].sum() / np.nansum(elements.areas)), 1.0
+        ),
     )
     return replace(elements, warnings=(*elements.warnings, said)), rock
 
@@ -392,59 +393,39 @@ def _of_points(data: Mesh | PointCloud, elements: Elements, labels: Labels) -> L
     return result
 
 
-def _said(elements: Elements, found: list[Facet], exposure: Exposure) -> list[str]:
+def _said(elements: Elements, found: list[Facet], exposure: Exposure) -> list[Finding]:
     if not found and elements.of == "point" and not elements.around:
-        return [
-            tr(
-                "The points fill a volume: at no width is there a surface that they do not scatter "
-                "about by a good part of it. This noise is too large for facets; smooth the cloud, "
-                "or pick traces by hand."
-            )
-        ]
+        return [Finding("facets.volume")]
     if not found:
-        return [
-            tr(
-                "No facet was found. Allow a larger angle or distance, fewer points or less area, "
-                "or pick traces by hand."
-            )
-        ]
+        return [Finding("facets.none")]
     said = []
     share = exposure.near_planar_share
     if share is not None and share < NEAR_PLANAR_SHARE:
         said.append(
-            tr(
-                "Only {share:.0f} % of the exposed rock is near-planar (30 % recommended): facets "
-                "do not stand for this outcrop. Pick traces by hand where it is not covered.",
-                share=100.0 * share,
+            Finding(
+                "facets.little-planar",
+                share_percent=100.0 * share,
+                recommended_percent=100.0 * NEAR_PLANAR_SHARE,
             )
         )
     said += _of_ground(exposure)
     whole = sum(facet.area for facet in found)
     if sum(facet.area for facet in found if facet.bent) > _WAVY * whole:
-        said.append(
-            tr(
-                "Many facets bend on into a neighbour that is turned by little, so they are pieces "
-                "of wavy or curved faces. Allow a larger distance for planes of whole faces, or "
-                "pick traces by hand."
-            )
-        )
+        said.append(Finding("facets.wavy"))
     return said
 
 
-def _of_ground(exposure: Exposure) -> list[str]:
+def _of_ground(exposure: Exposure) -> list[Finding]:
     """What of the share may be level ground, where that is much of it."""
     level, share = exposure.level_share or 0.0, exposure.near_planar_share or 0.0
     if level < NEAR_PLANAR_SHARE:
         return []
     rest = (share - level) / (1.0 - level) if level < 1.0 else 0.0
     return [
-        tr(
-            "{level:.0f} % of what counts as exposed rock is in facets that dip by less than "
-            "{limit:g}°. Where these are no level beds but gravel, asphalt or another sheet of "
-            "ground, they are no exposure: without them {rest:.0f} % is near-planar (30 % "
-            "recommended). Leave ground out of the model first.",
-            level=100.0 * level,
-            limit=LEVEL_DEG,
-            rest=100.0 * max(rest, 0.0),
+        Finding(
+            "facets.ground",
+            share_percent=100.0 * level,
+            limit_deg=LEVEL_DEG,
+            rest_percent=100.0 * max(rest, 0.0),
         )
     ]

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.measurable_kernels import longest_sides
 from vomstudio.geometry.kernels.jit import for_reading
 from vomstudio.geometry.patches import triangle_areas
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -39,7 +39,7 @@ def finer(vertices: Array, faces: Ints, longest: float) -> tuple[Array, Ints, In
     area = float(triangle_areas(*(vertices[faces[:, k]] for k in range(3))).sum())
     if area > MOST * _LARGEST * longest**2:
         # Before half a minute goes by in finding that out.
-        raise GeometryError(_too_many())
+        raise GeometryError(Finding("faces.length-too-small"))
     for _ in range(_ROUNDS):
         ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2)
         # By its nodes, not by the order in which a face has them: both faces must find the same.
@@ -67,16 +67,12 @@ def finer(vertices: Array, faces: Ints, longest: float) -> tuple[Array, Ints, In
         )
         faces, of = _cut(faces, middle, of)
         if len(faces) + sum(len(part) for part, _ in done) > MOST:
-            raise GeometryError(_too_many())
+            raise GeometryError(Finding("faces.length-too-small"))
     return (
         vertices,
         np.concatenate([part for part, _ in done]),
         np.concatenate([own for _, own in done]),
     )
-
-
-def _too_many() -> str:
-    return tr("The length is far smaller than the model: choose a longer one, or cut a part.")
 
 
 def _cut(faces: Ints, middle: Ints, of: Ints) -> tuple[Ints, Ints]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.best_cost import AUTO, Tried, follow_best
 from vomstudio.extraction.following import Follower
@@ -77,15 +77,14 @@ def off_the_model(surface: SurfaceGraph, way_points: Array, resolution: float) -
     return int(far[0]) if len(far) and np.isfinite(resolution) else None
 
 
-def why_off(number: int, distance: float, resolution: float) -> str:
-    """The sentence on a way-point that is not on the model, counted from 1."""
-    return tr(
-        "Way-point {number} lies {distance:.3g} m from the model, more than {times:g} times its "
-        "resolution of {resolution:.3g} m. Give points on the surface, in the model's frame.",
+def off_model_finding(number: int, distance_m: float, resolution_m: float) -> Finding:
+    """Report a way-point, counted from 1, that is not on the model."""
+    return Finding(
+        "path.off-model",
         number=number,
-        distance=distance,
-        times=FARTHEST,
-        resolution=resolution,
+        distance_m=distance_m,
+        maximum_m=FARTHEST * resolution_m,
+        resolution_m=resolution_m,
     )
 
 
@@ -156,9 +155,10 @@ def near_surface(surface: SurfaceGraph) -> VertexSurface:
 def require_on_model(surface: SurfaceGraph, way_points: Array, resolution: float) -> None:
     """Raises GeometryError for fewer than two way-points, and for one that is not on the model."""
     if len(way_points) < 2:
-        raise GeometryError(tr("A trace is followed between at least two way-points."))
+        raise GeometryError(Finding("feature.too-few-points", count=2 - len(way_points), minimum=2))
     if (row := off_the_model(surface, way_points, resolution)) is not None:
-        raise GeometryError(why_off(row + 1, float(surface.snapped(way_points)[row]), resolution))
+        distance_m = float(surface.snapped(way_points)[row])
+        raise GeometryError(off_model_finding(row + 1, distance_m, resolution))
 
 
 def plane_of(

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.extraction.path_costs import COSTS, OF_COLOURS, node_costs, tint
 from vomstudio.extraction.shortest_paths import shortest, straightest
 from vomstudio.extraction.surface_graph import Graph, SurfaceGraph
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -57,24 +57,10 @@ class Follower:
         coloured = surface.data.colors is not None or surface.textures is not None
         if cost in OF_COLOURS:
             if not coloured:
-                fields = ", ".join(surface.data.fields)
-                raise UsageError(
-                    tr("The model has no colours. Follow its curvature.")
-                    if not fields
-                    else tr(
-                        "The model has no colours. Follow its curvature, or one of its fields: "
-                        "{fields}.",
-                        fields=fields,
-                    ),
-                    field="--cost",
-                )
+                raise UsageError(Finding("model.no-colours"), field="--cost")
         elif cost != "curvature" and cost not in surface.data.fields:
             raise UsageError(
-                tr(
-                    "There is no cost or field '{name}'. There are: {known}.",
-                    name=cost,
-                    known=", ".join((*COSTS, *surface.data.fields)),
-                ),
+                Finding("option.not-a-choice", value=cost, choices=(*COSTS, *surface.data.fields)),
                 field="--cost",
             )
 
@@ -89,7 +75,7 @@ class Follower:
         world = np.asarray(way_points, np.float64).reshape(-1, 3)
         given = world - self.surface.origin
         if len(given) < 2:
-            raise GeometryError(tr("A path needs at least two way-points."))
+            raise GeometryError(Finding("feature.too-few-points", count=2 - len(given), minimum=2))
         surface = self.surface
         legs: list[Leg] = []
         snaps, at = np.zeros(len(given)), np.zeros(len(given), np.int64)
@@ -113,7 +99,7 @@ class Follower:
             snaps[i + 1] = np.linalg.norm(line[-1][-1] - world[i + 1])
         points = np.concatenate(line)
         if len(points) < 2:
-            raise GeometryError(tr("All way-points are at one place of the model."))
+            raise GeometryError(Finding("points.coincident"))
         length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
         return Path(points, length, snaps, at, np.concatenate(costs))
 
@@ -208,11 +194,4 @@ def _nearest(places: Array, points: Array) -> Ints:
 
 
 def _apart(number: int) -> GeometryError:
-    return GeometryError(
-        tr(
-            "The way-points {one} and {other} are on parts of the model that do not hang together. "
-            "Set way-points on one part.",
-            one=number + 1,
-            other=number + 2,
-        )
-    )
+    return GeometryError(Finding("path.separate-parts", first=number + 1, second=number + 2))

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.elements import Elements, elements_of
 from vomstudio.extraction.finer_faces import finer
@@ -125,7 +125,7 @@ def usual_resolution(data: Mesh | PointCloud) -> float:
         found = effective_resolution(points, tree, points[:: max(1, len(points) // _OF_ALL)])
         if found is not None and found > 0.0:
             return found
-    raise GeometryError(tr("The model has too few points to tell its resolution."))
+    raise GeometryError(Finding("model.no-resolution"))
 
 
 def measurable(
@@ -187,7 +187,7 @@ def _surface(
     whole = np.asarray(np.isfinite(vertices).all(axis=1))
     rows = np.arange(len(faces)) if whole.all() else np.flatnonzero(whole[faces].all(axis=1))
     if not len(rows):
-        raise GeometryError(tr("The mesh has no faces with places."))
+        raise GeometryError(Finding("model.no-faces"))
     own = faces if len(rows) == len(faces) else faces[rows]
     square = np.empty(len(own))
     longest_sides(for_reading(vertices, np.float64), for_reading(own, np.int64), square)
@@ -287,14 +287,7 @@ def _of_elements(
 
 def _require_longer(length: float, resolution: float) -> None:
     if length < LEAST_LENGTH * resolution:
-        raise GeometryError(
-            tr(
-                "A trace of {length:.3g} m is hardly longer than the model's resolution of "
-                "{resolution:.3g} m: choose a longer one.",
-                length=length,
-                resolution=resolution,
-            )
-        )
+        raise GeometryError(Finding("trace.too-short", length_m=length, resolution_m=resolution))
 
 
 def _weighted_median(values: Array, weights: Array) -> float:

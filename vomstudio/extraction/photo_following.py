@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message, cause_of
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos
 from vomstudio.extraction.path_costs import OF_COLOURS, compared, node_costs
@@ -24,7 +24,6 @@ from vomstudio.extraction.photo_votes import Voter, agreement
 from vomstudio.extraction.pixel_graph import along, around, pixel_graph
 from vomstudio.extraction.shortest_paths import straightest
 from vomstudio.extraction.surface_graph import Graph
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Bytes = npt.NDArray[np.uint8]
@@ -75,11 +74,7 @@ class PhotoPath:
 def _require_cost(cost: str) -> None:
     if cost not in OF_COLOURS:
         raise UsageError(
-            tr(
-                "In a photo there is no cost '{name}'. There are: {known}.",
-                name=cost,
-                known=", ".join(OF_COLOURS),
-            ),
+            Finding("option.not-a-choice", value=cost, choices=OF_COLOURS),
             field="--cost",
         )
 
@@ -114,18 +109,18 @@ class PhotoFollower:
         """
         given = np.asarray(way_points, np.float64).reshape(-1, 2)
         self._require(given)
-        voters, said = ([], list[str]()) if alone else self._voters(given)
+        voters, said = ([], list[Finding]()) if alone else self._voters(given)
         found = [self._leg(a, b, given, voters) for a, b in pairwise(given)]
         legs = [leg for leg, _ in found]
         pixels = np.concatenate([legs[0], *(leg[1:] for leg in legs[1:])])
         costs = np.concatenate([found[0][1], *(each[1:] for _, each in found[1:])])
         at = np.concatenate([[0], np.cumsum([len(leg) - 1 for leg in legs])])
         if len(pixels) < 2:
-            raise GeometryError(tr("All way-points are at one pixel of the photo."))
+            raise GeometryError(Finding("points.coincident"))
         points = self.thrown(pixels)
         there = np.isfinite(points[:, 0])
         if there.sum() < 2:
-            raise GeometryError(tr("The line in the photo lies beside the model."))
+            raise GeometryError(Finding("path.beside-model"))
         # Where the way-points are once what misses the model is left out.
         at = np.maximum(np.cumsum(there)[at] - 1, 0)
         seen, agreeing = agreement(self._pyramid[0], pixels[there], self.thrown, voters)
@@ -140,31 +135,20 @@ class PhotoFollower:
 
     def _require(self, given: Array) -> None:
         if len(given) < 2:
-            raise GeometryError(tr("A path needs at least two way-points."))
+            raise GeometryError(Finding("feature.too-few-points", count=2 - len(given), minimum=2))
         inside = self.view.contains(given) & np.isfinite(given).all(axis=1)
         for row in np.flatnonzero(~inside).tolist():
-            raise GeometryError(
-                tr(
-                    "Way-point {number} is not on the photo {name}.",
-                    number=row + 1,
-                    name=self.view.name,
-                )
-            )
+            raise GeometryError(Finding("path.outside-photo", number=row + 1, photo=self.view.name))
         for row in np.flatnonzero(~np.isfinite(self.thrown(given)[:, 0])).tolist():
             raise GeometryError(
-                tr(
-                    "Way-point {number} lies beside the model in the photo {name}. Give points "
-                    "under which there is rock.",
-                    number=row + 1,
-                    name=self.view.name,
-                )
+                Finding("path.point-beside-model", number=row + 1, photo=self.view.name)
             )
 
-    def _voters(self, given: Array) -> tuple[list[Voter], list[str]]:
+    def _voters(self, given: Array) -> tuple[list[Voter], list[Finding]]:
         """The other photos that see the way-points best."""
         if not self._voting:
             return [], []
-        photos, said = self.photos, list[str]()
+        photos, said = self.photos, list[Finding]()
         line = np.concatenate(
             [a + (b - a) * np.linspace(0, 1, 20)[:, None]
              for a, b in pairwise(given)]
@@ -183,13 +167,13 @@ class PhotoFollower:
                 used[seen.view] = voter
                 found.append(voter)
             except InputError as error:
-                said.append(str(error))
+                said.append(cause_of(error))
             if len(found) == _VOTERS:
                 break
         self._kept.clear()
         self._kept.update(used)
         if not found:
-            said.append(tr("No other photo that was found shows the place, so none has a say."))
+            said.append(Finding("path.no-other-photo"))
         return found, said
 
     # --- a leg -------------------------------------------------------------------------------
@@ -219,7 +203,7 @@ class PhotoFollower:
             first, last = (_nearest(graph, end) for end in ends)
             path = straightest(graph, first, last, costs)
             if path is None:
-                raise GeometryError(tr("The way-points lie apart in the photo."))
+                raise GeometryError(Finding("path.not-connected"))
             line = graph.places[path, :2]
         return line, costs[path] / usual
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.best_cost import AUTO, Tried, best_of
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos
@@ -151,14 +152,7 @@ def _seen_at(photos: CalibratedPhotos, given: Array, resolution: float) -> Array
     pixels = photos.views.pixels(photos.chosen, given)
     shown = photos.views.shows(photos.chosen, given, FARTHEST * resolution)
     for row in np.flatnonzero(~shown).tolist():
-        raise GeometryError(
-            tr(
-                "The photo {name} does not show way-point {number}: it lies outside the picture, "
-                "or behind the rock. Choose a photo that shows all of them.",
-                name=photos.name,
-                number=row + 1,
-            )
-        )
+        raise GeometryError(Finding("path.not-shown", photo=photos.name, number=row + 1))
     return pixels
 
 
@@ -166,31 +160,13 @@ def _share(path: PhotoPath) -> float | None:
     return path.confirmed / path.judged if path.judged else None
 
 
-def _doubts(path: PhotoPath, steps: Array, share: float | None, resolution: float) -> list[str]:
+def _doubts(path: PhotoPath, steps: Array, share: float | None, resolution: float) -> list[Finding]:
     said = []
     if path.missed:
-        said.append(
-            tr(
-                "{count} pixels of the line lie beside the model and were left out.",
-                count=path.missed,
-            )
-        )
+        said.append(Finding("path.pixels-beside-model", count=path.missed))
     least = max(_JUMP * float(np.median(steps)), _JUMP_RESOLUTIONS * resolution)
     if jumps := int((steps > least).sum()):
-        said.append(
-            tr(
-                "The line crosses {count} edges behind which rock is hidden in the photo; the "
-                "widest gap is {gap:.2g} m. The trace is straight across them.",
-                count=jumps,
-                gap=float(steps.max()),
-            )
-        )
+        said.append(Finding("path.hidden-rock", count=jumps, gap_m=float(steps.max())))
     if share is not None and share < _AGREEING:
-        said.append(
-            tr(
-                "The other photos show the same on {percent:.0f} % of the line only: elsewhere "
-                "the model is off, or something moved. Look at the line in these photos.",
-                percent=100.0 * share,
-            )
-        )
+        said.append(Finding("path.unconfirmed", share_percent=100.0 * share))
     return said

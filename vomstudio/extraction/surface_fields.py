@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import welded
@@ -125,7 +125,7 @@ def surface_fields(
     points nearly everywhere, Cancelled through `progress`.
     """
     if not 0.0 < radius_m < np.inf:
-        raise UsageError(tr("The radius is a positive length in metres."), field="radius")
+        raise UsageError(Finding("number.not-a-length", text=str(radius_m)), field="radius")
     progress = progress or Silent()
     progress.stage(tr("Preparing surface points"), None)
     places = np.asarray(points_of(data), np.float64)
@@ -138,21 +138,10 @@ def surface_fields(
     enough = planes.count >= _FEWEST
     on_lines = enough & ~(planes.spread[:, 1] > _THIN * planes.spread[:, 2])
     if enough.any() and (on_lines == enough).all():
-        raise GeometryError(
-            tr(
-                "The points within {radius:g} m lie on lines or at one place, which have no dip: "
-                "choose a larger radius.",
-                radius=radius_m,
-            )
-        )
+        raise GeometryError(Finding("fields.points-in-line", radius_m=radius_m))
     enough &= ~on_lines
     if not enough.any():
-        raise GeometryError(
-            tr(
-                "Within {radius:g} m there are hardly any points: choose a larger radius.",
-                radius=radius_m,
-            )
-        )
+        raise GeometryError(Finding("fields.too-few-points", radius_m=radius_m))
     normals, warnings = _outward(data, planes.normal)
     warnings = (*said, *warnings)
     normals[~enough] = np.nan
@@ -163,12 +152,7 @@ def surface_fields(
     if left > _SPARSE_SHARE:
         warnings = (
             *warnings,
-            tr(
-                "{share:.0f} % of the places have fewer than {count} points within the radius, or "
-                "points on one line, and no value.",
-                share=100.0 * left,
-                count=_FEWEST,
-            ),
+            Finding("fields.few-points", share_percent=100.0 * left, minimum=_FEWEST),
         )
     return SurfaceFields(
         radius_m,
@@ -178,7 +162,7 @@ def surface_fields(
     )
 
 
-def _refused_or_told(data: Mesh | PointCloud, radius_m: float) -> tuple[str, ...]:
+def _refused_or_told(data: Mesh | PointCloud, radius_m: float) -> tuple[Finding, ...]:
     """What is to be known of a radius beside the triangles of a mesh. Raises GeometryError where
     their points would be too many."""
     if not isinstance(data, Mesh) or not len(data.faces):
@@ -188,21 +172,10 @@ def _refused_or_told(data: Mesh | PointCloud, radius_m: float) -> tuple[str, ...
     most = max(_MOST_POINTS, 3 * len(data.vertices))
     least = _SPACINGS * float(np.sqrt(areas.sum() / most))
     if radius_m < least:
-        raise GeometryError(
-            tr(
-                "The radius is far smaller than the model's triangles: choose a larger radius, at "
-                "least {least:.2g} m.",
-                least=least,
-            )
-        )
+        raise GeometryError(Finding("fields.radius-below-faces", minimum_m=least))
     usual = float(np.sqrt(2.0 * np.median(areas))) if len(areas) else 0.0
     if radius_m < 2.0 * usual:
-        return (
-            tr(
-                "The radius is less than two edges of the model's triangles: values are those of "
-                "single triangles.",
-            ),
-        )
+        return (Finding("fields.single-faces"),)
     return ()
 
 
@@ -251,7 +224,7 @@ def _evenly(points: Array, cell: float) -> Array:
     return points[np.sort(order[np.arange(len(order)) - first < _IN_CELL])]
 
 
-def _outward(data: Mesh | PointCloud, normals: Array) -> tuple[Array, tuple[str, ...]]:
+def _outward(data: Mesh | PointCloud, normals: Array) -> tuple[Array, tuple[Finding, ...]]:
     """The normals, turned out of the rock: by the faces of a mesh, by a cloud's own normals, else
     up; and what is to be said of it."""
     if isinstance(data, Mesh) and len(data.faces):
@@ -262,10 +235,7 @@ def _outward(data: Mesh | PointCloud, normals: Array) -> tuple[Array, tuple[str,
         sides = None
     if sides is None:
         up = np.broadcast_to([0.0, 0.0, 1.0], normals.shape)
-        said = tr(
-            "This cloud has no normals that tell its outside, which is taken to be up: overhangs "
-            "are not told, and below them the sign of the curvature is turned."
-        )
+        said = Finding("fields.outside-unknown")
         return _turned(normals, up), (said,)
     return _turned(normals, sides), ()
 

@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.texture_colours import TextureColours
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -96,7 +96,7 @@ class SurfaceGraph:
             sound &= used
         rows = np.flatnonzero(sound)
         if len(rows) < 2 or not np.ptp(points[rows], axis=0).any():
-            raise GeometryError(tr("The model has no surface that a path could follow."))
+            raise GeometryError(Finding("path.no-surface"))
         self.origin: Array = np.floor(points[rows].min(axis=0))
         local = points[rows] - self.origin
         which = welded(local)

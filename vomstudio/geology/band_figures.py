@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.plane_bands import BandSet, PlaneBand, SetPrior, sets_in_band
@@ -105,9 +106,7 @@ def table_priors(table: OrientationRows) -> list[SetPrior]:
     }
     found = priors_of(groups)
     if not found:
-        raise GeometryError(
-            tr("No set of the table has three planes that scatter about a mean."), file=table.path
-        )
+        raise GeometryError(Finding("sets.no-scatter"), file=table.path)
     return found
 
 

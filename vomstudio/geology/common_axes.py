@@ -15,17 +15,23 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geology.common_turns import Moved, Turns, joined, moved, principal_axis
 from vomstudio.geology.folding.figures import PairFigures
-from vomstudio.geology.folding.verdicts import KNOWN_AXIS_DEG, WEAK_AXIS_DEG, Verdict
+from vomstudio.geology.folding.verdicts import (
+    KNOWN_AXIS_DEG,
+    WEAK_AXIS_DEG,
+    Verdict,
+    too_uncertain,
+    uncertain,
+)
 from vomstudio.geology.folds import MIN_ARC, FoldAxis, axis_of
 from vomstudio.geology.intersections import UncertainPlane, intersection_line, mean_plane
 from vomstudio.geology.orientation import Array, planes_to_poles
 from vomstudio.geology.populations.chances import chi2_tail, f_tail
 from vomstudio.geology.populations.distributions import f95
 from vomstudio.geology.statistics import flip_to, orientation_tensor, unit_vectors
-from vomstudio.words import tr
 
 NATURAL_SCATTER_DEG = 5.0
 """Of a single plane about the mean of its set, where no set tells it."""
@@ -49,24 +55,19 @@ def common_axis(
     an empty one, or parallel means.
     """
     if len(sets) < 2:
-        raise GeometryError(tr("A common axis needs at least 2 sets; name them as A,B."))
+        raise GeometryError(Finding("fold.too-few-sets"))
     names = list(sets)
     members: list[Array] = []
     for name in names:
         poles = planes_to_poles(*sets[name]).reshape(-1, 3)
         if len(poles) == 0:
-            raise GeometryError(tr("Set {name} has no planes.", name=name))
+            raise GeometryError(Finding("sets.empty", set=name))
         members.append(unit_vectors(poles))
     tensors = [orientation_tensor(poles) for poles in members]
     means = np.array([of_set[0] for _, of_set in tensors])
     values, axes = orientation_tensor(means)
     if values[1] < MIN_ARC:
-        raise GeometryError(
-            tr(
-                "The mean planes of {names} are parallel: they have no common axis.",
-                names=", ".join(names),
-            )
-        )
+        raise GeometryError(Finding("fold.parallel-means", sets=names))
     strays, freedom = _strays(members, means, axes[2])
     semi_axes, swing = _region_of(means, axes, strays, min(map(len, members)))
     turned = None
@@ -80,14 +81,9 @@ def common_axis(
     def judged(error95_deg: float | None) -> Verdict:
         return _verdict(names, off, p, error95_deg, _supposed(members))
 
-    counted = [
-        tr(
-            "means of {sets}",
-            sets=", ".join(f"{k} (n = {len(m)})" for k, m in zip(names, members, strict=True)),
-        )
-    ]
+    counted = [Finding("fold.means-of-sets", sets=names, n=[len(own) for own in members])]
     if semi_axes is None:
-        counted.append(tr("a set has only one plane: the error of the axis is unknown"))
+        counted.append(Finding("fold.set-of-one-plane"))
     made = axis_of(means, values, axes, semi_axes, swing, judged, turned, counted)
     return replace(made, pairs=pairs)
 
@@ -170,51 +166,23 @@ def _verdict(
     names: Sequence[str], off: Array, p: float | None, error95_deg: float | None, supposed: bool
 ) -> Verdict:
     if p is None:
-        said = tr("two sets always share an axis, the line in which their mean planes meet")
-        return _common([said], error95_deg, [])
-    distances = ", ".join(f"{k} {a:.1f}" for k, a in zip(names, off, strict=True))
-    said = tr(
-        "distance of the means from one plane: {distances} degrees; chance of that where they "
-        "share an axis: p {p}",
-        distances=distances,
-        p="< 0.001" if p < 0.001 else f"= {p:.3f}",
-    )
-    reasons = [said]
+        return _common([Finding("fold.two-sets")], error95_deg, [])
+    reasons = [Finding("fold.off-common-plane", sets=names, off_deg=np.round(off, 1).tolist(), p=p)]
     if supposed:
-        reasons.append(
-            tr(
-                "each set is a single plane: a natural scatter of {scatter:.0f} degrees is "
-                "supposed",
-                scatter=NATURAL_SCATTER_DEG,
-            )
-        )
+        reasons.append(Finding("fold.scatter-assumed", scatter_deg=NATURAL_SCATTER_DEG))
     largest = float(off.max())
     if p < TWO_AXES_P and largest >= TWO_AXES_DEG:
-        reasons.append(
-            tr(
-                "no one direction shows all of them edge-on: give each pair its own axis, as a "
-                "section does"
-            )
-        )
+        reasons.append(Finding("fold.several-axes"))
         return Verdict("two axes", "no", tuple(reasons))
-    doubts = []
-    if largest >= TWO_AXES_DEG:
-        doubts.append(tr("the means are off one plane, but no farther than their errors"))
+    doubts = [Finding("fold.off-within-errors")] if largest >= TWO_AXES_DEG else []
     return _common(reasons, error95_deg, doubts)
 
 
-def _common(reasons: list[str], error95_deg: float | None, doubts: list[str]) -> Verdict:
+def _common(reasons: list[Finding], error95_deg: float | None, doubts: list[Finding]) -> Verdict:
     if error95_deg is not None and error95_deg > WEAK_AXIS_DEG:
-        weak = tr("the axis is known to {error:.0f} degrees only: too weak", error=error95_deg)
-        return Verdict("undetermined", "no", (weak, *reasons))
+        return Verdict("undetermined", "no", (too_uncertain(error95_deg), *reasons))
     if error95_deg is not None and error95_deg > KNOWN_AXIS_DEG:
-        doubts.append(
-            tr(
-                "the axis is known to {error:.0f} degrees ({limit:.0f} wanted)",
-                error=error95_deg,
-                limit=KNOWN_AXIS_DEG,
-            )
-        )
+        doubts.append(uncertain(error95_deg))
     valid = "conditional" if doubts or error95_deg is None else "yes"
     return Verdict("common axis", valid, (*doubts, *reasons))
 

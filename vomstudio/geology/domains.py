@@ -16,6 +16,7 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.errors import GeometryError
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.folding.figures import AxisFigures
@@ -36,7 +37,7 @@ class DomainFigures:
 
     n: int
     axis: AxisFigures | None
-    reason: str | None
+    reason: Finding | None
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ class OneAxisFigures:
     p: float | None
     apart_deg: float | None
     beds_off_deg: float | None
-    reasons: tuple[str, ...]
+    reasons: tuple[Finding, ...]
 
 
 def describe_domain(domain: DomainFigures, decimals: int) -> str:
@@ -153,19 +154,22 @@ def projection_axes(
             description = tr("where the beds meet the faults")
             found[name] = ProjectionAxis(met.beta, met.error95_deg, description, met.valid)
             continue
-        if fold is not None:
-            reason = tr("{verdict}, and no fault that its beds meet", verdict=fold.verdict)
-        found[name] = ProjectionAxis(None, None, reason or "")
+        description = (
+            str(reason)
+            if fold is None
+            else tr("{verdict}, and no fault that its beds meet", verdict=fold.verdict)
+        )
+        found[name] = ProjectionAxis(None, None, description)
     return found
 
 
 def _own_axis(
     azimuth: npt.ArrayLike, dip: npt.ArrayLike, waviness_deg: float | None
-) -> tuple[FoldAxis | None, str | None]:
+) -> tuple[FoldAxis | None, Finding | None]:
     try:
         return fold_axis(azimuth, dip, waviness_deg=waviness_deg), None
     except GeometryError as error:
-        return None, error.message
+        return None, cause_of(error)
 
 
 def _square(along: Array) -> float:
@@ -182,36 +186,15 @@ def _judged(
 ) -> OneAxisFigures:
     extra, free = parameters - 2, n - parameters
     if extra <= 0 or free <= 0:
-        reason = tr(
-            "two domains of one dip each always share an axis, the line in which they meet; a "
-            "fault between them is judged with --sets"
-        )
+        reason = Finding("fold.one-dip-domains")
         return OneAxisFigures(True, None, None, apart_deg, beds_off_deg, (reason,))
     variance = max(separate / free, 1e-12)
     ratio = max(together - separate, 0.0) / extra / variance
     p = f_tail(extra, free, ratio)
-    parts = []
+    differ = p < APART_P and max(apart_deg or 0.0, beds_off_deg or 0.0) >= APART_DEG
+    reasons = [Finding("fold.domains-differ" if differ else "fold.one-axis", p=p)]
     if apart_deg is not None:
-        parts.append(tr("their axes differ by up to {angle:.0f} degrees", angle=apart_deg))
+        reasons.append(Finding("fold.axes-apart", angle_deg=apart_deg))
     if beds_off_deg is not None:
-        parts.append(
-            tr(
-                "beds of one dip are up to {angle:.0f} degrees from the common axis",
-                angle=beds_off_deg,
-            )
-        )
-    parts.append(
-        tr(
-            "probability of such differences under one axis: p {p}",
-            p="< 0.001" if p < 0.001 else f"= {p:.3f}",
-        )
-    )
-    differences = "; ".join(parts)
-    if p < APART_P and max(apart_deg or 0.0, beds_off_deg or 0.0) >= APART_DEG:
-        reason = tr(
-            "the domains have different axes: project each along its own ({differences})",
-            differences=differences,
-        )
-        return OneAxisFigures(False, ratio, p, apart_deg, beds_off_deg, (reason,))
-    reason = tr("one axis serves all domains ({differences})", differences=differences)
-    return OneAxisFigures(True, ratio, p, apart_deg, beds_off_deg, (reason,))
+        reasons.append(Finding("fold.beds-off-axis", angle_deg=beds_off_deg))
+    return OneAxisFigures(not differ, ratio, p, apart_deg, beds_off_deg, tuple(reasons))

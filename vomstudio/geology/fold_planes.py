@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vomstudio.core.findings import Finding
 from vomstudio.words import tr
 
 VERDICTS = ("good", "doubtful", "poor")
@@ -45,7 +46,7 @@ class LeftOut:
 
     what: str
     n: int
-    reason: str
+    reason: Finding
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +89,7 @@ def choose_planes(
     use = np.ones(len(verdict), bool)
     left_out = []
 
-    def leave_out(bad: NDArray[np.bool_], what: str, reason: str) -> None:
+    def leave_out(bad: NDArray[np.bool_], what: str, reason: Finding) -> None:
         nonlocal use
         if count := int((use & bad).sum()):
             left_out.append(LeftOut(what, count, reason))
@@ -97,13 +98,13 @@ def choose_planes(
     if which.set_name is not None:
         name = which.set_name.strip().casefold()
         other = np.array([each.strip().casefold() != name for each in sets], bool)
-        leave_out(other, tr("other sets"), tr("set is not {set}", set=which.set_name))
+        leave_out(other, tr("other sets"), Finding("fold.only-set", set=which.set_name))
     judged = verdict != ""
     if (judged & use).any() or which.min_quality is not None:
-        leave_out(~judged, tr("without a verdict"), tr("not picked on the model"))
+        leave_out(~judged, tr("without a verdict"), Finding("fold.only-picks"))
     if which.min_quality is not None:
         for quality in VERDICTS[VERDICTS.index(which.min_quality) + 1 :]:
-            reason = tr("worse than {quality}", quality=which.min_quality)
+            reason = Finding("fold.only-quality", quality=which.min_quality)
             leave_out(verdict == quality, quality, reason)
     known = judged & use
     not_good = int((known & (verdict != "good")).sum()) if known.any() else None

@@ -21,13 +21,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.results import to_dict
 from vomstudio.errors import GeometryError
 from vomstudio.geology.common_turns import (
     Moved,
@@ -49,17 +50,16 @@ from vomstudio.geology.folding.figures import (
     SmallCircleFigures,
     Stray,
 )
+from vomstudio.geology.folding.findings import (
+    bowed_findings,
+    cone_untested_finding,
+    error_finding,
+    lone_plane_finding,
+    shape_findings,
+)
 from vomstudio.geology.folding.limbs import lone_limb
 from vomstudio.geology.folding.shapes import Shape, shape_of, strays_of
 from vomstudio.geology.folding.verdicts import FEW_PLANES, WEAK_AXIS_DEG, Verdict, verdict_of
-from vomstudio.geology.folding.words import (
-    bowed_in_words,
-    error_in_words,
-    hardly_told_in_words,
-    lone_plane_in_words,
-    shape_in_words,
-)
-from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import (
     Array,
     Line,
@@ -70,7 +70,6 @@ from vomstudio.geology.orientation import (
 )
 from vomstudio.geology.populations.distributions import LineFigures, f95, uniformity
 from vomstudio.geology.statistics import orientation_tensor, unit_vectors
-from vomstudio.words import tr, tr_n
 
 FELT_DEG = 1.0
 """A turn of beta by less is no matter for any verdict, however exact the planes are."""
@@ -92,12 +91,12 @@ class FoldAxis:
     eigenvalues: S1 >= S2 >= S3 of the tensor, sum 1.
     rms_deg: of the poles' angles from the pi-plane. arc_deg: shortest arc of the pi-plane that
     holds all poles (axial, 0 to 180).
-    valid: "yes", "conditional" or "no"; verdict: its name; reasons: sentences with numbers.
+    valid: "yes", "conditional" or "no"; verdict: its name; reasons: findings with numbers.
     registration_error_deg: larger half-angle of the 95 % region by which the registrations of the
     planes' models can turn beta, None where none is known. total: the joint 95 % region with it,
     None where that of the planes is not known.
     strays: the planes that the verdict is not about; beta is that of all. judged: the reasons that
-    are the verdict's own; findings: those of them that have a code.
+    are the verdict's own.
     """
 
     n: int
@@ -112,7 +111,7 @@ class FoldAxis:
     confidence_axis: Line | None
     valid: str
     verdict: str
-    reasons: tuple[str, ...]
+    reasons: tuple[Finding, ...]
     registration_error_deg: float | None = None
     total: Region | None = None
     shape: Shape | None = None
@@ -120,8 +119,7 @@ class FoldAxis:
     leave_one_out: LeaveOneOut | None = None
     pairs: tuple[PairFigures, ...] = ()
     strays: tuple[Stray, ...] = ()
-    judged: tuple[str, ...] = ()
-    findings: tuple[Finding, ...] = ()
+    judged: tuple[Finding, ...] = ()
 
     @property
     def error95_deg(self) -> float | None:
@@ -161,8 +159,8 @@ class FoldAxis:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """The same, ready for JSON."""
-        return asdict(self.figures)
+        """Return the object that ``--json`` prints."""
+        return to_dict(self.figures)
 
 
 def _line_figures(line: Line | None) -> LineFigures | None:
@@ -191,31 +189,25 @@ def fold_axis(
     poles = planes_to_poles(dip_direction_deg, dip_deg).reshape(-1, 3)
     n = len(poles)
     if n < 2:
-        raise GeometryError(tr("A fold axis needs at least 2 planes; {n} given.", n=n))
+        raise GeometryError(Finding("fold.one-plane", n=n))
     poles = unit_vectors(poles)
     values, axes = orientation_tensor(poles)
     if values[1] < MIN_ARC:
-        raise GeometryError(
-            tr(
-                "All {n} planes are parallel: they define no fold axis. Any direction in the "
-                "plane shows true thickness; choose one.",
-                n=n,
-            )
-        )
+        raise GeometryError(Finding("fold.parallel-planes", n=n))
     semi_axes = _semi_axes(values, n)
     given = None if turns is None or not turns.known else moved(poles, turns)
     turned = None if given is None else principal_axis(given, values, axes, 2)
     flags = None if overturned is None else np.asarray(overturned, bool).reshape(-1)
     shape = shape_of(poles, values, axes, flags)
     uniform = uniformity(poles, False).p
-    bowed = bowed_in_words(bowed_deg, shape.arc_deg)
+    bowed = bowed_findings(bowed_deg, shape.arc_deg)
 
     def judged(error95_deg: float | None) -> Verdict:
         found = verdict_of(shape, error95_deg, uniform, waviness_deg)
         valid = "conditional" if bowed and found.valid == "yes" else found.valid
         return replace(found, valid=valid, reasons=(*bowed, *found.reasons))
 
-    made = axis_of(poles, values, axes, semi_axes, axes[1], judged, turned, shape_in_words(shape))
+    made = axis_of(poles, values, axes, semi_axes, axes[1], judged, turned, shape_findings(shape))
     left_out = None if n < 4 else _leave_one_out(poles, axes[2])
     found = replace(made, shape=shape, limbs=_limbs(shape), leave_one_out=left_out)
     stray = strays_of(poles, axes)
@@ -235,8 +227,7 @@ def fold_axis(
         strays=tuple(Stray(row, names[row] if names else None) for row in strayed),
         valid="conditional",
         verdict=others.verdict,
-        reasons=(_said_strays(listed, found, others), *others.reasons),
-        findings=others.findings,
+        reasons=(_strays_finding(listed, found, others), *others.reasons),
     )
 
 
@@ -255,7 +246,7 @@ def _on_many(
     found: FoldAxis,
     poles: Array,
     names: Sequence[str] | None,
-    bowed: Sequence[str],
+    bowed: Sequence[Finding],
     waviness_deg: float | None,
 ) -> FoldAxis:
     """The verdict, which must not rest on one plane: undetermined where beta turns out of its own
@@ -276,19 +267,17 @@ def _on_many(
     if row is None:
         return found
     if other is not None and other.untested and found.verdict == "cylindrical":
-        said = hardly_told_in_words(names[row] if names else str(row + 1), other)
+        said = cone_untested_finding(names[row] if names else str(row + 1), other)
         return replace(found, valid="conditional", reasons=(said, *found.reasons))
     turn = left.turn_deg if turned and row == left.index else None
     name = names[row] if names else str(row + 1)
-    said = lone_plane_in_words(name, turn, most, other)
+    said = lone_plane_finding(name, turn, most, other)
     # What spoke for the shape does so no more.
     reasons = found.reasons
     if found.verdict != "undetermined":
         reasons = tuple(each for each in reasons if each in bowed or each not in found.judged)
     valid = "no" if found.valid == "no" and found.verdict == "undetermined" else "conditional"
-    return replace(
-        found, verdict="undetermined", valid=valid, reasons=(said, *reasons), findings=()
-    )
+    return replace(found, verdict="undetermined", valid=valid, reasons=(said, *reasons))
 
 
 def _decisive(
@@ -335,25 +324,25 @@ def axis_of(
     swing: Array,
     judged: Callable[[float | None], Verdict],
     turned: Moved | None,
-    counted: Sequence[str],
+    counted: Sequence[Finding],
 ) -> FoldAxis:
     """Beta of poles, or of the means of sets, with their tensor.
 
     semi_axes: degrees, of its joint 95 % region, the larger toward `swing`; turned: as the
-    registrations move it; judged: the verdict for a 95 % error; counted: the first sentences.
+    registrations move it; judged: the verdict for a 95 % error; counted: the first findings.
     """
     beta = Line.from_vector(axes[2])
     pi_plane = beta.normal_plane()
     covariance = None if turned is None else turned.covariance()[0]
     total = None if semi_axes is None else region(axes[2], covariance, (*semi_axes, swing))
-    registration, said = None, list[str]()
+    registration, said = None, list[Finding]()
     if covariance is not None:
         registration = region(axes[2], covariance).largest_deg
         said = [_registered(registration, total)]
     direction = None if semi_axes is None else Line.from_vector(swing)
     verdict = judged(None if total is None else total.largest_deg)
     off = np.degrees(np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0)))
-    known = [] if semi_axes is None else error_in_words(semi_axes)
+    known = [] if semi_axes is None else [error_finding(semi_axes)]
     return FoldAxis(
         n=len(poles),
         beta=beta,
@@ -369,7 +358,6 @@ def axis_of(
         verdict=verdict.name,
         reasons=(*verdict.reasons, *counted, *known, *said),
         judged=verdict.reasons,
-        findings=verdict.findings,
         registration_error_deg=registration,
         total=total,
     )
@@ -431,37 +419,28 @@ def _leave_one_out(poles: Array, beta: Array) -> LeaveOneOut | None:
     return LeaveOneOut(worst, None, float(turn[worst]), line.trend_deg, line.plunge_deg)
 
 
-def _said_strays(listed: Sequence[str], found: FoldAxis, others: FoldAxis) -> str:
-    """Which planes the verdict is not about."""
-    turn = angle_between_lines(found.beta, others.beta)
-    return tr_n(
-        "{count} of {n} planes ({names}) strays from the fold that the others show: look whether "
-        "it belongs; the verdict is that of the others, whose beta is {beta}, {turn:.1f} degrees "
-        "from that of all",
-        "{count} of {n} planes ({names}) stray from the fold that the others show: look whether "
-        "they belong; the verdict is that of the others, whose beta is {beta}, {turn:.1f} degrees "
-        "from that of all",
-        len(listed),
+def _strays_finding(planes: Sequence[str], found: FoldAxis, others: FoldAxis) -> Finding:
+    """Report the planes that the verdict is not about."""
+    return Finding(
+        "fold.strays",
+        count=len(planes),
         n=found.n,
-        names=", ".join(listed[:6]) + (", ..." if len(listed) > 6 else ""),
-        beta=f"{format_azimuth(others.beta.trend_deg)}/{others.beta.plunge_deg:04.1f}",
-        turn=turn,
+        planes=planes,
+        trend_deg=others.beta.trend_deg,
+        plunge_deg=others.beta.plunge_deg,
+        turn_deg=angle_between_lines(found.beta, others.beta),
     )
 
 
-def _registered(registration: float, total: Region | None) -> str:
-    """What the registration adds, which is the same for all planes of a model."""
+def _registered(registration_deg: float, total: Region | None) -> Finding:
+    """Report what the registration adds, which is the same for all planes of a model."""
     if total is None:
-        return tr(
-            "the registration can turn beta by {error:.1f} degrees (95 %)", error=registration
-        )
-    said = tr(
-        "with the registration, which can turn beta by {error:.1f} degrees however many planes "
-        "there are, it is known to {major:.1f} by {minor:.1f} degrees (joint 95 %)",
-        error=registration,
-        major=total.largest_deg,
-        minor=total.smallest_deg,
+        return Finding("fold.registration-alone", error_deg=registration_deg)
+    weak = total.largest_deg > WEAK_AXIS_DEG
+    return Finding(
+        "fold.registration-weak" if weak else "fold.registration",
+        error_deg=registration_deg,
+        major_deg=total.largest_deg,
+        minor_deg=total.smallest_deg,
+        limit_deg=WEAK_AXIS_DEG,
     )
-    if total.largest_deg > WEAK_AXIS_DEG:
-        return tr("{text}: over {limit:.0f}, too weak to rely on", text=said, limit=WEAK_AXIS_DEG)
-    return said

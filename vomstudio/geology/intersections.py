@@ -16,11 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Line
 from vomstudio.geology.statistics import flip_to, orientation_tensor
 from vomstudio.geometry.plane_errors import LEVEL, joint_quantile
-from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 
@@ -108,7 +108,7 @@ def mean_plane(planes: Sequence[UncertainPlane]) -> UncertainPlane:
     directions, F with 2 and 2 (n - 1).
     """
     if not planes:
-        raise GeometryError(tr("A set without planes has no mean; choose another set."))
+        raise GeometryError(Finding("sets.no-members"))
     if len(planes) == 1:
         return planes[0]
     normals = np.array([p.normal for p in planes])
@@ -141,7 +141,7 @@ def intersection_line(a: UncertainPlane, b: UncertainPlane) -> IntersectionLine:
     sine = float(np.linalg.norm(cross))
     angle = float(np.degrees(np.arctan2(sine, abs(float(a.normal @ b.normal)))))
     if angle < PARALLEL_DEG:
-        raise GeometryError(tr("The two planes are parallel: they do not meet in a line."))
+        raise GeometryError(Finding("planes.parallel"))
     line = cross / sine
     largest = smallest = axis = None
     if a.spread95 is not None and b.spread95 is not None:

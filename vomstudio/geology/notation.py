@@ -19,10 +19,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.vectors import wrap360
-from vomstudio.words import tr
 
 NOTATIONS = ("dipdir/dip", "strike/dip", "quadrant")
 """What planes can be printed in."""
@@ -111,19 +111,19 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
         elif labels == {"dipdir", "dip"}:
             tokens, meaning = _unlabel(text, tokens, "dipdir", "dip"), "dipdir/dip"
         else:
-            raise _unclear(text, tr("a plane has a strike or a dip direction, and a dip"))
+            raise _refused("notation.not-a-plane", text)
     kinds = _kinds(tokens)
     if kinds == ["number"] or kinds in (["number", "wind"], ["number", "rule"]):
-        tokens = _split_comma(text, tokens, "a dip")
+        tokens = _split_comma(tokens)
         kinds = _kinds(tokens)
     if any(t.signed for t in tokens[:1]):
-        raise _unclear(text, tr("an azimuth runs from 0 to 360 without a sign"))
+        raise _refused("notation.signed-azimuth", text)
 
     match kinds:
         case ["number", "number"]:
             azimuth, dip = tokens
             if meaning == "quadrant":
-                raise _unclear(text, tr("the quadrant it dips to is missing, as in N42E 41SE"))
+                raise _refused("notation.no-quadrant", text)
             return _plane_from(text, azimuth, dip, meaning)
         case ["number", "number", "rule"]:
             azimuth, dip, rule = tokens
@@ -136,14 +136,14 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
         case ["number" | "bearing" | "wind", "number", "wind"]:
             strike, dip, side = tokens
             if meaning == "dipdir/dip" and "dipdir" in labels:
-                raise _unclear(text, tr("a dip direction needs no quadrant"))
+                raise _refused("notation.needless-quadrant", text)
             return _plane_to_side(text, strike, dip, side)
         case ["number" | "bearing" | "wind", "wind", "number"]:
             strike, side, dip = tokens
             return _plane_to_side(text, strike, dip, side)
         case ["number", "arrow", "number" | "bearing" | "wind"]:
             dip, _, azimuth = tokens
-            return Plane(_azimuth(text, azimuth), _steepness(text, dip, "dip", azimuth))
+            return Plane(_azimuth(text, azimuth), _steepness(text, dip, "dip"))
         case ["bearing" | "wind", "number"]:
             strike, dip = tokens
             if "dipdir" in labels:
@@ -151,10 +151,10 @@ def parse_plane(text: str, notation: str | None = None) -> Plane:
             value = _steepness(text, dip, "dip")
             if value in (0.0, 90.0):  # the only planes that dip to neither side
                 return Plane.from_strike(_azimuth(text, strike), value)
-            raise _unclear(text, tr("the quadrant it dips to is missing, as in N42E 41SE"))
+            raise _refused("notation.no-quadrant", text)
         case ["number"] | ["bearing"]:
-            raise _unclear(text, tr("only one angle; a plane needs two, as in 132/41"))
-    raise _unclear(text, tr("write a plane as 132/41, 042/41 RHR, 042/41 SE or N42E 41SE"))
+            raise _refused("notation.one-angle", text, example="132/41")
+    raise _refused("notation.not-a-plane", text)
 
 
 def plane_option(text: str, field: str = "--plane") -> Plane:
@@ -162,7 +162,7 @@ def plane_option(text: str, field: str = "--plane") -> Plane:
     try:
         return parse_plane(text, "dipdir/dip")
     except InputError as error:
-        raise UsageError(error.message, field=field) from error
+        raise UsageError(cause_of(error), field=field) from error
 
 
 def line_option(text: str, field: str) -> Line:
@@ -170,7 +170,7 @@ def line_option(text: str, field: str) -> Line:
     try:
         return parse_line(text)
     except InputError as error:
-        raise UsageError(error.message, field=field) from error
+        raise UsageError(cause_of(error), field=field) from error
 
 
 def parse_line(text: str) -> Line:
@@ -183,32 +183,32 @@ def parse_line(text: str) -> Line:
     if labels:
         first = "azimuth" if "azimuth" in labels else "trend"
         if labels != {first, "plunge"}:
-            raise _unclear(text, tr("a line has a trend and a plunge"))
+            raise _refused("notation.not-a-line", text)
         tokens = _unlabel(text, tokens, first, "plunge")
     if _kinds(tokens) == ["number"]:
-        tokens = _split_comma(text, tokens, "a plunge")
+        tokens = _split_comma(tokens)
     if any(t.signed for t in tokens[:1]) and "arrow" not in _kinds(tokens):
-        raise _unclear(text, tr("an azimuth runs from 0 to 360 without a sign"))
+        raise _refused("notation.signed-azimuth", text)
     match _kinds(tokens):
         case ["number" | "bearing" | "wind", "number"]:
             trend, plunge = tokens
             return Line(_azimuth(text, trend), _steepness(text, plunge, "plunge"))
         case ["number", "arrow", "number" | "bearing" | "wind"]:
             plunge, _, trend = tokens
-            return Line(_azimuth(text, trend), _steepness(text, plunge, "plunge", trend))
+            return Line(_azimuth(text, trend), _steepness(text, plunge, "plunge"))
         case ["number", "bearing"]:
             plunge, trend = tokens
             return Line(_azimuth(text, trend), _steepness(text, plunge, "plunge"))
         case ["number"] | ["bearing"]:
-            raise _unclear(text, tr("only one angle; a line needs two, as in 130/25"))
-    raise _unclear(text, tr("write a line as 130/25 (trend/plunge), 25 → 130 or N50W 25"))
+            raise _refused("notation.one-angle", text, example="130/25")
+    raise _refused("notation.not-a-line", text)
 
 
 def parse_azimuth(text: str) -> float:
     """The azimuth that a text names, degrees: 45°, N45E, NW. Raises InputError."""
     tokens = _tokens(text, is_azimuth=True)
     if _kinds(tokens) not in (["number"], ["bearing"], ["wind"]) or tokens[0].signed:
-        raise _unclear(text, tr("an azimuth is written as 045, N45E or NW"))
+        raise _refused("notation.not-an-azimuth", text)
     return _azimuth(text, tokens[0])
 
 
@@ -234,20 +234,13 @@ def parse_rake(text: str, plane: Plane) -> float:
     """
     tokens = _tokens(text)
     if _kinds(tokens) != ["number", "wind"] or tokens[0].signed:
-        raise _unclear(text, tr("write a rake as 100, or as 80E from the end of the strike"))
+        raise _refused("notation.not-a-rake", text)
     angle, end = tokens
     if angle.value > 90.0:
-        raise _unclear(text, tr("a rake from one end of the strike is from 0 to 90"))
+        raise _refused("notation.rake-out-of-range", text, rake_deg=angle.value)
     off = abs((end.value - plane.strike_rhr_deg + 180.0) % 360.0 - 180.0)
     if plane.undefined or min(off, 180.0 - off) > SIDE_REACH_DEG[len(end.text)]:
-        raise _unclear(
-            text,
-            tr(
-                "{end} names neither end of the strike {strike}",
-                end=end.text,
-                strike=format_azimuth(plane.strike_rhr_deg),
-            ),
-        )
+        raise _refused("notation.not-an-end", text, end=end.text, strike_deg=plane.strike_rhr_deg)
     return angle.value if off < 90.0 else 180.0 - angle.value
 
 
@@ -255,14 +248,12 @@ def parse_angle(text: str) -> float:
     """Degrees of a text such as 7°30'. Raises InputError."""
     tokens = _tokens(text)
     if _kinds(tokens) != ["number"]:
-        raise _unclear(text, tr("an angle is written as 45 or 7°30'"))
+        raise _refused("notation.not-an-angle", text)
     return -tokens[0].value if tokens[0].signed else tokens[0].value
 
 
-def _unclear(text: str, why: str) -> InputError:
-    return InputError(
-        tr("“{text}” cannot be read: {reason}.", text=" ".join(text.split()), reason=why)
-    )
+def _refused(code: str, text: str, **values: float | str) -> InputError:
+    return InputError(Finding(code, text=" ".join(text.split()), **values))
 
 
 def _kinds(tokens: list[_Token]) -> list[str]:
@@ -272,7 +263,7 @@ def _kinds(tokens: list[_Token]) -> list[str]:
 def _tokens(text: str, *, is_azimuth: bool = False) -> list[_Token]:
     """Split a text into numbers, bearings, winds, labels, rules and arrows, without separators."""
     if not text.strip():
-        raise InputError(tr("The orientation is empty; write it as 132/41."))
+        raise InputError(Finding("notation.empty"))
     raw: list[_Token] = []
     after_mark = True
     clean = text.translate(_SAME).upper()
@@ -305,7 +296,7 @@ def _tokens(text: str, *, is_azimuth: bool = False) -> list[_Token]:
                 after_mark = True
             raw.append(_Token("mark", found))
         else:
-            raise _unclear(text, tr("“{found}” has no meaning here", found=found))
+            raise _refused("notation.unknown-word", text, word=found)
     return _bearings(text, raw, is_azimuth=is_azimuth)
 
 
@@ -339,7 +330,7 @@ def _word(text: str, word: str) -> list[_Token]:
         return [_Token("label", "DIRECTION")]
     if word in _LABELS:
         return [_Token("label", _LABELS[word])]
-    raise _unclear(text, tr("“{word}” is no compass point, rule or name of an angle", word=word))
+    raise _refused("notation.unknown-word", text, word=word)
 
 
 def _bearings(text: str, raw: list[_Token], *, is_azimuth: bool) -> list[_Token]:
@@ -363,14 +354,14 @@ def _bearings(text: str, raw: list[_Token], *, is_azimuth: bool) -> list[_Token]
             angle = three[1].value
             name = f"{t.text}{three[1].text}{three[2].text}"
             if not 0.0 <= angle <= 90.0:
-                raise _unclear(text, tr("in {name} the angle must be from 0 to 90", name=name))
+                raise _refused("notation.bearing-out-of-range", text, bearing=name)
             clockwise = t.text + three[2].text in ("NE", "ES", "SW", "WN")
             out.append(_Token("bearing", name, wrap360(t.value + (angle if clockwise else -angle))))
             i += 3
         elif t.kind == "mark":
             i += 1
         elif t.text == "DIRECTION":
-            raise _unclear(text, tr("“direction” of what? Write dip direction 132, dip 41"))
+            raise _refused("notation.lone-direction", text)
         else:
             out.append(t)
             i += 1
@@ -397,19 +388,19 @@ def _unlabel(text: str, tokens: list[_Token], first: str, second: str) -> list[_
     for token in tokens:
         if token.kind == "label":
             if label is not None or token.text in values:
-                raise _unclear(text, tr("no number follows “{value}”", value=label or token.text))
+                raise _refused("notation.no-number", text, label=label or token.text)
             label = token.text
         elif label is not None and token.kind in ("number", "bearing", "wind"):
             values[label] = token
             label = None
         else:
             rest.append(token)
-    if label is not None or set(values) != {first, second}:
-        raise _unclear(text, tr("a {first} and a {second} are needed", first=first, second=second))
+    if label is not None:
+        raise _refused("notation.no-number", text, label=label)
     return [values[first], values[second], *rest]
 
 
-def _split_comma(text: str, tokens: list[_Token], missing: str) -> list[_Token]:
+def _split_comma(tokens: list[_Token]) -> list[_Token]:
     """One number 132,41 where two are needed: then the comma parts them."""
     comma = tokens[0].comma
     if comma is None:
@@ -423,30 +414,21 @@ def _split_comma(text: str, tokens: list[_Token], missing: str) -> list[_Token]:
 
 def _azimuth(text: str, token: _Token) -> float:
     if not 0.0 <= token.value <= 360.0:
-        raise _unclear(
-            text, tr("an azimuth of {token:g} is not within 0 to 360", token=token.value)
-        )
+        raise _refused("notation.azimuth-out-of-range", text, azimuth_deg=token.value)
     return token.value
 
 
-def _steepness(text: str, token: _Token, name: str, azimuth: _Token | None = None) -> float:
-    """A dip or plunge; `azimuth` where it was given after an arrow."""
+def _steepness(text: str, token: _Token, name: str) -> float:
+    """Return a dip or plunge. Raises InputError."""
     value = token.value
     if token.signed and value > 0:
-        raise _unclear(
-            text, tr("is the minus a sign? Write 130/-25, or 130/25 for {name} 25", name=name)
-        )
+        raise _refused("notation.unclear-minus", text)
     if name == "dip" and value < 0:
-        raise _unclear(text, tr("a dip is from 0 to 90 and has no sign"))
+        raise _refused("notation.signed-dip", text)
     if abs(value) > 90.0:
-        over = tr("a {angle} of {value:g} is over 90", angle=name, value=value)
-        if azimuth is not None:
-            hint = tr("before the arrow stands the {angle}, as in 41 → 132", angle=name)
-            over = f"{over}; {hint}"
-        elif name == "dip":
-            hint = tr("the azimuth goes first, and an overturned bed is flagged beside its plane")
-            over = f"{over}; {hint}"
-        raise _unclear(text, over)
+        if name == "dip":
+            raise _refused("notation.dip-out-of-range", text, dip_deg=value)
+        raise _refused("notation.plunge-out-of-range", text, plunge_deg=value)
     return value
 
 
@@ -465,15 +447,7 @@ def _plane_to_side(text: str, strike: _Token, dip: _Token, side: _Token) -> Plan
     steep = _steepness(text, dip, "dip")
     off = (side.value - azimuth - 90.0 + 180.0) % 360.0 - 180.0
     if steep > 0.0 and min(abs(off), 180.0 - abs(off)) > SIDE_REACH_DEG[len(side.text)]:
-        raise _unclear(
-            text,
-            tr(
-                "a plane that strikes {strike} does not dip to {side}; a dip direction is "
-                "written without a side, as in 132/41",
-                strike=strike.text,
-                side=side.text,
-            ),
-        )
+        raise _refused("notation.other-side", text, strike=strike.text, side=side.text)
     return Plane(azimuth + 90.0 if abs(off) < 90.0 else azimuth - 90.0, steep)
 
 

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.vectors import wrap360
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
@@ -49,7 +49,7 @@ def sin_cos_deg(angle_deg: float | Array) -> tuple[Array, Array]:
 def _finite(value: float, name: str) -> float:
     number = float(value)
     if not math.isfinite(number):
-        raise GeometryError(tr("The {name} is not a number; give degrees.", name=name), field=name)
+        raise GeometryError(Finding("number.not-an-angle", text=str(value)), field=name)
     return number
 
 
@@ -159,11 +159,7 @@ class Line:
         plunge = _finite(self.plunge_deg, "plunge") + 0.0
         if not -90.0 <= plunge <= 90.0:
             raise GeometryError(
-                tr(
-                    "A plunge of {plunge:g} degrees is impossible; give one from 0 to 90 (down "
-                    "to -90 for a directed line that points up).",
-                    plunge=plunge,
-                ),
+                Finding("angle.out-of-range", value=plunge, minimum=-90, maximum=90),
                 field="plunge",
             )
         object.__setattr__(self, "plunge_deg", plunge)
@@ -216,11 +212,7 @@ class Plane:
         dip = _finite(self.dip_deg, "dip") + 0.0
         if not 0.0 <= dip <= 90.0:
             raise GeometryError(
-                tr(
-                    "A dip of {dip:g} degrees is impossible; give one from 0 to 90 (an "
-                    "overturned bed is flagged, its dip stays under 90).",
-                    dip=dip,
-                ),
+                Finding("angle.out-of-range", value=dip, minimum=0, maximum=90),
                 field="dip",
             )
         object.__setattr__(self, "dip_deg", dip)
@@ -294,9 +286,7 @@ class Plane:
 def _vector3(vector: npt.ArrayLike, name: str) -> Array:
     v = np.asarray(vector, dtype=np.float64)
     if v.shape != (3,) or not np.isfinite(v).all() or not v.any():
-        raise GeometryError(
-            tr("The {name} must be three finite numbers that are not all zero.", name=name)
-        )
+        raise GeometryError(Finding("vector.invalid", name=name))
     return v
 
 
@@ -328,7 +318,7 @@ def intersection(a: Plane, b: Plane) -> Line:
     """The line in which two planes meet. Raises GeometryError where they are parallel."""
     across = np.cross(a.normal(), b.normal())
     if np.linalg.norm(across) < math.radians(ANGLE_TOLERANCE_DEG):
-        raise GeometryError(tr("The two planes are parallel: they have no line of intersection."))
+        raise GeometryError(Finding("planes.parallel"))
     return Line.from_vector(across)
 
 
@@ -366,5 +356,5 @@ def _in_plane(line: Line, plane: Plane) -> tuple[float, float]:
     v = line.vector()
     along, down = float(v @ plane.strike_vector()), float(v @ plane.dip_vector())
     if math.hypot(along, down) < math.radians(ANGLE_TOLERANCE_DEG):
-        raise GeometryError(tr("The line is perpendicular to the plane: it has no rake there."))
+        raise GeometryError(Finding("line.across-plane"))
     return along, down

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.populations.chances import f_tail
@@ -23,7 +24,6 @@ from vomstudio.geology.profiles import DEFAULTS
 from vomstudio.geology.quality import is_within_wander, resolution_tilt_deg, wider_of
 from vomstudio.geometry.plane_errors import joint_quantile
 from vomstudio.geometry.planes import PlaneFit
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -260,8 +260,7 @@ def crossing_plane(one: PlaneBand, other: PlaneBand) -> CrossingPlane:
     angle = float(np.degrees(np.arcsin(min(float(np.linalg.norm(np.cross(first, second))), 1.0))))
     if angle < _CROSSING_DEG:
         raise GeometryError(
-            tr("The two traces are nearly parallel ({angle:.1f}°): they leave their plane as "
-               "free as one of them does.", angle=angle)
+            Finding("plane.parallel-traces", angle_deg=angle)
         )  # fmt: skip
     normal = np.cross(first, second)
     normal /= np.linalg.norm(normal)

@@ -17,7 +17,6 @@ from vomstudio.geometry.plane_sizes import POINT_OVER_RESOLUTION, PlaneSizes, wi
 from vomstudio.geometry.plane_sizes import resolution_tilt_deg as tilt_of_resolution_deg
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.geometry.tilts import CHI2_TWO
-from vomstudio.words import tr
 
 Quality = Literal["good", "doubtful", "poor"]
 Kind = Literal["trace", "patch"]
@@ -217,9 +216,7 @@ def judge(
     bend_deg : by which a face bends as a whole, see `geometry.heights.bends`
     """
     if fit.error is not None:
-        return Verdict(
-            "poor", (Finding("plane.no-fit", reason=_sentence(fit.error)),), limits=thresholds
-        )
+        return Verdict("poor", (fit.error,), limits=thresholds)
     drawn, question = _of_face(fit, kind, outcrop_normal, resolution_m, thresholds)
     decided = _by_shape if thresholds.by == "shape" else _by_error
     poor, reasons, notes = decided(
@@ -296,7 +293,7 @@ def _by_shape(
         missed.append(
             Finding(
                 "plane.collinear",
-                collinearity=_number(fit.collinearity),
+                collinearity=_or_infinite(fit.collinearity),
                 maximum=t.most_collinearity,
             )
         )
@@ -395,7 +392,7 @@ def _of_shape(fit: PlaneFit, kind: Kind, t: Thresholds) -> list[Finding]:
             Finding(
                 "plane.scattered",
                 M=fit.M,
-                coplanarity=_number(fit.coplanarity),
+                coplanarity=_or_infinite(fit.coplanarity),
                 recommended=t.good_M,
             )
         )
@@ -403,18 +400,14 @@ def _of_shape(fit: PlaneFit, kind: Kind, t: Thresholds) -> list[Finding]:
         notes.append(
             Finding(
                 "plane.almost-straight",
-                collinearity=_number(fit.collinearity),
-                K=tr("infinite") if fit.K is None else f"{fit.K:.2g}",
+                collinearity=_or_infinite(fit.collinearity),
+                K=_or_infinite(fit.K),
                 recommended=t.good_K,
             )
         )
     if fit.hyperbolic_overflow:
         notes.append(Finding("plane.unbounded-error"))
     return notes
-
-
-def _sentence(words: str) -> str:
-    return words if words.endswith(".") else f"{words}."
 
 
 OFF_PLANE_DEG = 10.0
@@ -489,7 +482,5 @@ def _axial_angle_deg(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> 
     return math.degrees(math.atan2(across, along))
 
 
-def _number(x: float | None) -> str:
-    if x is None:
-        return tr("infinite")
-    return f"{x:.0f}" if x >= 9.95 else f"{x:.1f}"
+def _or_infinite(ratio: float | None) -> float:
+    return math.inf if ratio is None else ratio

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import Array
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.rose_options import check_bins
-from vomstudio.words import tr
 
 ROSE_OF = ("strike", "dip-direction", "trend")
 HISTOGRAM_OF = ("dip", "plunge")
@@ -98,7 +98,7 @@ def _counted(values: Array, weights: npt.ArrayLike | None) -> tuple[Array, Array
     w = np.ones_like(values) if weights is None else np.asarray(weights, dtype=np.float64).ravel()
     sound = np.isfinite(values) & np.isfinite(w)
     if (w[sound] < 0).any():
-        raise UsageError(tr("Weights must not be negative."), field="--weight")
+        raise UsageError(Finding("rose.negative-weight"), field="--weight")
     return values[sound], w[sound], int(len(values) - sound.sum())
 
 
@@ -201,10 +201,7 @@ def weights_of(table: OrientationRows, column: str) -> Array:
                 found[i] = float(word)
             except ValueError:
                 raise UsageError(
-                    tr(
-                        "“{word}” in the column {column} is no number to weight by.",
-                        word=word, column=column,
-                    ),
+                    Finding("table.not-a-number", cell=word, column=column),
                     file=str(table.path), field="--weight",
                 ) from None  # fmt: skip
     return found

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Array, Line
-from vomstudio.words import tr
 
 ZERO_EIGENVALUE = 1e-20
 """S3 below this is a set that lies exactly in a plane: orientations equal to 1e-10 rad."""
@@ -33,16 +33,12 @@ def unit_vectors(vectors: npt.ArrayLike) -> Array:
     """(n, 3) unit vectors. Raises GeometryError for an empty set, zero or non-finite vectors."""
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
     if v.ndim != 2 or v.shape[1] != 3 or len(v) == 0:
-        raise GeometryError(tr("No orientations: a set needs at least one."))
+        raise GeometryError(Finding("sets.no-orientations"))
     length = np.linalg.norm(v, axis=1)
     bad = ~np.isfinite(length) | (length == 0)
     if bad.any():
         raise GeometryError(
-            tr(
-                "Orientation {number} of {count} is not a direction; leave it out.",
-                number=int(np.argmax(bad)) + 1,
-                count=len(v),
-            )
+            Finding("orientation.not-a-direction", number=int(np.argmax(bad)) + 1, n=len(v))
         )
     return np.asarray(v / length[:, None])
 
@@ -91,7 +87,7 @@ def axial_mean(vectors: npt.ArrayLike) -> Line:
     leaves no preferred axis."""
     values, axes = orientation_tensor(vectors)
     if values[0] - values[1] < 1e-12:
-        raise GeometryError(tr("The orientations have no mean: they spread evenly over a plane."))
+        raise GeometryError(Finding("orientation.no-mean"))
     return Line.from_vector(axes[0])
 
 
@@ -131,7 +127,7 @@ def fisher(vectors: npt.ArrayLike, directed: bool, weights: Array | None = None)
     total = w @ v
     resultant = float(np.linalg.norm(total))
     if resultant < 1e-9 * n:
-        raise GeometryError(tr("The directions cancel out: they have no mean."))
+        raise GeometryError(Finding("orientation.no-mean"))
     mean = total / resultant
     # n - R without cancellation: each term is 1 - cos of the angle to the mean.
     lack = 0.5 * float(w @ np.sum((v - mean) ** 2, axis=1))
@@ -160,7 +156,7 @@ def few_decide(weights: npt.ArrayLike) -> bool:
     return effective_number(weights) < min(_COUNT_AT_LEAST, _SHARE_AT_LEAST * np.size(weights))
 
 
-def no_fisher_reason(vectors: npt.ArrayLike, directed: bool) -> str | None:
+def no_fisher_reason(vectors: npt.ArrayLike, directed: bool) -> Finding | None:
     """Why Fisher's statistics would mislead for this set, or None where they are sound.
 
     A single one; axial data that are no cluster, that is whose point index P is not the largest of
@@ -170,22 +166,13 @@ def no_fisher_reason(vectors: npt.ArrayLike, directed: bool) -> str | None:
     v = unit_vectors(vectors)
     n = len(v)
     if n < 2:
-        return tr("n = 1: a Fisher mean needs at least 2")
+        return Finding("fisher.single")
     if directed:
         if float(np.linalg.norm(v.sum(axis=0))) < 1e-9 * n:
-            return tr("the directions cancel out: there is no mean")
+            return Finding("fisher.no-mean")
         return None
     point, girdle, random = vollmer(orientation_tensor(v)[0])
     if max(girdle, random) <= point:
         return None
-    numbers = tr(
-        "Vollmer P = {point:.2f}, G = {girdle:.2f}, R = {random:.2f}",
-        point=point,
-        girdle=girdle,
-        random=random,
-    )
-    if girdle > random:
-        return tr(
-            "girdle, not a cluster ({numbers}); the tensor's axes describe the set", numbers=numbers
-        )
-    return tr("no preferred orientation, close to a uniform scatter ({numbers})", numbers=numbers)
+    code = "fisher.girdle" if girdle > random else "fisher.uniform"
+    return Finding(code, point=point, girdle=girdle, random=random)

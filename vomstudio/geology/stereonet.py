@@ -13,9 +13,9 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Array, Line, Plane, sin_cos_deg
-from vomstudio.words import tr
 
 PROJECTIONS = ("area", "angle")
 
@@ -111,7 +111,7 @@ def confidence_ellipse(
     first = first - a * (first @ a)
     length = float(np.linalg.norm(first))
     if not math.isfinite(length) or length < 1e-9:
-        raise GeometryError(tr("The direction of an ellipse must lie across its axis."))
+        raise GeometryError(Finding("net.ellipse-direction"))
     first = first / length
     return cone_curve(a, first, np.cross(a, first), max_angle_deg, min_angle_deg, projection, n)
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vomstudio.core.findings import Finding, Message
-from vomstudio.errors import GeometryError, UsageError, VomError
+from vomstudio.core.findings import Finding, Message, cause_of
+from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.common_turns import Turns
 from vomstudio.geology.domains import DomainFigures, OneAxisFigures, domain_axes
@@ -21,7 +21,6 @@ from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation import Array, normals_to_planes, planes_to_normals
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.reprs import Shown
-from vomstudio.words import tr
 
 DEFAULT_KIND = "bedding"
 UNNAMED = "unassigned"
@@ -100,7 +99,6 @@ def table_fold(table: OrientationRows, options: FoldOptions | None = None) -> Ta
         dropped_lines=tuple(table.dropped),
         warnings=(
             *table.warnings,
-            *axis.findings,
             *not_good_warning(choice.not_good, int(choice.use.sum())),
         ),
     )
@@ -119,7 +117,7 @@ def _domains(
         members.setdefault(names[i].strip() or UNNAMED, []).append(int(i))
     if len(members) < 2:
         raise UsageError(
-            tr("The column '{column}' names one domain only; two are needed.", column=column),
+            Finding("fold.one-domain", column=column),
             file=table.path,
             field="--by",
         )
@@ -191,7 +189,7 @@ class _Choice:
         try:
             axis = self.axis(waviness_deg, turn) if sets is None else self.common_axis(sets)
         except GeometryError as error:
-            raise GeometryError(error.message, file=self.table.path, field=error.field) from error
+            raise GeometryError(cause_of(error), file=self.table.path, field=error.field) from error
         self.not_good = choose_planes(*self._judged(self.use), FoldFilter()).not_good
         return axis
 
@@ -200,28 +198,19 @@ class _Choice:
         table = self.table
         qualities, sets = self._judged(self.use)
         if which.min_quality is not None and not any(qualities):
-            raise self._error(
-                tr("The table has no column 'quality' with verdicts to choose by."), "--quality"
-            )
+            raise self._error(Finding("fold.no-verdicts", option="--quality"), "--quality")
         if which.set_name is not None and not any(_same(s, which.set_name) for s in sets):
-            listed = ", ".join(sorted(set(sets) - {""})) or tr("none")
-            raise self._error(
-                tr(
-                    "No plane is in the set '{set}'. The sets are {sets}.",
-                    set=which.set_name,
-                    sets=listed,
-                ),
-                "--only-set",
-            )
+            present = sorted(set(sets) - {""})
+            finding = Finding("sets.unknown", set=which.set_name, sets=present or None)
+            raise self._error(finding, "--only-set")
         chosen = choose_planes(qualities, sets, which)
         self.left_out += chosen.left_out
         rows = np.flatnonzero(self.use)
         self.use = np.zeros(len(table), bool)
         self.use[rows[chosen.use]] = True
         if not self.use.any():
-            raise self._error(
-                tr("No plane is at least {quality}.", quality=which.min_quality), "--quality"
-            )
+            finding = Finding("fold.none-good-enough", quality=which.min_quality)
+            raise self._error(finding, "--quality")
 
     def _judged(self, use: NDArray[np.bool_]) -> tuple[list[str], list[str]]:
         """Verdicts and sets of these rows, "" for none."""
@@ -236,34 +225,27 @@ class _Choice:
     def planes_only(self) -> None:
         lines = int((~self.table.is_plane).sum())
         if lines:
-            self.left_out.append(LeftOut("lines", lines, tr("not planes")))
+            self.left_out.append(LeftOut("lines", lines, Finding("fold.only-planes")))
             self.use &= self.table.is_plane
         if not self.use.any():
-            raise self._error(tr("The table has only lines. A fold axis needs planes."), "element")
+            raise self._error(Finding("orientation.no-planes"), "element")
 
     def one_kind(self, wanted: str | None) -> None:
         """Keep one kind: cross joints among beds would turn beta by up to 90 degrees."""
         kinds = self.table.kinds
         if kinds is None:
-            raise self._error(tr("The table has no column 'kind' to choose from."), "--kind")
+            raise self._error(Finding("fold.no-column", columns="kind", option="--kind"), "--kind")
         name = wanted or DEFAULT_KIND
         present = Counter(kind for kind, use in zip(kinds, self.use, strict=True) if use)
         if not any(_same(kind, name) for kind in present):
-            listed = ", ".join(kind or "(empty)" for kind in present)
-            raise self._error(
-                tr(
-                    "No plane is of the kind '{kind}'. Choose one with --kind: {kinds}.",
-                    kind=name,
-                    kinds=listed,
-                ),
-                "kind",
-            )
+            listed = [kind or "(empty)" for kind in present]
+            raise self._error(Finding("fold.unknown-kind", kind=name, kinds=listed), "kind")
         for i, kind in enumerate(kinds):
             self.use[i] &= _same(kind, name)
         for kind, n in present.items():
             if not _same(kind, name):
                 what = kind or "no kind"
-                self.left_out.append(LeftOut(what, n, tr("kind is not {kind}", kind=name)))
+                self.left_out.append(LeftOut(what, n, Finding("fold.only-kind", kind=name)))
 
     def axis(
         self, waviness_deg: float | None, turn: Callable[[Array], Array] | None = None
@@ -294,9 +276,8 @@ class _Choice:
         """Each set by its mean, once."""
         given = self.table.sets or self.table.kinds
         if given is None:
-            raise self._error(
-                tr("The table has no column 'set' or 'kind' to choose from."), "--sets"
-            )
+            finding = Finding("fold.no-column", columns=("set", "kind"), option="--sets")
+            raise self._error(finding, "--sets")
         present = Counter(name for name, use in zip(given, self.use, strict=True) if use)
         chosen: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
         turns: dict[str, Turns] = {}
@@ -304,15 +285,8 @@ class _Choice:
         for name in names:
             members = self.use & np.array([_same(s, name) for s in given], dtype=bool)
             if not members.any():
-                listed = ", ".join(s or "(empty)" for s in present)
-                raise self._error(
-                    tr(
-                        "No plane is in the set '{set}'. The sets are {sets}.",
-                        set=name,
-                        sets=listed,
-                    ),
-                    "--sets",
-                )
+                listed = [s or "(empty)" for s in present]
+                raise self._error(Finding("sets.unknown", set=name, sets=listed), "--sets")
             chosen[name] = (
                 self.table.dip_direction_deg[members],
                 self.table.dip_deg[members],
@@ -323,12 +297,12 @@ class _Choice:
         for name, n in present.items():
             if not any(_same(name, wanted) for wanted in names):
                 what = name or "no set"
-                self.left_out.append(LeftOut(what, n, tr("set was not named")))
+                self.left_out.append(LeftOut(what, n, Finding("fold.only-named-sets")))
         self.use = used
         return common_axis(chosen, turns or None)
 
-    def _error(self, message: str, field: str) -> VomError:
-        return UsageError(message, file=self.table.path, field=field)
+    def _error(self, finding: Finding, field: str) -> UsageError:
+        return UsageError(finding, file=self.table.path, field=field)
 
 
 def _same(a: str, b: str) -> bool:

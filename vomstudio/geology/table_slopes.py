@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding, Message, cause_of
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane, planes_to_normals
@@ -27,7 +27,7 @@ from vomstudio.geology.slopes import (
 from vomstudio.geology.tilted_planes import TiltedPlanes, tilted_planes
 from vomstudio.progress import Ahead, Progress, Silent
 from vomstudio.reprs import Shown
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 SEED = 1
 _MOST_DRAWS = 4096
@@ -115,8 +115,8 @@ def slope_face(face: str | Plane, options: SlopeOptions) -> SlopeFace:
     """Return the face of a plane, or of its text as in "135/70". Raises UsageError."""
     try:
         plane = parse_plane(face, "dipdir/dip") if isinstance(face, str) else face
-    except (InputError, GeometryError) as error:
-        raise UsageError(error.message, field="--face") from error
+    except InputError as error:
+        raise UsageError(cause_of(error), field="--face") from error
     return SlopeFace(plane, options)
 
 
@@ -129,7 +129,7 @@ def table_slope(
     rows = np.flatnonzero(table.is_plane)
     if not len(rows):
         raise GeometryError(
-            tr("The table has only lines. Kinematic analysis needs planes."),
+            Finding("orientation.no-planes"),
             file=table.path,
             field="element",
         )
@@ -295,42 +295,27 @@ def _portions(draws: int, n: int) -> list[tuple[int, int]]:
 
 def _noticed(
     face: SlopeFace, n: int, rows: int, known: int, of: int, parallel: int, same_set: int
-) -> list[Message]:
+) -> list[Finding]:
     """Return the messages about the figures."""
-    messages: list[Message] = []
+    messages: list[Finding] = []
     if same_set:
         messages.append(
             Finding("slope.pairs-of-one-set", pairs=same_set, all_pairs=n * (n - 1) // 2)
         )
     if rows > n:
-        messages.append(tr_n("{count} line is not used.", "{count} lines are not used.", rows - n))
+        messages.append(Finding("sets.lines-left-out", count=rows - n))
     if not face.slides:
         messages.append(
-            tr(
-                "The face dips by {dip:g} degrees, no steeper than the friction angle of "
-                "{friction:g} degrees: nothing slides, and no layers topple.",
-                dip=face.plane.dip_deg,
-                friction=face.options.friction_deg,
+            Finding(
+                "slope.gentle-face",
+                dip_deg=face.plane.dip_deg,
+                friction_deg=face.options.friction_deg,
             )
         )
     if parallel:
-        messages.append(
-            tr_n(
-                "{count} pair of planes is parallel and has no intersection.",
-                "{count} pairs of planes are parallel and have no intersection.",
-                parallel,
-            )
-        )
+        messages.append(Finding("slope.parallel-pairs", count=parallel))
     if not of:
-        messages.append(
-            tr("Wedges and direct toppling need two planes that meet; add planes to the table.")
-        )
+        messages.append(Finding("slope.no-pairs"))
     if 0 < known < n:
-        messages.append(
-            tr_n(
-                "The error of {count} plane is not known; its probability takes it as exact.",
-                "The errors of {count} planes are not known; the probabilities take them as exact.",
-                n - known,
-            )
-        )
+        messages.append(Finding("slope.errors-unknown", count=n - known))
     return messages

@@ -13,8 +13,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -53,18 +53,14 @@ class Intrinsics:
         names = MODELS.get(self.model)
         if names is None:
             raise GeometryError(
-                tr(
-                    "The camera model {model} is unknown. Known models are {known}.",
-                    model=self.model,
-                    known=", ".join(MODELS),
-                )
+                Finding("lens.unknown-model", model=self.model, models=tuple(MODELS))
             )
         if len(names) != len(self.params):
             raise GeometryError(
-                tr(
-                    "The camera model {model} has {count} parameters, but {given} are given.",
+                Finding(
+                    "lens.parameter-count",
                     model=self.model,
-                    count=len(names),
+                    needed=len(names),
                     given=len(self.params),
                 )
             )

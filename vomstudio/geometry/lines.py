@@ -9,10 +9,10 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.plane_errors import joint_quantile
 from vomstudio.geometry.plane_limits import LARGEST, ROUNDINGS
-from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 
@@ -42,18 +42,16 @@ def fit_line(points: npt.ArrayLike) -> LineFit:
     xyz = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     n = len(xyz)
     if n < 2:
-        raise GeometryError(tr("A line needs at least 2 points; pick more."))
+        raise GeometryError(Finding("feature.too-few-points", count=2 - n, minimum=2))
     if not (np.abs(xyz) < LARGEST).all():
-        raise GeometryError(tr("A line has coordinates that are not finite numbers; remove them."))
+        raise GeometryError(Finding("points.not-finite"))
     local = xyz - xyz[0]
     mean = local.mean(axis=0)
     local = local - mean
     _, singular, axes = np.linalg.svd(local, full_matrices=False)
     rounding = ROUNDINGS * float(np.finfo(np.float64).eps) * float(np.abs(xyz).max())
     if singular[0] <= rounding * np.sqrt(n):
-        raise GeometryError(
-            tr("All points of a line are at the same place; pick them farther apart.")
-        )
+        raise GeometryError(Finding("points.coincident"))
     direction = axes[0] if axes[0, 2] <= 0.0 else -axes[0]
     along = local @ direction
     across = float((singular[1:] ** 2).sum())

@@ -5,19 +5,17 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geometry import plane_errors
 from vomstudio.geometry.plane_limits import (
-    COLLINEAR,
-    IDENTICAL,
     LARGEST,
-    NOT_FINITE,
     ROUNDINGS,
-    TOO_FEW,
+    degenerate_points,
+    too_few_points,
 )
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.geometry.vectors import TILT_FLOOR, dip_of_normals, upward
-from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 
@@ -36,19 +34,19 @@ def fit_moments(
     centroid = np.asarray(mean, dtype=np.float64)
     matrix = np.asarray(scatter, dtype=np.float64)
     if n < 3:
-        raise _no_plane(n, TOO_FEW)
+        raise GeometryError(too_few_points(n))
     if not (np.isfinite(matrix).all() and (np.abs(centroid) < LARGEST).all()):
-        raise _no_plane(n, NOT_FINITE)
+        raise GeometryError(Finding("points.not-finite"))
     matrix = matrix / n
     size = float(np.trace(matrix))
     rounding = ROUNDINGS * float(np.finfo(np.float64).eps) * float(np.abs(centroid).max())
     if size <= max(rounding**2, np.finfo(np.float64).tiny):
-        raise _no_plane(n, IDENTICAL)
+        raise GeometryError(degenerate_points(n, coincident=True))
     values, vectors = np.linalg.eigh(matrix / size)
     values, axes = np.maximum(values[::-1], 0.0), vectors.T[::-1].copy()
     thin = 64.0 * float(np.finfo(np.float64).eps)
     if values[1] <= max(thin, (rounding**2) / size):
-        raise _no_plane(n, COLLINEAR)
+        raise GeometryError(degenerate_points(n, coincident=False))
     values = np.where(values <= thin, 0.0, values)
     values /= values.sum()
     axes[2] = upward(axes[None, 2])[0]
@@ -103,9 +101,3 @@ def fit_moments(
 
 def _known(value: Floats, known: bool) -> float | None:
     return float(value[0]) if known and np.isfinite(value[0]) else None
-
-
-def _no_plane(n: int, reason: str) -> GeometryError:
-    return GeometryError(
-        tr("A plane through {count} points: {reason}.", count=n, reason=tr(reason))
-    )

@@ -8,17 +8,15 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.geometry import plane_errors
 from vomstudio.geometry.plane_limits import (
-    COLLINEAR,
     COUNT_REPEATS_UP_TO,
-    IDENTICAL,
     LARGEST,
-    PARALLEL,
     ROUNDINGS,
+    degenerate_points,
 )
 from vomstudio.geometry.vectors import TILT_FLOOR, dip_of_normals, upward
-from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -28,7 +26,7 @@ Method = Literal["pca", "regression"]
 
 def figures(
     xyz: Floats, counts: Ints, method: Method, axis: int, ordered: bool
-) -> tuple[dict[str, npt.NDArray[Any]], list[str | None]]:
+) -> tuple[dict[str, npt.NDArray[Any]], list[Finding | None]]:
     """All figures of groups that lie one after the other in xyz, each of at least 3 points, under
     the names of `PlaneFits`; and why a group has none."""
     m = len(counts)
@@ -47,11 +45,11 @@ def figures(
 
     low, high = np.minimum.reduceat(u, starts), np.maximum.reduceat(u, starts)
     values[:, 2] = np.where(np.sqrt(values[:, 2]) <= rounding, 0.0, values[:, 2])
-    errors: list[str | None] = [None] * m
+    errors: list[Finding | None] = [None] * m
     identical = (np.sqrt(values[:, 0]) <= rounding) | (scale.size <= 1.0 / LARGEST)
     collinear = ~identical & (np.sqrt(values[:, 1]) <= rounding)
     for i in np.flatnonzero(identical | collinear).tolist():
-        errors[i] = tr(IDENTICAL if identical[i] else COLLINEAR)
+        errors[i] = degenerate_points(int(counts[i]), coincident=bool(identical[i]))
 
     trace = values.sum(axis=1)
     trace = np.where(trace > 0.0, trace, 1.0)
@@ -66,7 +64,7 @@ def figures(
         parallel |= _parallel_within_scatter(axes[:, 2, axis], values)
         rms = residual * np.abs(normal[:, axis])
         for i in np.flatnonzero(parallel & ~identical & ~collinear).tolist():
-            errors[i] = tr(PARALLEL, axis="xyz"[axis])
+            errors[i] = Finding("plane.parallel-to-axis", axis="xyz"[axis])
 
     with np.errstate(divide="ignore", invalid="ignore"):
         floor = np.maximum(TILT_FLOOR, rounding / np.sqrt(values[:, 1]))

@@ -16,10 +16,10 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.plane_figures import Method, figures, members
-from vomstudio.geometry.plane_limits import LARGEST, NOT_FINITE, TOO_FEW
-from vomstudio.words import tr
+from vomstudio.geometry.plane_limits import LARGEST, too_few_points
 
 Floats = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -60,7 +60,7 @@ class PlaneFit:
     dip_direction_deg: float | None
     dip_deg: float | None
     undefined: bool
-    error: str | None
+    error: Finding | None
     method: str
     ordered: bool
 
@@ -125,7 +125,7 @@ class PlaneFits:
     dip_direction_deg: Floats
     dip_deg: Floats
     undefined: Bools
-    error: tuple[str | None, ...]
+    error: tuple[Finding | None, ...]
     method: str
     ordered: bool
 
@@ -174,9 +174,7 @@ def fit_plane(
         array = array.reshape(0, 3)
     fits = fit_planes(array, np.array([0, len(array)]), method=method, axis=axis, ordered=ordered)
     if fits.error[0] is not None:
-        raise GeometryError(
-            tr("A plane through {count} points: {reason}.", count=len(array), reason=fits.error[0])
-        )
+        raise GeometryError(fits.error[0])
     return fits[0]
 
 
@@ -203,14 +201,15 @@ def fit_planes(
     xyz = np.asarray(points, dtype=np.float64)
     cuts = np.asarray(offsets, dtype=np.int64)
     if xyz.ndim != 2 or xyz.shape[1] != 3:
-        raise GeometryError(tr("Points need three coordinates each: x, y, z."), field="points")
+        raise GeometryError(Finding("points.invalid"), field="points")
     if method not in ("pca", "regression"):
         raise GeometryError(
-            tr("Unknown method {method!r}: use pca or regression.", method=method), field="method"
+            Finding("option.not-a-choice", value=method, choices=("pca", "regression")),
+            field="method",
         )
     if axis not in ("auto", *_AXES):
         raise GeometryError(
-            tr("Unknown axis {axis!r}: use auto, x, y or z.", axis=axis), field="axis"
+            Finding("option.not-a-choice", value=axis, choices=("auto", *_AXES)), field="axis"
         )
     if (
         cuts.ndim != 1
@@ -219,9 +218,7 @@ def fit_planes(
         or cuts[-1] > len(xyz)
         or (np.any(np.diff(cuts) < 0))
     ):
-        raise GeometryError(
-            tr("Offsets must rise from 0 to the number of points at most."), field="offsets"
-        )
+        raise GeometryError(Finding("points.offsets"), field="offsets")
     counts = np.diff(cuts)
     if method == "regression" and axis == "auto":
         return _along_nearest_axes(xyz, cuts, ordered)
@@ -255,7 +252,7 @@ def _along_nearest_axes(xyz: Floats, cuts: Ints, ordered: bool) -> PlaneFits:
     nearest = np.abs(np.nan_to_num(upright.normal)).argmax(axis=1)
     counts = np.diff(cuts)
     result = _blank(counts, "regression", ordered)
-    reasons: list[str | None] = [None] * len(counts)
+    reasons: list[Finding | None] = [None] * len(counts)
     for k, axis in enumerate(_AXES):
         rows = np.flatnonzero(nearest == k)
         if not len(rows):
@@ -283,7 +280,7 @@ def _blank(counts: Ints, method: str, ordered: bool) -> dict[str, npt.NDArray[An
     }
 
 
-def _sound_groups(xyz: Floats, cuts: Ints, counts: Ints) -> tuple[list[str | None], Bools]:
+def _sound_groups(xyz: Floats, cuts: Ints, counts: Ints) -> tuple[list[Finding | None], Bools]:
     """The reason against each group that cannot be fitted whatever its shape, and the others."""
     many = counts >= 3
     finite = np.ones(len(counts), bool)
@@ -291,7 +288,7 @@ def _sound_groups(xyz: Floats, cuts: Ints, counts: Ints) -> tuple[list[str | Non
     if len(xyz) and not np.abs(xyz).max() < LARGEST:
         bad = np.concatenate([[0], np.cumsum(~(np.abs(xyz) < LARGEST).all(axis=1))])
         finite = bad[cuts[1:]] == bad[cuts[:-1]]
-    reasons: list[str | None] = [None] * len(counts)
+    reasons: list[Finding | None] = [None] * len(counts)
     for i in np.flatnonzero(~(many & finite)).tolist():
-        reasons[i] = tr(NOT_FINITE if not finite[i] else TOO_FEW)
+        reasons[i] = too_few_points(int(counts[i])) if finite[i] else Finding("points.not-finite")
     return reasons, many & finite

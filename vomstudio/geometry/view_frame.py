@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -37,7 +37,7 @@ class ViewFrame:
         d = np.asarray(direction, np.float64).reshape(3)
         length = float(np.linalg.norm(d))
         if not np.isfinite(length) or length == 0.0:
-            raise GeometryError(tr("A view direction must be a vector with a length."))
+            raise GeometryError(Finding("vector.invalid", name="view direction"))
         d = d / length + 0.0
         plunge = np.degrees(np.arctan2(-d[2], np.hypot(d[0], d[1])))
         steep = abs(plunge) >= STEEP_DEG - _ROUNDING_DEG

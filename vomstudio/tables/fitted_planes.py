@@ -28,11 +28,12 @@ AS_GIVEN = "as given"
 
 @dataclass(frozen=True)
 class FittedPlanes:
-    """rows : of the orientation table; skipped : id and reason of each group without a plane
+    """rows : of the orientation table; skipped : id and reason (a finding) of each group without a
+    plane
     bands : of the planes that a straight group allows, by its id"""
 
     rows: list[Row]
-    skipped: list[dict[str, str]]
+    skipped: list[dict[str, Any]]
     bands: Mapping[Any, PlaneBand]
 
 
@@ -62,7 +63,7 @@ def fitted_planes(
     batch = fit_planes(points, offsets, method=method, axis=axis)
     fits = batch.rows()
     rows: list[Row] = []
-    skipped: list[dict[str, str]] = []
+    skipped: list[dict[str, Any]] = []
     bands: dict[Any, PlaneBand] = {}
     # All at once: single vectors cost a hundred times as much.
     planes = iter(Plane.from_normals([fit.normal for fit in fits if fit.error is None]))

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.catalogue import DOMAIN, IN_WORLD, NO_MODEL
 from vomstudio.document.figures import Subject
 from vomstudio.document.kind import Kind
@@ -35,7 +36,7 @@ class ProjectTable:
     """Rows in the order of the records, and the features that have no orientation."""
 
     rows: list[Row]
-    skipped: list[dict[str, str]]
+    skipped: list[dict[str, Any]]
     """id, name and reason of each."""
     crs: str | None
     """The one CRS of all rows, None where there is none, or more than one."""
@@ -68,7 +69,7 @@ class ProjectTable:
         names = {row["id"]: row["name"] for row in self.rows}
         left = [
             {"id": row["id"], "name": row["name"],
-             "reason": tr("it repeats {first}", first=names.get(row["repeat_of"]))}
+             "reason": Finding("repeats.not-exported", first=names.get(row["repeat_of"]))}
             for row in again
         ]  # fmt: skip
         rows = [row for row in self.rows if "repeat_of" not in row]
@@ -91,11 +92,11 @@ def project_table(
     picks = nearest_picks(records, measurements)
     subjects = [Subject(f, measured[f.id], records, partial(picks.get, f.id)) for f in features]
     rows: list[Row] = []
-    skipped: list[dict[str, str]] = []
+    skipped: list[dict[str, Any]] = []
     for subject, row in zip(subjects, feature_rows(subjects), strict=True):
         if row is None:
             feature = subject.feature
-            reason = str(subject.measured.problem or tr("no plane"))
+            reason = subject.measured.problem or Finding("feature.without-plane")
             skipped.append({"id": feature.id, "name": feature.name, "reason": reason})
         else:
             rows.append(row)

@@ -93,7 +93,7 @@ class ContactTool(FollowingTool[Contact]):
             problem = None if measured is None else measured.problem
             raise GeometryError(problem or Finding("tool.no-points"))
         if not (measured.dimension or {}).get("length_m"):
-            raise GeometryError(Finding("tool.coincident-points"))
+            raise GeometryError(Finding("points.coincident"))
         records = self._context.session.records
         if self._continued:
             return edits.set_line(records, feature.id, feature.vertices)

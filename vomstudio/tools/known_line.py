@@ -100,7 +100,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
         if (why := self.why_not_finish()) is not None:
             raise GeometryError(why)
         if feature.vertices[0] == feature.vertices[1]:
-            raise GeometryError(Finding("tool.coincident-points"))
+            raise GeometryError(Finding("points.coincident"))
         records = self._context.session.records
         if not self._continued:
             return edits.add_features(records, [feature])

@@ -137,7 +137,7 @@ class MeasureTool(PolylineTool[Dimension]):
             problem = None if measured is None else measured.problem
             raise GeometryError(problem or Finding("tool.no-points"))
         if max((measured.dimension or {}).values(), default=0.0) <= 0.0:
-            raise GeometryError(Finding("tool.coincident-points"))
+            raise GeometryError(Finding("points.coincident"))
         records = self._context.session.records
         if not self._continued:
             return edits.add_features(records, [feature])

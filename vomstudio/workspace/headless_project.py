@@ -296,8 +296,7 @@ class HeadlessProject:
             names.take(named)
             traces.append(named)
         if not traces:
-            name, reason = skipped[0] if skipped else ("", "")
-            first = f"{name}: {reason}" if name else reason
+            first = ": ".join(map(str, skipped[0])) if skipped else ""
             raise GeometryError(Finding("picks.no-plane", count=len(picks), first=first))
         after: dict[str, Record | None] = {trace.id: trace for trace in traces}
         what = traces[0].name if len(traces) == 1 else f"{len(traces)} traces"

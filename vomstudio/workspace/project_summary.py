@@ -106,7 +106,7 @@ class Fitted:
     has no orientation; limits : by which the rows were judged"""
 
     rows: tuple[Row, ...]
-    skipped: tuple[dict[str, str], ...]
+    skipped: tuple[dict[str, Any], ...]
     limits: Thresholds
 
 

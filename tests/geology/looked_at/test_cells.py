@@ -9,6 +9,7 @@ import pytest
 import shapely
 from scipy.spatial.transform import Rotation
 
+from tests.messages import refused
 from vomstudio.errors import GeometryError
 from vomstudio.geology.looked_at import cells as module
 from vomstudio.geology.looked_at.cells import (
@@ -154,13 +155,14 @@ def test_nothing_and_rubbish_are_no_area() -> None:
 
 @pytest.mark.parametrize("cell", [0.0, -1.0, math.nan, math.inf, 1e-9])
 def test_cells_without_a_size_and_too_many_are_refused(cell: float) -> None:
-    with pytest.raises(GeometryError, match=r"cell"):
+    code = "grid.too-many-cells" if cell == 1e-9 else "grid.cell-size"
+    with refused(code, GeometryError, field="cell"):
         grid_around(wavy().reshape(-1, 3), EAST, NORTH, cell)
 
 
 def test_the_side_that_is_proposed_is_not_refused() -> None:
     points = wavy().reshape(-1, 3)
-    with pytest.raises(GeometryError) as refused:
+    with refused("grid.too-many-cells", GeometryError) as error:
         grid_around(points, EAST, NORTH, 0.001)
-    least = float(refused.value.message.split("side of ")[1].split(" or")[0])
+    least = float(str(error.value.values["minimum"]))
     assert grid_around(points, EAST, NORTH, least * 1.02).count <= 40_000

@@ -7,6 +7,7 @@ import pytest
 import shapely
 from scipy.spatial.transform import Rotation
 
+from tests.messages import by_code
 from vomstudio.geology.looked_at.cells import CellGrid
 from vomstudio.geology.looked_at.shares import cell_name, lengths_in_cells, looked_at
 
@@ -28,7 +29,10 @@ def test_areas_and_shares_by_mark() -> None:
     assert (found.unmeasurable.cells, found.unmeasurable.share) == (2, 6.0 / 16.0)
     assert (found.not_looked_at.cells, found.looked_at_share) == (0, 1.0)
     assert found.counted_m2 == 10.0
-    assert "2 cells where nothing can be measured are left out" in found.reasons[0]
+    assert by_code(found.reasons)["grid.unmeasurable-cells"] == {
+        "count": 2,
+        "share_percent": pytest.approx(100.0 * 6.0 / 16.0),
+    }
 
 
 def test_density_is_counted_over_done_and_empty_cells_alone() -> None:
@@ -42,7 +46,7 @@ def test_density_is_counted_over_done_and_empty_cells_alone() -> None:
     assert found.features == 1
     # The first line runs through a cell where there was said to be nothing.
     assert found.contradictions == ("B2",)
-    assert "B2" in found.reasons[-1]
+    assert by_code(found.reasons)["grid.empty-cells-with-features"] == {"cells": ("B2",)}
 
 
 def test_a_slanting_face_and_a_turned_world_give_the_same() -> None:

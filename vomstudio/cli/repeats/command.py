@@ -86,4 +86,4 @@ def _in_words(found: TableRepeats) -> str:
     lines += [
         tr("{id} was left out: {reason}.", id=one.id, reason=one.reason) for one in found.left_out
     ]
-    return "\n".join([*lines, *found.reasons])
+    return "\n".join([*lines, *map(str, found.reasons)])

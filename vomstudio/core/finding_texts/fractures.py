@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vomstudio.core.finding_texts.entry import Entry
-from vomstudio.words import to_translate
+from vomstudio.words import to_translate, to_translate_n
 
 TEXTS: dict[str, Entry] = {
     "fractures.not-a-circle": (
@@ -19,5 +19,91 @@ TEXTS: dict[str, Entry] = {
     "fractures.sets-not-of-traces": (
         "error",
         to_translate("There are {sets} sets, but not as many traces. Give the set of each trace."),
+    ),
+    "fractures.scanline-without-length": (
+        "error",
+        to_translate("The scanline has no length. Draw it across the traces."),
+    ),
+    "fractures.area-without-size": (
+        "error",
+        to_translate("The area has no size. Draw a polygon around the traces."),
+    ),
+    "fractures.area-elsewhere": (
+        "error",
+        to_translate(
+            "The area lies outside the map of traces. Check that both are in the same"
+            " coordinate reference system."
+        ),
+    ),
+    "fractures.scanline-without-traces": (
+        "warning",
+        to_translate("No trace crosses the scanline. Draw it across the traces."),
+    ),
+    "fractures.weights-capped": (
+        "info",
+        *to_translate_n(
+            "{count} Terzaghi weight was lowered to the maximum of {maximum:g}.",
+            "{count} Terzaghi weights were lowered to the maximum of {maximum:g}.",
+        ),
+    ),
+    "fractures.one-face": (
+        "info",
+        to_translate(
+            "All figures are those of one face: fractures nearly parallel to it are missed, and"
+            " lengths are those of traces, not of planes."
+        ),
+    ),
+    "fractures.area-beyond-traces": (
+        "warning",
+        to_translate(
+            "{share_percent:.0f} % of the area is beyond the outermost traces. If nobody mapped"
+            " there, P20, P21 and their errors are too small. Give the mapped area."
+        ),
+    ),
+    "fractures.no-traces": (
+        "warning",
+        to_translate("There are no traces in the area. Choose another area."),
+    ),
+    "fractures.few-lengths": (
+        "info",
+        to_translate(
+            "A distribution needs at least {minimum} different lengths of traces whose both"
+            " ends were seen."
+        ),
+    ),
+    "fractures.self-crossing": (
+        "warning",
+        *to_translate_n(
+            "{count} trace crosses itself, which makes no node (row {rows}).",
+            "{count} traces cross themselves, which makes no nodes (rows {rows}).",
+        ),
+    ),
+    "fractures.overlaps": (
+        "warning",
+        *to_translate_n(
+            "{count} pair of traces overlaps: this makes no node there, and the length counts"
+            " twice. Delete one of them.",
+            "{count} pairs of traces overlap: this makes no nodes there, and the lengths count"
+            " twice. Delete one of each.",
+        ),
+    ),
+    "fractures.other-nodes": (
+        "warning",
+        *to_translate_n(
+            "At {count} place more than four branches meet, which is not an I, Y or X node."
+            " Reduce the tolerance.",
+            "At {count} places more than four branches meet, which are not I, Y or X nodes."
+            " Reduce the tolerance.",
+        ),
+    ),
+    "area.self-crossing": (
+        "warning",
+        *to_translate_n(
+            "The outline of the area crosses itself. Its parts add up to {area_m2:.6g} m²; with"
+            " their signs they would be {signed_area_m2:.6g} m². Correct the outline.",
+            "The outlines of {count} areas cross themselves. Their parts add up to"
+            " {area_m2:.6g} m²; with their signs they would be {signed_area_m2:.6g} m². Correct"
+            " the outlines.",
+        ),
     ),
 }

@@ -243,4 +243,18 @@ TEXTS: dict[str, Entry] = {
             " photos are used as on straight lines."
         ),
     ),
+    "photo.no-camera": (
+        "error",
+        to_translate("The photo {photo} has no camera in {cameras}. It has those of: {photos}."),
+    ),
+    "lens.unknown-model": (
+        "error",
+        to_translate("The lens model {model} is unknown. Choose one of: {models}."),
+    ),
+    "lens.parameter-count": (
+        "error",
+        to_translate(
+            "The lens model {model} has {needed} parameters, and {given} are given. Correct them."
+        ),
+    ),
 }

@@ -48,7 +48,6 @@ TEXTS: dict[str, Entry] = {
             "Closed lines, such as outlines of patches, are not traces. Left out: {lines}."
         ),
     ),
-    "plane.no-fit": ("error", to_translate("A plane cannot be fitted: {reason}")),
     "plane.local": (
         "info",
         to_translate(
@@ -87,7 +86,7 @@ TEXTS: dict[str, Entry] = {
     "plane.collinear": (
         "warning",
         to_translate(
-            "The collinearity is {collinearity} (maximum {maximum:g}). Add points where the"
+            "The collinearity is {collinearity:.1f} (maximum {maximum:g}). Add points where the"
             " trace bends, or enlarge the patch."
         ),
     ),
@@ -163,14 +162,14 @@ TEXTS: dict[str, Entry] = {
     "plane.scattered": (
         "info",
         to_translate(
-            "The points scatter about the plane: M {M:.1f}, coplanarity {coplanarity} (M"
+            "The points scatter about the plane: M {M:.1f}, coplanarity {coplanarity:.1f} (M"
             " above {recommended:g} recommended)."
         ),
     ),
     "plane.almost-straight": (
         "info",
         to_translate(
-            "The points are almost on a line: collinearity {collinearity}, K {K} (below"
+            "The points are almost on a line: collinearity {collinearity:.1f}, K {K:.2g} (below"
             " {recommended:g} recommended)."
         ),
     ),
@@ -261,5 +260,87 @@ TEXTS: dict[str, Entry] = {
             "The plane of the line was deleted or has no fit, so its rake is unknown."
             " Choose another plane."
         ),
+    ),
+    "plane.no-band": (
+        "error",
+        to_translate("The errors of this plane are not known, so it has no band. Add points."),
+    ),
+    "plane.regression-band": (
+        "error",
+        to_translate("A plane by regression has no band. Fit it by the moment of inertia (pca)."),
+    ),
+    "plane.too-uncertain": (
+        "error",
+        to_translate(
+            "The plane may be off by {error_deg:.0f}°, so it cannot be extended. Measure it better."
+        ),
+    ),
+    "points.collinear": (
+        "error",
+        to_translate(
+            "All points lie on one straight line, which many planes contain. Add one beside it."
+        ),
+    ),
+    "planes.parallel": (
+        "error",
+        to_translate(
+            "The two planes are parallel, so they have no line of intersection. Choose other"
+            " planes."
+        ),
+    ),
+    "line.across-plane": (
+        "error",
+        to_translate(
+            "The line is perpendicular to the plane, so it has no rake there. Choose another plane."
+        ),
+    ),
+    "plane.parallel-traces": (
+        "error",
+        to_translate(
+            "The two traces are nearly parallel ({angle_deg:.1f}°), so together they determine"
+            " no plane. Choose another trace."
+        ),
+    ),
+    "points.not-finite": (
+        "error",
+        to_translate(
+            "Some points have coordinates that are not finite numbers. Remove these points."
+        ),
+    ),
+    "points.offsets": (
+        "error",
+        to_translate("Offsets must rise from 0 to the number of points. Correct them."),
+    ),
+    "plane.parallel-to-axis": (
+        "error",
+        to_translate(
+            "The plane is parallel to the axis {axis}, so regression of {axis} cannot find it."
+            " Use another axis, or the moment of inertia (pca)."
+        ),
+    ),
+    "points.uncertain-about-line": (
+        "warning",
+        to_translate(
+            "The points are nearly on one line, about which the plane may be off by"
+            " {error_deg:.0f}° (95 %). Add a point beside the line."
+        ),
+    ),
+    "points.too-near": (
+        "warning",
+        to_translate(
+            "The points are too near to each other for their error: the plane may be off by"
+            " {error_deg:.0f}° (95 %). Add points farther away."
+        ),
+    ),
+    "points.nearly-collinear": (
+        "warning",
+        to_translate(
+            "The points are nearly on one line: {error_m:g} m turn the plane by"
+            " {turn_deg:.2g}°. Add one beside the line, or state the error."
+        ),
+    ),
+    "plane.none-fitted": (
+        "error",
+        to_translate("None of the {count} planes can be fitted. The first: {reason}"),
     ),
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vomstudio.core.finding_texts.entry import Entry
-from vomstudio.words import to_translate
+from vomstudio.words import to_translate, to_translate_n
 
 TEXTS: dict[str, Entry] = {
     "sets.too-many": (
@@ -29,5 +29,133 @@ TEXTS: dict[str, Entry] = {
     "sets.no-places": (
         "error",
         to_translate("A scanline requires the places of the planes. Add the columns x, y, z."),
+    ),
+    "sets.no-scatter": (
+        "error",
+        to_translate("No set of the table has three planes that scatter about a mean. Add planes."),
+    ),
+    "sets.empty": ("error", to_translate("The set {set} has no planes. Choose another set.")),
+    "sets.no-members": (
+        "error",
+        to_translate("The set has no planes, and so no mean. Choose another set."),
+    ),
+    "sets.unknown": (
+        "error",
+        to_translate("No plane is in the set “{set}”. The sets are: {sets}."),
+    ),
+    "rose.negative-weight": ("error", to_translate("Weights must not be negative. Correct them.")),
+    "sets.no-orientations": (
+        "error",
+        to_translate("There are no orientations. A set needs at least one."),
+    ),
+    "orientation.not-a-direction": (
+        "error",
+        to_translate("Orientation {number} of {n} is not a direction. Leave it out."),
+    ),
+    "orientation.no-mean": (
+        "error",
+        to_translate(
+            "The orientations cancel out or are spread evenly, so they have no mean. Divide"
+            " them into sets."
+        ),
+    ),
+    "net.ellipse-direction": (
+        "error",
+        to_translate("The direction of an ellipse must not be along its axis. Give one across it."),
+    ),
+    "bingham.too-few": (
+        "info",
+        to_translate(
+            "Bingham's distribution needs at least {minimum} orientations, and there are {n}."
+        ),
+    ),
+    "bingham.no-scatter": (
+        "info",
+        to_translate("All orientations are in one plane or line: the concentration is infinite."),
+    ),
+    "kent.too-few": (
+        "info",
+        to_translate(
+            "Kent's distribution needs at least {minimum} orientations, and there are {n}."
+        ),
+    ),
+    "kent.weighted": (
+        "info",
+        to_translate("Kent's distribution is one of equal weights, and these differ."),
+    ),
+    "kent.not-clustered": (
+        "info",
+        to_translate("The cluster is too wide for Kent's distribution (kappa below {minimum:g})."),
+    ),
+    "kent.round": (
+        "info",
+        to_translate("The cluster is round, so Fisher's mean describes it (p = {p:.2f})."),
+    ),
+    "fisher.identical": ("info", to_translate("All orientations are the same: kappa is infinite.")),
+    "fisher.too-scattered": (
+        "info",
+        to_translate("The set is too scattered: no cone holds the mean with 95 %."),
+    ),
+    "fisher.few-decide": (
+        "info",
+        to_translate(
+            "By their errors {n} planes or lines count as {worth:.1f}, too few to show the"
+            " natural scatter. Without weights there is a cone."
+        ),
+    ),
+    "fisher.single": ("info", to_translate("A Fisher mean needs at least two orientations.")),
+    "fisher.no-mean": ("info", to_translate("The directions cancel out, so they have no mean.")),
+    "fisher.girdle": (
+        "info",
+        to_translate(
+            "The set is a girdle, not a cluster (Vollmer P {point:.2f}, G {girdle:.2f}, R"
+            " {random:.2f}). The axes of the tensor describe it."
+        ),
+    ),
+    "fisher.uniform": (
+        "info",
+        to_translate(
+            "No orientation is preferred: the scatter is nearly uniform (Vollmer P {point:.2f},"
+            " G {girdle:.2f}, R {random:.2f})."
+        ),
+    ),
+    "sets.lines-left-out": (
+        "info",
+        *to_translate_n(
+            "{count} line is left out.",
+            "{count} lines are left out.",
+        ),
+    ),
+    "sets.none": (
+        "warning",
+        to_translate(
+            "No set stands out from an even scatter. A set needs at least {minimum} planes."
+            " --seeds states sets of your own."
+        ),
+    ),
+    "sets.empty-seed": (
+        "warning",
+        to_translate("No plane belongs to the seed {number}, so it makes no set."),
+    ),
+    "sets.fewer": (
+        "warning",
+        *to_translate_n(
+            "Only {count} set of at least {minimum} planes can be distinguished, not {wanted}.",
+            "Only {count} sets of at least {minimum} planes can be distinguished, not {wanted}.",
+        ),
+    ),
+    "sets.girdle": (
+        "warning",
+        to_translate(
+            "No gap separates {sets}: their poles lie along one great circle, as of a bent bed,"
+            " and may be one girdle with a fold axis."
+        ),
+    ),
+    "sets.each-pick-counts": (
+        "warning",
+        to_translate(
+            "Only places are known, so each pick counts as a discontinuity. If several are of"
+            " one, the spacing is larger and P32 smaller."
+        ),
     ),
 }

@@ -265,4 +265,95 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("The cells are separated by '{delimiter}'. Separate them by blanks or tabs."),
     ),
+    "repeats.no-column": (
+        "error",
+        to_translate(
+            "The table has no column repeat_of. Name with --by a column whose words are equal"
+            " for picks of the same structure."
+        ),
+    ),
+    "table.no-errors": (
+        "error",
+        to_translate("The table has no errors to weight by. Add one of the columns {columns}."),
+    ),
+    "repeats.not-exported": (
+        "info",
+        to_translate("It repeats {first}, and this format has no repeats."),
+    ),
+    "feature.without-plane": ("info", to_translate("It has no plane and no line.")),
+    "repeats.first-missing": (
+        "info",
+        to_translate("The pick {first} that it repeats is not in the table. Add it."),
+    ),
+    "repeats.line-of-plane": ("info", to_translate("It is a line, and its first pick is a plane.")),
+    "repeats.plane-of-line": ("info", to_translate("It is a plane, and its first pick is a line.")),
+    "repeats.none": ("info", to_translate("No structure was picked again. Repeat some picks.")),
+    "repeats.scatter": (
+        "info",
+        *to_translate_n(
+            "{count} repeat: a pick scatters by {error_deg:.1f}° (95 %), known to be between"
+            " {low_deg:.1f} and {high_deg:.1f}°.",
+            "{count} repeats: a pick scatters by {error_deg:.1f}° (95 %), known to be between"
+            " {low_deg:.1f} and {high_deg:.1f}°.",
+        ),
+    ),
+    "repeats.no-errors": ("info", to_translate("The picks state no errors to compare this with.")),
+    "repeats.interpreters-differ": (
+        "warning",
+        to_translate(
+            "Interpreters differ from each other by more than their own repeats do (F"
+            " {ratio:.1f}, p {p:.3f})."
+        ),
+    ),
+    "repeats.interpreters-alike": (
+        "info",
+        to_translate(
+            "Interpreters do not differ significantly more than their own repeats do (F"
+            " {ratio:.1f}, p {p:.2f})."
+        ),
+    ),
+    "repeats.only-picking": (
+        "info",
+        to_translate(
+            "Repeats show the errors of picking only: those of the model and its registration"
+            " are the same in both picks."
+        ),
+    ),
+    "repeats.errors-too-small": (
+        "warning",
+        to_translate(
+            "The stated errors are too small: picks differ {factor:.1f} times as much as these"
+            " allow (95 %: {low:.1f} to {high:.1f} times)."
+        ),
+    ),
+    "repeats.too-few": (
+        "info",
+        *to_translate_n(
+            "{count} pair is too few to notice stated errors that are half as large as they"
+            " should be. Repeat more picks.",
+            "{count} pairs are too few to notice stated errors that are half as large as they"
+            " should be. Repeat more picks.",
+        ),
+    ),
+    "repeats.errors-hold": (
+        "info",
+        to_translate(
+            "The stated errors hold: picks differ {factor:.2f} times as much as these allow."
+            " Errors too small by {noticeable:.1f} times would be noticed."
+        ),
+    ),
+    "stats.unnamed-set": (
+        "info",
+        to_translate("Rows with an empty cell in column “{column}” form the set “{set}”."),
+    ),
+    "stats.several-kinds": (
+        "warning",
+        to_translate(
+            "The set “{set}” pools several kinds ({kinds}). Use --by to describe them separately."
+        ),
+    ),
+    "stats.planes-and-lines": (
+        "info",
+        to_translate("The set “{set}” has planes and lines. They are described separately."),
+    ),
 }

@@ -10,7 +10,7 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("No points have been picked. Click on the outcrop."),
     ),
-    "tool.coincident-points": (
+    "points.coincident": (
         "error",
         to_translate("All points coincide. Pick them farther apart."),
     ),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vomstudio.core.finding_texts.entry import Entry
-from vomstudio.words import to_translate
+from vomstudio.words import to_translate, to_translate_n
 
 TEXTS: dict[str, Entry] = {
     "display.no-textures": (
@@ -245,4 +245,36 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("The registration failed, with marks that were not used. {marks} {reason}"),
     ),
+    "grid.no-points": (
+        "error",
+        to_translate("There are no points that a grid could cover. Choose a model with points."),
+    ),
+    "grid.too-many-cells": (
+        "error",
+        to_translate(
+            "These would be more than {maximum:,} cells. Give them a side of at least"
+            " {minimum:.2g}."
+        ),
+    ),
+    "grid.unmeasurable-cells": (
+        "info",
+        *to_translate_n(
+            "{count} cell where nothing can be measured is left out of what is counted per area"
+            " ({share_percent:.0f} % of the face).",
+            "{count} cells where nothing can be measured are left out of what is counted per"
+            " area ({share_percent:.0f} % of the face).",
+        ),
+    ),
+    "grid.open-cells": (
+        "info",
+        *to_translate_n(
+            "{count} cell was not inspected and is left out too ({share_percent:.0f} %).",
+            "{count} cells were not inspected and are left out too ({share_percent:.0f} %).",
+        ),
+    ),
+    "grid.empty-cells-with-features": (
+        "warning",
+        to_translate("Cells marked as empty contain features: {cells}. Correct the marks."),
+    ),
+    "features.left-out": ("warning", to_translate("{count} features were left out: {reason}")),
 }

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vomstudio.core.findings import cause_of
 from vomstudio.document import catalogue as of
 from vomstudio.document import kind
 from vomstudio.document.figures import Subject, degrees
@@ -115,7 +116,7 @@ def _measure(at: Measuring, feature: Intersection) -> Measurement:
             turned.append(_turned(sound, turns.of(rows)))
         found = intersection_line(*means)
     except GeometryError as error:
-        return nothing_measured(np.zeros((0, 3)), None, str(error), kind="intersection")
+        return nothing_measured(np.zeros((0, 3)), None, cause_of(error), kind="intersection")
     covariance = meeting(*turned).covariance()[0] if turns.known else None
     direction = found.line.vector()
     registration = None if covariance is None else region(direction, covariance).largest_deg

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vomstudio.core.findings import cause_of
 from vomstudio.document import catalogue as of
 from vomstudio.document import kind
 from vomstudio.document.figures import Subject, degrees
@@ -99,7 +100,9 @@ def _measure(at: Measuring, feature: Lineation) -> Measurement:
             slip = slip_rake(plane, rake, feature.slip)
             largest, smallest, axis = _in_plane_error(line.vector(), fit, base)
     except GeometryError as error:
-        return nothing_measured(points, resolution, str(error), kind="lineation", metric=metric)
+        return nothing_measured(
+            points, resolution, cause_of(error), kind="lineation", metric=metric
+        )
     covariance = _turned(at, feature, line.vector(), base)
     registration = None if covariance is None else region(line.vector(), covariance).largest_deg
     total = region_of_line(line.vector(), covariance, largest, smallest, axis)

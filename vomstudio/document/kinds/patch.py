@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from vomstudio.core.findings import cause_of
 from vomstudio.document import catalogue as of
 from vomstudio.document import kind
 from vomstudio.document.figures import Subject
@@ -94,7 +95,7 @@ def _measure(at: Measuring, patch: Patch) -> Measurement:
             patch.n, middle[0], turn @ np.asarray(patch.scatter) @ turn.T, patch.n_effective
         )
     except GeometryError as error:
-        return Measurement(middle, resolution, None, None, None, str(error), **own)
+        return Measurement(middle, resolution, None, None, None, cause_of(error), **own)
     tilt = own["registration_error_deg"] = ToWorld.of(model).tilt_deg(fit.normal)
     verdict = judge(
         fit,

@@ -177,9 +177,9 @@ def _tilts(fits: Sequence[PlaneFit | None], frames: Sequence[ToWorld]) -> list[f
 
 def _fits(
     traces: Sequence[Trace], points: Sequence[Floats]
-) -> list[tuple[PlaneFit | None, str | None]]:
+) -> list[tuple[PlaneFit | None, Finding | None]]:
     """The plane of each trace, or why there is none."""
-    fits: list[tuple[PlaneFit | None, str | None]] = [(None, None)] * len(traces)
+    fits: list[tuple[PlaneFit | None, Finding | None]] = [(None, None)] * len(traces)
     ways: dict[tuple[Method, Axis], list[int]] = {}
     for i, trace in enumerate(traces):
         axis = trace.axis if trace.method == "regression" else "auto"

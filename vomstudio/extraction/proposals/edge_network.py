@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.extraction.proposals.onnx_head import Head, head_of
 from vomstudio.files.memory_limit import limited_by
@@ -39,13 +40,11 @@ class EdgeNetwork:
         try:
             raw = read_small(self.path, _MOST_BYTES)
         except OSError as error:
-            raise self._refused(tr("The network cannot be read. Check its name.")) from error
+            raise self._refused(Finding("file.unreadable", reason=error)) from error
         try:
             head = head_of(raw)
         except ValueError as error:
-            raise self._refused(
-                tr("This is no ONNX file, or it is damaged. Export the network as ONNX.")
-            ) from error
+            raise self._refused(Finding("file.other-format", format="ONNX")) from error
         self.channels, self._sides = self._taken(head)
         self._net = self._loaded(raw)
 
@@ -79,9 +78,8 @@ class EdgeNetwork:
         """Channels, and height and width where they are its own."""
         if len(head.inputs) != 1 or len(head.outputs) != 1:
             raise self._refused(
-                tr(
-                    "The network takes {inputs} inputs and gives {outputs} outputs; one picture "
-                    "and one map of edges are needed.",
+                Finding(
+                    "network.inputs-outputs",
                     inputs=len(head.inputs),
                     outputs=len(head.outputs),
                 )
@@ -89,20 +87,19 @@ class EdgeNetwork:
         (shape,) = head.inputs
         if len(shape) != 4 or shape[0] not in (1, None) or shape[1] not in (1, 3, None):
             raise self._refused(
-                tr(
-                    "The network takes {shape}, not a picture of 1 x 3 x height x width.",
+                Finding(
+                    "network.input-shape",
                     shape=" x ".join("?" if side is None else str(side) for side in shape) or "?",
                 )
             )
         for side in shape[2:]:
             if side is not None and not _LEAST_SIDE <= side <= _MOST_SIDE:
                 raise self._refused(
-                    tr(
-                        "The network takes pictures of {side} pixels a side; {least} to {most} can "
-                        "be given.",
+                    Finding(
+                        "network.input-size",
                         side=side,
-                        least=_LEAST_SIDE,
-                        most=_MOST_SIDE,
+                        minimum=_LEAST_SIDE,
+                        maximum=_MOST_SIDE,
                     )
                 )
         return shape[1] or 3, (shape[2], shape[3])
@@ -114,13 +111,7 @@ class EdgeNetwork:
             with limited_by(self.path):
                 net = cv2.dnn.readNetFromONNX(np.frombuffer(raw, np.uint8))
         except (cv2.error, MemoryError) as error:
-            raise self._refused(
-                tr(
-                    "OpenCV cannot load this network ({reason}). Export it again, with its weights "
-                    "inside and for an older opset.",
-                    reason=_reason(error),
-                )
-            ) from error
+            raise self._refused(Finding("network.not-loaded", reason=_reason(error))) from error
         return net
 
     def _answer(self, part: Bytes, tall: int, wide: int) -> Floats:
@@ -139,18 +130,12 @@ class EdgeNetwork:
                 given = np.asarray(self._net.forward())  # type: ignore[attr-defined]
         except (cv2.error, MemoryError) as error:
             raise self._refused(
-                tr(
-                    "The network fails on a picture of {width} x {height} pixels ({reason}).",
-                    width=wide,
-                    height=tall,
-                    reason=_reason(error),
-                )
+                Finding("network.failed", width=wide, height=tall, reason=_reason(error))
             ) from error
         if given.size != tall * wide or given.shape[-2:] != (tall, wide):
             raise self._refused(
-                tr(
-                    "The network answers {shape} for a picture of {width} x {height} pixels; one "
-                    "probability for each pixel is needed.",
+                Finding(
+                    "network.output-shape",
                     shape=" x ".join(map(str, given.shape)),
                     width=wide,
                     height=tall,
@@ -158,19 +143,10 @@ class EdgeNetwork:
             )
         answer = given.reshape(tall, wide).astype(np.float32)
         if not np.isfinite(answer).all():
-            raise self._refused(
-                tr("The network answers with values that are no numbers. Check its weights.")
-            )
+            raise self._refused(Finding("network.not-finite"))
         low, top = float(answer.min()), float(answer.max())
         if low < -_SLACK or top > 1.0 + _SLACK:
-            raise self._refused(
-                tr(
-                    "The network answers with values from {low:.3g} to {high:.3g}; a probability "
-                    "lies between 0 and 1. End the network with a sigmoid.",
-                    low=low,
-                    high=top,
-                )
-            )
+            raise self._refused(Finding("network.not-probabilities", low=low, high=top))
         return np.clip(answer, 0.0, 1.0)
 
     def _tile(self, axis: int, size: int) -> int:
@@ -179,8 +155,8 @@ class EdgeNetwork:
         own = self._sides[axis]
         return own if own is not None else min(_TILE, 32 * -(-size // 32))
 
-    def _refused(self, sentence: str) -> InputError:
-        return InputError(sentence, file=self.path)
+    def _refused(self, finding: Finding) -> InputError:
+        return InputError(finding, file=self.path)
 
 
 def _margin(tile: int, size: int) -> int:

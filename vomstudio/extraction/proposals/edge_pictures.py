@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.files.untrusted.pictures import open_picture
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.progress import Progress
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Bytes = npt.NDArray[np.uint8]
@@ -73,7 +73,7 @@ def wearing_edges(
             return replace(data, materials=materials)
     if data.colors is None:
         raise UsageError(
-            tr("The model has no colours and no textures in which a network could find edges."),
+            Finding("model.no-colours"),
             field="--cost",
         )
     points = data.vertices if isinstance(data, Mesh) else data.points

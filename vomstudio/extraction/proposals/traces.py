@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.extraction.followed_trace import near_surface, plane_of
 from vomstudio.extraction.following import Follower
 from vomstudio.extraction.proposals.edge_pictures import DRAWN
@@ -112,14 +112,7 @@ def propose_traces(
         surface = SurfaceGraph(few_enough(surface.data, MOST_POINTS))
         if options.min_length_m is None:
             least *= float(np.sqrt(count / MOST_POINTS))
-        warnings = (
-            tr(
-                "The model has {count:,} points; lines were looked for among {some:,} of them, so "
-                "the finest were not seen.",
-                count=count,
-                some=MOST_POINTS,
-            ),
-        )
+        warnings = (Finding("path.reduced", points=count, used=MOST_POINTS),)
     graph = surface.finest
     evidence = evidence_of(graph, cost)
     progress.step(0)

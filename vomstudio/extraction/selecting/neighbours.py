@@ -14,6 +14,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import welded
@@ -23,7 +24,6 @@ from vomstudio.geometry.nearby.point_grid import PointGrid, in_blocks
 from vomstudio.geometry.nearby.shared_corners import across_gaps
 from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.progress import Silent
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -73,12 +73,7 @@ def neighbours_of(data: Mesh | PointCloud, spacing: float) -> Neighbours:
     if isinstance(data, Mesh):
         return MeshNeighbours(data)
     if isinstance(data, StreamedCloud):
-        raise GeometryError(
-            tr(
-                "This cloud is read piece by piece as it is looked at, so nothing can grow over "
-                "it. Draw around what you want."
-            )
-        )
+        raise GeometryError(Finding("cloud.streamed"))
     return CloudNeighbours(data, spacing)
 
 
@@ -93,7 +88,7 @@ class MeshNeighbours:
         self._faces = faces = for_reading(mesh.faces, np.int32)
         self._vertices = for_reading(mesh.vertices, np.float64)
         if not len(faces):
-            raise GeometryError(tr("The mesh has no faces."))
+            raise GeometryError(Finding("model.no-faces"))
         nodes = welded(self._vertices).astype(np.int32)
         self._corners = for_kernels(nodes[faces], np.int32)
         self._places = int(nodes.max()) + 1
@@ -177,7 +172,7 @@ class CloudNeighbours:
     def __init__(self, cloud: PointCloud, spacing: float) -> None:
         points = np.asarray(cloud.points)
         if len(points) < 4:
-            raise GeometryError(tr("A cloud of {count} points has no surface.", count=len(points)))
+            raise GeometryError(Finding("cloud.too-few-points", n=len(points), minimum=4))
         extent = float(np.linalg.norm(np.ptp(cloud.bounds, axis=0)))
         self._cell = CELL * (spacing or extent / np.sqrt(len(points)) or 1.0)
         grid = PointGrid(points, self._cell)

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.texture_colours import TextureColours
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.field_style import ELEVATION, field_names
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -66,10 +66,10 @@ class ElementColours:
         if isinstance(data, Mesh) and colours is None:
             textures = TextureColours(data)
             if not textures.any:
-                raise GeometryError(tr("This model has no colours."))
+                raise GeometryError(Finding("model.no-colours"))
             colours = np.clip(np.round(textures.of_vertices), 0, 255).astype(np.uint8)
         if colours is None or isinstance(data, StreamedCloud):
-            raise GeometryError(tr("This model has no colours."))
+            raise GeometryError(Finding("model.no-colours"))
         small = (np.asarray(colours) // (256 // _FINE)).astype(np.int32)
         self._codes = (small[:, 0] * _FINE + small[:, 1]) * _FINE + small[:, 2]
 

@@ -16,14 +16,13 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import GeometryError
 from vomstudio.geology.beds.lithologies import in_strabospot
 from vomstudio.geology.measured import CONE95, Measured
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.tilts import Z95
 from vomstudio.reprs import Shown
-from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -76,10 +75,10 @@ def bed_log(
     """
     p = np.asarray(points, np.float64)
     if p.ndim != 2 or p.shape[1] != 3 or not np.isfinite(p).all():
-        raise GeometryError(tr("The boundaries of a log are points with finite x, y, z."))
+        raise GeometryError(Finding("points.invalid"))
     n = len(p)
     if n < 2:
-        raise GeometryError(tr("A log needs at least two boundaries."))
+        raise GeometryError(Finding("feature.too-few-points", count=2 - n, minimum=2))
     called, none = list(names or map(str, range(1, n + 1))), [""] * n
     rocks, said = list(lithologies or none), list(notes or none)
     younging = (-1.0 if overturned else 1.0) * bed.normal()
@@ -103,22 +102,10 @@ def bed_log(
     for number, (low, high) in enumerate(pairwise(order.tolist()), 1):
         fields = in_strabospot(rocks[low])
         if fields is None:
-            warnings.append(
-                tr(
-                    "“{word}” at {name} is no lithology of StraboSpot's forms.",
-                    word=rocks[low],
-                    name=called[low],
-                )
-            )
+            warnings.append(Finding("log.unknown-lithology", word=rocks[low], boundary=called[low]))
         thick = across(low, high)
         if thick.error95 is not None and thick.value < thick.error95:
-            warnings.append(
-                tr(
-                    "{base} to {top}: the thickness is not larger than its error.",
-                    base=called[low],
-                    top=called[high],
-                )
-            )
+            warnings.append(Finding("log.thickness-uncertain", base=called[low], top=called[high]))
         intervals.append(
             Interval(
                 number, called[low], called[high], float(height[low]) - base,
@@ -126,14 +113,6 @@ def bed_log(
             )
         )  # fmt: skip
     if moved:
-        warnings.append(_moved_words(moved))
+        warnings.append(Finding("log.boundaries-moved", boundaries=moved))
     total = across(int(order[0]), int(order[-1]))
     return BedLog(n, tuple(intervals), total, tuple(moved), tuple(warnings))
-
-
-def _moved_words(names: Sequence[str]) -> str:
-    return tr(
-        "These boundaries are not in the order of their heights and were put in it: {names}. Check "
-        "the bedding and the points.",
-        names=", ".join(names),
-    )

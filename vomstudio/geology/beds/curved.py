@@ -18,10 +18,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.plane_errors import joint_quantile
 from vomstudio.geometry.vectors import dip_of_normals
-from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -90,9 +90,7 @@ def curved_bed(ids: Sequence[str], points: npt.ArrayLike, offsets: npt.ArrayLike
     middle = xyz.mean(axis=0)
     values, axes = np.linalg.eigh((xyz - middle).T @ (xyz - middle))
     if len(xyz) < 6 or not values[1] > 1e-8 * values[2]:
-        raise GeometryError(
-            tr("The traces together determine no surface. Add points that lie to the side.")
-        )
+        raise GeometryError(Finding("beds.no-surface"))
     frame = axes[:, ::-1].T
     frame[2] = frame[2] if frame[2, 2] >= 0 else -frame[2]
     frame[1] = np.cross(frame[2], frame[0])
@@ -100,7 +98,7 @@ def curved_bed(ids: Sequence[str], points: npt.ArrayLike, offsets: npt.ArrayLike
     size = float(max(np.abs(u).max(), np.abs(v).max()))
     fits = _fits(u / size, v / size, w, cuts)
     if not fits:
-        raise GeometryError(tr("The points are too few for a surface and its error. Add some."))
+        raise GeometryError(Finding("beds.too-few-points"))
     degree, p = _degree(fits, len(xyz))
     fit = fits[degree - 1]
     n_effective = len(xyz) / fit.likeness

@@ -16,12 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.plane_errors import LEVEL, joint_quantile
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.geometry.tilts import CHI2_TWO
-from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -110,17 +110,12 @@ def belief_of_fit(fit: PlaneFit) -> PlaneBelief:
         largest = _wider(largest, fit.max_angular_error_deg)
         smallest = _wider(smallest, fit.min_angular_error_deg)
     if largest is None or smallest is None or fit.rms is None or fit.n_effective is None:
-        raise GeometryError(
-            tr("The errors of this plane are not known, so that it has no band. Add points.")
-        )
+        raise GeometryError(Finding("plane.no-band"))
     if fit.method != "pca":
-        raise GeometryError(
-            tr("A plane by regression has no band. Fit it by moments of inertia (pca).")
-        )
+        raise GeometryError(Finding("plane.regression-band"))
     if not largest < 45.0:
         raise GeometryError(
-            tr("The plane may be off by {angle:.0f} degrees; it cannot be carried on.",
-               angle=largest)
+            Finding("plane.too-uncertain", error_deg=largest)
         )  # fmt: skip
     free = max(fit.n_effective - 3.0, 0.5)
     limit = float(joint_quantile(np.array([free]))[0]) * free
@@ -170,13 +165,7 @@ def repeated(
     )  # fmt: skip
     if high - low > MOST_BEDS:
         raise GeometryError(
-            tr(
-                "Planes {thickness:g} m apart would be {count:.0f} on this model; at most {most} "
-                "are drawn. Give a larger thickness.",
-                thickness=thickness_m,
-                count=high - low + 1,
-                most=MOST_BEDS,
-            ),
+            Finding("beds.too-many", thickness_m=thickness_m, n=high - low + 1, maximum=MOST_BEDS),
             field="thickness",
         )
     numbers = np.arange(min(int(low), 0), max(int(high), 0) + 1)

@@ -20,11 +20,10 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.plane_errors import joint_quantile, quantiles
-from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -154,20 +153,15 @@ def parallel_beds(
     offsets = np.asarray(offsets, np.int64)
     counts = np.diff(offsets)
     if len(ids) < 2:
-        raise GeometryError(tr("Parallel planes need at least two traces."))
+        raise GeometryError(Finding("beds.too-few-traces"))
     if (counts < 1).any():
-        raise GeometryError(tr("A trace without points cannot be fitted."))
+        raise GeometryError(Finding("beds.empty-trace"))
     starts = offsets[:-1]
     middles = np.add.reduceat(points, starts, axis=0) / counts[:, None]
     own = points - np.repeat(middles, counts, axis=0)
     values, axes = np.linalg.eigh(own.T @ own / len(own))
     if not values[1] > _THIN * values[2]:
-        raise GeometryError(
-            tr(
-                "The traces are straight and run the same way: together they determine no plane. "
-                "Add one that runs another way."
-            )
-        )
+        raise GeometryError(Finding("beds.one-direction"))
     basis = axes[:, [2, 1, 0]]
     if basis[2, 2] < 0.0:
         basis = -basis
@@ -409,19 +403,10 @@ def _widened(traces: _Traces) -> tuple[_Traces, float | None]:
     return wide, p
 
 
-def _warnings(p_parallel: float | None, known: bool) -> list[Message]:
-    said: list[Message] = []
+def _warnings(p_parallel: float | None, known: bool) -> list[Finding]:
+    said: list[Finding] = []
     if not known:
-        said.append(
-            tr("No trace has more than three points, so that the errors are unknown. Add points.")
-        )
+        said.append(Finding("beds.no-errors"))
     if p_parallel is not None and p_parallel < LEVEL:
-        said.append(
-            tr(
-                "The traces are turned against each other more than their noise allows (p = "
-                "{p:.2g}): the beds wave, or are not parallel. Their common plane is a mean, and "
-                "its error was widened by as much as they differ.",
-                p=p_parallel,
-            )
-        )
+        said.append(Finding("beds.not-parallel", p=p_parallel))
     return said

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Plane
-from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 
@@ -35,12 +35,7 @@ def cut_offs(
     heights = [(trace - centre) @ normal for trace in traces]
     first, second = (float(h.mean()) for h in heights)
     if (first > 0) == (second > 0):
-        raise GeometryError(
-            tr(
-                "Both traces lie on the same side of the fault. Choose one on the hanging wall and "
-                "one on the footwall."
-            )
-        )
+        raise GeometryError(Finding("displacement.one-side"))
     points = [
         trace[int(np.argmin(np.abs(height)))] for trace, height in zip(traces, heights, strict=True)
     ]

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geology.measured import CONE95, Measured
 from vomstudio.geology.orientation import (
@@ -25,7 +26,6 @@ from vomstudio.geology.orientation import (
     planes_to_normals,
 )
 from vomstudio.geometry.tilts import Z95
-from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 
@@ -127,13 +127,7 @@ def net_slip_of_cutoffs(
     if abs(line_from_rake(fault, rake_deg).vector() @ bed_normal) < math.sin(
         math.radians(_PARALLEL_DEG)
     ):
-        raise GeometryError(
-            tr(
-                "The slip is within {limit:g} degrees of the bed, whose cut-offs say nothing of "
-                "it. Use another marker.",
-                limit=_PARALLEL_DEG,
-            )
-        )
+        raise GeometryError(Finding("displacement.slip-along-bed", limit_deg=_PARALLEL_DEG))
 
     def vector(p: Floats) -> tuple[Floats, Floats]:
         normal, across = _tilted(fault, p[6:8]), _tilted(bed, p[8:10])
@@ -162,8 +156,7 @@ def separations(
     bed_normal = planes_to_normals(bed.dip_direction_deg, bed.dip_deg).ravel()
     if np.linalg.norm(np.cross(fault_normal, bed_normal)) < math.sin(math.radians(_PARALLEL_DEG)):
         raise GeometryError(
-            tr("The bed is within {limit:g} degrees of the fault and has no cut-off there.",
-               limit=_PARALLEL_DEG)
+            Finding("displacement.bed-along-fault", limit_deg=_PARALLEL_DEG)
         )  # fmt: skip
 
     def across(p: Floats) -> Floats:
@@ -193,7 +186,7 @@ def _points(hanging_wall: npt.ArrayLike, footwall: npt.ArrayLike) -> Floats:
     """(6,) both, around the footwall's: a northing would cost the steps their digits."""
     h, f = (np.asarray(v, np.float64).ravel() for v in (hanging_wall, footwall))
     if h.shape != (3,) or f.shape != (3,) or not np.isfinite([*h, *f]).all():
-        raise GeometryError(tr("A pair is two points with finite x, y, z."))
+        raise GeometryError(Finding("points.invalid"))
     return np.concatenate([h - f, np.zeros(3)])
 
 

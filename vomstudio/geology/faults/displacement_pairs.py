@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding, Message, cause_of
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.faults.displacement import (
     Displacement,
@@ -19,11 +20,10 @@ from vomstudio.geology.faults.displacement import (
     separations,
 )
 from vomstudio.geology.faults.displacement_options import DisplacementOptions
-from vomstudio.geology.notation import format_azimuth, line_option, plane_option
+from vomstudio.geology.notation import line_option, plane_option
 from vomstudio.geology.orientation import Line, Plane, angle_line_plane, rake_of
 from vomstudio.geometry.tilts import Z95
 from vomstudio.reprs import Shown
-from vomstudio.words import tr, tr_n
 
 Floats = npt.NDArray[np.float64]
 
@@ -57,7 +57,7 @@ class Displacements(Shown):
     std_throw_m: float | None
     mean_heave_m: float
     std_heave_m: float | None
-    skipped: tuple[dict[str, str], ...]
+    skipped: tuple[dict[str, Any], ...]
     warnings: tuple[Message, ...] = ()
 
 
@@ -103,19 +103,18 @@ def displacements(
         warnings += _said_of_slip(slip, fault)
     elif rake_deg is not None:
         warnings += _said_of_rake(fault)
-    found, skipped = [], []
+    found: list[Pair] = []
+    skipped: list[dict[str, Any]] = []
     for name, h, f in zip(names, hanging_wall, footwall, strict=True):
         try:
             found.append(_pair(name, h, f, fault, bed, rake_deg, errors))
         except GeometryError as error:
-            skipped.append({"id": name, "reason": error.message})
+            skipped.append({"id": name, "reason": cause_of(error)})
     told = [d for d in map(_vector, found) if d is not None]
     if not told and skipped:
         raise GeometryError(skipped[0]["reason"])
     if not told:
-        raise GeometryError(
-            tr("The bed runs down the dip of the fault: its cut-offs tell no dip separation.")
-        )
+        raise GeometryError(Finding("displacement.bed-down-dip"))
 
     def mean(name: str) -> tuple[float, float | None]:
         values = [getattr(d, name).value for d in told]
@@ -127,40 +126,31 @@ def displacements(
     )  # fmt: skip
 
 
-def _said_of_slip(slip: Line, fault: Plane) -> list[str]:
+def _said_of_slip(slip: Line, fault: Plane) -> list[Finding]:
     away = angle_line_plane(slip, fault)
     if not away > OFF_PLANE_DEG:
         return []
-    return [
-        tr(
-            "The slip leaves the fault by {away:.1f} degrees, more than {angle:g}, and was "
-            "projected onto it. Check both.",
-            away=away,
-            angle=OFF_PLANE_DEG,
-        )
-    ]
+    return [Finding("displacement.slip-off-fault", angle_deg=away, limit_deg=OFF_PLANE_DEG)]
 
 
-def _said_of_rake(fault: Plane) -> list[str]:
+def _said_of_rake(fault: Plane) -> list[Finding]:
     """Of a fault whose strike is not the one that a reader may count the rake from."""
     if fault.undefined:
         raise UsageError(Finding("displacement.rake-without-strike"), field="--rake")
     if not fault.vertical or fault.strike_rhr_deg < 180.0:
         return []
     return [
-        tr(
-            "The fault is vertical: its rake was counted from the strike {strike}, as those "
-            "of all vertical planes are from one under 180. If it was from {other}, give "
-            "180 less the rake.",
-            strike=format_azimuth(fault.strike_rhr_deg - 180.0),
-            other=format_azimuth(fault.strike_rhr_deg),
+        Finding(
+            "displacement.rake-of-vertical-fault",
+            strike_deg=fault.strike_rhr_deg - 180.0,
+            other_deg=fault.strike_rhr_deg,
         )
     ]
 
 
-def _said_of_motions(pairs: Sequence[Pair], errors: Errors) -> list[str]:
+def _said_of_motions(pairs: Sequence[Pair], errors: Errors) -> list[Finding]:
     """Of piercing points whose motion leaves the fault by more than their errors explain."""
-    off = []
+    off: dict[str, tuple[float, float]] = {}
     for pair in pairs:
         moved = pair.displacement
         if moved is None or not moved.net_m.value > 0:
@@ -169,18 +159,17 @@ def _said_of_motions(pairs: Sequence[Pair], errors: Errors) -> list[str]:
         away = float(np.degrees(np.arcsin(out)))
         by_points = Z95 * np.sqrt(2.0) * errors.sigma_m
         if away > max(OFF_PLANE_DEG, errors.fault95_deg) and abs(moved.off_fault_m) > by_points:
-            off.append(f"{pair.name} ({away:.0f}°, {abs(moved.off_fault_m):.3g} m)")
+            off[pair.name] = (away, abs(moved.off_fault_m))
     if not off:
         return []
     return [
-        tr_n(
-            "{count} motion leaves the fault by more than {angle:g} degrees: {names}. Check the "
-            "points and the attitude of the fault.",
-            "{count} motions leave the fault by more than {angle:g} degrees: {names}. Check the "
-            "points and the attitude of the fault.",
-            len(off),
-            angle=OFF_PLANE_DEG,
-            names=", ".join(off[:_NAMED]) + (", …" if len(off) > _NAMED else ""),
+        Finding(
+            "displacement.motion-off-fault",
+            count=len(off),
+            limit_deg=OFF_PLANE_DEG,
+            pairs=list(off),
+            angle_deg=[angle for angle, _ in off.values()],
+            distance_m=[away for _, away in off.values()],
         )
     ]
 

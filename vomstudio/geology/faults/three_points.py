@@ -15,13 +15,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import GeometryError
 from vomstudio.geology.measured import CONE95
 from vomstudio.geology.orientation import Plane, normals_to_planes
 from vomstudio.geometry.tilts import Z95
 from vomstudio.reprs import Shown
-from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 
@@ -97,18 +96,16 @@ def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreeP
     the misfit of more than three points tells it, and their errors follow Student and Fisher with
     n - 3 degrees of freedom. Raises GeometryError for fewer points and points on one line."""
     p = np.asarray(points, np.float64)
-    if p.ndim != 2 or p.shape[1] != 3 or len(p) < 3 or not np.isfinite(p).all():
-        raise GeometryError(tr("At least three points with finite x, y, z are needed."))
+    if p.ndim != 2 or p.shape[1] != 3 or not np.isfinite(p).all():
+        raise GeometryError(Finding("points.invalid"))
     n = len(p)
+    if n < 3:
+        raise GeometryError(Finding("feature.too-few-points", count=3 - n, minimum=3))
     apart = p - p.mean(axis=0)
     longest = float(np.linalg.norm(apart, axis=1).max())
     _, sizes, axes = np.linalg.svd(apart, full_matrices=False)
     if not longest or sizes[1] <= 1e-9 * longest:
-        raise GeometryError(
-            tr("The three points lie on one line, which has many planes.")
-            if n == 3
-            else tr("The points lie on one line, which has many planes.")
-        )
+        raise GeometryError(Finding("points.collinear", n=n))
     direction, dip, _ = normals_to_planes(axes[2])
     plane = Plane(float(direction[0]), float(dip[0]))
     rms = None if n == 3 else float(np.sqrt(((apart @ axes[2]) ** 2).mean()))
@@ -187,7 +184,7 @@ def _figures(plane: Plane, axes: Floats, tilts: tuple[float, float]) -> tuple[fl
     return min(off, 90.0), turn if turn < 90.0 else None
 
 
-def _said_of_line(sizes: Floats, worst_deg: float | None) -> tuple[str, ...]:
+def _said_of_line(sizes: Floats, worst_deg: float | None) -> tuple[Finding, ...]:
     """Of points that do not tell the plane about the line that they are nearly on, or not at
     all. worst_deg : the error of the plane, None where it is not known"""
     on_a_line = float(sizes[1]) < _NEARLY_ON_A_LINE * float(sizes[0])
@@ -195,28 +192,14 @@ def _said_of_line(sizes: Floats, worst_deg: float | None) -> tuple[str, ...]:
         if not on_a_line:
             return ()
         return (
-            tr(
-                "The points are nearly on one line: an error of {error:.0f} cm turns the plane "
-                "about it by some {turn:.2g}°. Add a point beside the line, or state the error of "
-                "the points.",
-                error=100.0 * _A_CENTIMETRE,
-                turn=math.degrees(math.atan(_A_CENTIMETRE / float(sizes[1]))),
+            Finding(
+                "points.nearly-collinear",
+                error_m=_A_CENTIMETRE,
+                turn_deg=math.degrees(math.atan(_A_CENTIMETRE / float(sizes[1]))),
             ),
         )
     if worst_deg < _UNSURE_DEG:
         return ()
     if on_a_line or float(sizes[1]) < 0.3 * float(sizes[0]):
-        return (
-            tr(
-                "The points are nearly on one line, about which the plane may be off by "
-                "{worst:.0f}° (95 %). Add a point beside the line.",
-                worst=worst_deg,
-            ),
-        )
-    return (
-        tr(
-            "The points are too near to each other for their error: the plane may be off by "
-            "{worst:.0f}° (95 %). Add points farther away.",
-            worst=worst_deg,
-        ),
-    )
+        return (Finding("points.uncertain-about-line", error_deg=worst_deg),)
+    return (Finding("points.too-near", error_deg=worst_deg),)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from vomstudio.core.findings import Finding
 from vomstudio.geology.populations.distributions import LineFigures
 
 
@@ -126,4 +127,4 @@ class AxisFigures:
     pairs: tuple[PairFigures, ...]
     valid: str
     verdict: str
-    reasons: tuple[str, ...]
+    reasons: tuple[Finding, ...]

@@ -13,8 +13,6 @@ from dataclasses import dataclass
 
 from vomstudio.core.findings import Finding
 from vomstudio.geology.folding.shapes import CONE_APART, Cone, Shape, TwoCircles
-from vomstudio.geology.notation import format_azimuth
-from vomstudio.words import tr
 
 CYLINDRICAL_DEG, NEARLY_CYLINDRICAL_DEG = 10.0, 20.0
 """Nine tenths of the poles are no farther from the great circle (Ramsay & Huber 1987)."""
@@ -63,15 +61,13 @@ UNIFORM_P = 0.01
 
 @dataclass(frozen=True)
 class Verdict:
-    """name: of the verdict; valid: yes, conditional or no; reasons: sentences with numbers.
-    untested: undetermined only since a cone is not told from a cylinder; the axis is known.
-    findings: the reasons that have a code."""
+    """name: of the verdict; valid: yes, conditional or no.
+    untested: undetermined only since a cone is not told from a cylinder; the axis is known."""
 
     name: str
     valid: str
-    reasons: tuple[str, ...]
+    reasons: tuple[Finding, ...]
     untested: bool = False
-    findings: tuple[Finding, ...] = ()
 
 
 def verdict_of(
@@ -90,31 +86,24 @@ def verdict_of(
     near, far = _limits(waviness_deg)
     cone = shape.cone
     if cone is not None and _conical(cone, far) and _ring(shape, cone, far):
-        return Verdict("conical", "no", (_said_cone(cone, shape.rms_deg),))
+        return Verdict("conical", "no", (_conical_finding(cone, shape.rms_deg),))
     if _one_dip(shape, error95_deg):
-        return Verdict("homoclinal", "conditional", (_said_one_dip(shape),))
+        return Verdict(
+            "homoclinal", "conditional", (Finding("fold.one-dip", spread_deg=shape.spread_deg),)
+        )
     even = uniform_p is not None and shape.n >= 10 and uniform_p > UNIFORM_P
     if even and shape.within90_deg > near and not shape.cluster:
-        said = tr(
-            "no orientation is preferred: a uniform scatter is as uneven with a chance of {p:.2f}",
-            p=uniform_p or 0.0,
-        )
-        return Verdict("scattered", "no", (said,))
+        return Verdict("scattered", "no", (Finding("fold.uniform", p=uniform_p),))
     if shape.limbs is not None and shape.limbs.flat and shape.within90_deg <= far:
         return _cylinder(shape, error95_deg, near, far, fewest)
     if two and _two(shape):
         assert shape.two_circles is not None
-        return Verdict("two axes", "no", (_said_two(shape.two_circles, shape.rms_deg),))
+        return Verdict("two axes", "no", (_two_axes_finding(shape.two_circles, shape.rms_deg),))
     if cone is not None and _conical(cone, far):
-        return Verdict("conical", "no", (_said_cone(cone, shape.rms_deg),))
+        return Verdict("conical", "no", (_conical_finding(cone, shape.rms_deg),))
     if shape.within90_deg > far:
-        said = tr(
-            "nine tenths of the poles lie within {within:.0f} degrees of the great circle only "
-            "({limit:.0f} wanted), and no cone and no two axes fit",
-            within=shape.within90_deg,
-            limit=far,
-        )
-        return Verdict("scattered", "no", (said,))
+        scattered = Finding("fold.scattered", within_deg=shape.within90_deg, limit_deg=far)
+        return Verdict("scattered", "no", (scattered,))
     return _cylinder(shape, error95_deg, near, far, fewest)
 
 
@@ -122,82 +111,64 @@ def _cylinder(
     shape: Shape, error95_deg: float | None, near: float, far: float, fewest: int
 ) -> Verdict:
     """Nothing speaks against a cylinder: does enough speak for it?"""
-    doubts, known = [], True
+    doubts: list[Finding] = []
+    known = True
     if error95_deg is None or shape.n < fewest:
         known = False
-        doubts.append(tr("only {n} planes: the shape of the scatter cannot be told", n=shape.n))
+        doubts.append(Finding("fold.shape-unknown", n=shape.n, minimum=fewest))
     elif error95_deg > WEAK_AXIS_DEG:
-        doubts.append(
-            tr("the axis is known to {error:.0f} degrees only: too weak", error=error95_deg)
-        )
-        return Verdict("undetermined", "no", tuple(doubts))
+        return Verdict("undetermined", "no", (too_uncertain(error95_deg),))
     cone = shape.cone
     width = float("inf") if cone is None else cone.half_width_deg
     if shape.limbs is not None and (shape.limbs.flat or width > CONE_OPEN_DEG):
-        doubts.append(
-            tr(
-                "two dip domains, {apart:.0f} degrees apart, always lie on a great circle: whether "
-                "the fold is cylindrical cannot be tested; beta is where the limbs meet",
-                apart=shape.limbs.apart_deg,
-            )
-        )
+        doubts.append(Finding("fold.two-dip-domains", apart_deg=shape.limbs.apart_deg))
     elif width > CONE_UNTOLD_DEG and not doubts:
-        doubts.append(
-            tr("the poles do not tell a cone from a cylinder: too few, or too short an arc")
-        )
+        doubts.append(Finding("fold.cone-or-cylinder"))
     if shape.arc_deg < SHORT_ARC_DEG:
         known = False
-        doubts.append(
-            tr("the poles cover less than {limit:.0f} degrees: nearly one dip", limit=SHORT_ARC_DEG)
-        )
+        doubts.append(Finding("fold.short-arc", arc_deg=shape.arc_deg, limit_deg=SHORT_ARC_DEG))
     if doubts:
         return Verdict("undetermined", "conditional", tuple(doubts), known)
     return _believed(shape, error95_deg or 0.0, width, near, far)
 
 
 def _believed(shape: Shape, error95_deg: float, width: float, near: float, far: float) -> Verdict:
-    reasons, conditions = list[str](), list[str]()
-    within = tr(
-        "nine tenths of the poles lie within {within:.1f} degrees of the great circle "
-        "({limit:.0f} wanted)",
-        within=shape.within90_deg,
-        limit=near,
-    )
-    (conditions if shape.within90_deg > near else reasons).append(
-        within if shape.within90_deg <= near else tr("{text}: nearly cylindrical", text=within)
+    reasons: list[Finding] = []
+    conditions: list[Finding] = []
+    nearly = shape.within90_deg > near
+    (conditions if nearly else reasons).append(
+        Finding(
+            "fold.nearly-cylindrical" if nearly else "fold.cylindrical",
+            within_deg=shape.within90_deg,
+            limit_deg=near,
+        )
     )
     cone = shape.cone
     assert cone is not None
-    told = tr(
-        "no cone fits better: angle to the axis {angle:.0f} ± {width:.0f} degrees (95 %), "
-        "p = {p:.2f}",
-        angle=cone.half_angle_deg,
-        width=width,
-        p=cone.p,
-    )
-    if width > CONE_OPEN_DEG or 90.0 - cone.half_angle_deg + width > CONE_LEFT_DEG:
-        conditions.append(tr("{text}: the poles hardly tell", text=told))
-    else:
-        reasons.append(told)
-    if error95_deg > KNOWN_AXIS_DEG:
-        conditions.append(
-            tr(
-                "the axis is known to {error:.0f} degrees ({limit:.0f} wanted)",
-                error=error95_deg,
-                limit=KNOWN_AXIS_DEG,
-            )
+    possible = width > CONE_OPEN_DEG or 90.0 - cone.half_angle_deg + width > CONE_LEFT_DEG
+    (conditions if possible else reasons).append(
+        Finding(
+            "fold.cone-possible" if possible else "fold.no-cone",
+            angle_deg=cone.half_angle_deg,
+            width_deg=width,
+            p=cone.p,
         )
-    findings = []
-    if shape.n < MIN_PLANES_FOR_YES:
-        few = Finding("fold.too-few-planes", n=shape.n, wanted=MIN_PLANES_FOR_YES)
-        findings.append(few)
-        conditions.append(few.message)
-    return Verdict(
-        "cylindrical",
-        "conditional" if conditions else "yes",
-        (*conditions, *reasons),
-        findings=tuple(findings),
     )
+    if error95_deg > KNOWN_AXIS_DEG:
+        conditions.append(uncertain(error95_deg))
+    if shape.n < MIN_PLANES_FOR_YES:
+        conditions.append(Finding("fold.too-few-planes", n=shape.n, wanted=MIN_PLANES_FOR_YES))
+    return Verdict("cylindrical", "conditional" if conditions else "yes", (*conditions, *reasons))
+
+
+def uncertain(error95_deg: float) -> Finding:
+    """Report an axis that is valid only under conditions because of its error."""
+    return Finding("fold.axis-uncertain", error_deg=error95_deg, limit_deg=KNOWN_AXIS_DEG)
+
+
+def too_uncertain(error95_deg: float) -> Finding:
+    """Report an axis that is not valid because of its error."""
+    return Finding("fold.axis-too-uncertain", error_deg=error95_deg, limit_deg=WEAK_AXIS_DEG)
 
 
 def _limits(waviness_deg: float | None) -> tuple[float, float]:
@@ -252,43 +223,27 @@ def _two(shape: Shape) -> bool:
     )
 
 
-def _said_one_dip(shape: Shape) -> str:
-    return tr(
-        "one dip: the poles stray by {spread:.1f} degrees (RMS) from their mean; any direction in "
-        "the bed shows true thickness, such as its strike or where it meets a fault; beta is only "
-        "one of them",
-        spread=shape.spread_deg,
+def _conical_finding(cone: Cone, rms_deg: float) -> Finding:
+    return Finding(
+        "fold.conical",
+        cone_rms_deg=cone.rms_deg,
+        rms_deg=rms_deg,
+        angle_deg=cone.half_angle_deg,
+        width_deg=cone.half_width_deg,
+        trend_deg=cone.axis.trend_deg,
+        plunge_deg=cone.axis.plunge_deg,
+        p=cone.p,
     )
 
 
-def _said_cone(cone: Cone, rms_deg: float) -> str:
-    return tr(
-        "a cone fits better than a cylinder: {cone:.1f} degrees RMS against {great:.1f}; its "
-        "half-angle is {angle:.0f} ± {width:.0f} degrees (95 %; 90 is a cylinder) about "
-        "{trend}/{plunge:02.0f}, p {p}",
-        cone=cone.rms_deg,
-        great=rms_deg,
-        angle=cone.half_angle_deg,
-        width=cone.half_width_deg,
-        trend=format_azimuth(cone.axis.trend_deg),
-        plunge=cone.axis.plunge_deg,
-        p="< 0.001" if cone.p < 0.001 else f"= {cone.p:.3f}",
-    )
-
-
-def _said_two(two: TwoCircles, rms_deg: float) -> str:
-    return tr(
-        "two axes fit better than one: {two:.1f} degrees RMS against {great:.1f}; "
-        "{first_trend}/{first_plunge:02.0f} of {first_n} planes and "
-        "{second_trend}/{second_plunge:02.0f} of {second_n}, {angle:.0f} degrees apart; tell "
-        "the domains apart and give each its own axis",
-        two=two.rms_deg,
-        great=rms_deg,
-        first_trend=format_azimuth(two.first.trend_deg),
-        first_plunge=two.first.plunge_deg,
-        first_n=two.counts[0],
-        second_trend=format_azimuth(two.second.trend_deg),
-        second_plunge=two.second.plunge_deg,
-        second_n=two.counts[1],
-        angle=two.angle_deg,
+def _two_axes_finding(two: TwoCircles, rms_deg: float) -> Finding:
+    axes = (two.first, two.second)
+    return Finding(
+        "fold.two-axes",
+        two_rms_deg=two.rms_deg,
+        rms_deg=rms_deg,
+        angle_deg=two.angle_deg,
+        trend_deg=[axis.trend_deg for axis in axes],
+        plunge_deg=[axis.plunge_deg for axis in axes],
+        n=two.counts,
     )

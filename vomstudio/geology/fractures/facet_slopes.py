@@ -7,11 +7,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message, cause_of
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.orientation import ANGLE_TOLERANCE_DEG, Plane, planes_to_normals
 from vomstudio.geology.orientation_rows import OrientationRows
@@ -28,7 +29,7 @@ from vomstudio.geology.slopes import (
 from vomstudio.geology.table_slopes import Face, set_numbers
 from vomstudio.progress import Progress, Silent
 from vomstudio.reprs import Shown
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 MODES = ("planar", "wedge", "flexural_toppling", "direct_toppling")
 _SAME = 1e-6
@@ -83,7 +84,7 @@ class FacetSlopes(Shown):
     lateral_deg: float
     limits: str
     facets: tuple[FacetSlope, ...]
-    skipped: tuple[dict[str, str], ...]
+    skipped: tuple[dict[str, Any], ...]
     convention: str
     dropped_lines: tuple[int, ...]
     warnings: tuple[Message, ...]
@@ -108,21 +109,20 @@ def facet_slopes(
     rows = np.flatnonzero(table.is_plane)
     if not len(rows):
         raise GeometryError(
-            tr("The table has only lines. Kinematic analysis needs planes."),
+            Finding("orientation.no-planes"),
             file=table.path,
             field="element",
         )
     slopes: list[tuple[FacetFace, SlopeFace]] = []
-    skipped = []
+    skipped: list[dict[str, Any]] = []
     for facet in faces:
         try:
             plane = _faced(facet)
             slopes.append((facet, SlopeFace(plane, options)))
-        except UsageError:
-            reason = tr("The facet is horizontal: nothing slides out of it.")
-            skipped.append({"id": facet.id, "reason": reason})
+        except UsageError as error:
+            skipped.append({"id": facet.id, "reason": cause_of(error)})
     if not slopes:
-        raise GeometryError(tr("There is no facet with a dip direction among these planes."))
+        raise GeometryError(Finding("slope.no-facet"))
     normals = planes_to_normals(table.dip_direction_deg[rows], table.dip_deg[rows])
     sets = set_numbers(table)
     plane_counts, pair_counts = _counts([slope for _, slope in slopes], normals, sets, report)
@@ -233,34 +233,14 @@ def _share(critical: int, of: int) -> Share:
     return Share(critical, of, critical / of if of else None)
 
 
-def _noticed(facets: Sequence[FacetFace], skipped: int) -> list[str]:
+def _noticed(facets: Sequence[FacetFace], skipped: int) -> list[Finding]:
     said = []
     if skipped:
-        said.append(
-            tr_n(
-                "{count} facet is horizontal and no slope.",
-                "{count} facets are horizontal and no slopes.",
-                skipped,
-            )
-        )
+        said.append(Finding("slope.horizontal-facets", count=skipped))
     unknown = sum(f.overhangs is None and f.plane.dip_deg >= VERTICAL_DEG for f in facets)
     if unknown:
-        said.append(
-            tr_n(
-                "{count} facet is as good as vertical, and a table does not tell whether it "
-                "overhangs and faces the other way; name the model with its labels.",
-                "{count} facets are as good as vertical, and a table does not tell whether they "
-                "overhang and face the other way; name the model with its labels.",
-                unknown,
-            )
-        )
+        said.append(Finding("slope.vertical-facets", count=unknown))
     over = sum(bool(f.overhangs) for f in facets)
     if over:
-        said.append(
-            tr_n(
-                "{count} facet overhangs; it is taken as a vertical face.",
-                "{count} facets overhang; they are taken as vertical faces.",
-                over,
-            )
-        )
+        said.append(Finding("slope.overhanging-facets", count=over))
     return said

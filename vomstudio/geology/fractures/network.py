@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.core.results import to_dict
 from vomstudio.errors import GeometryError
 from vomstudio.geology.fractures.intervals import (
@@ -41,7 +41,6 @@ from vomstudio.geology.fractures.windows import (
     window_of,
 )  # fmt: skip
 from vomstudio.reprs import Shown
-from vomstudio.words import tr, tr_n
 
 UNASSIGNED = "unassigned"
 
@@ -95,7 +94,7 @@ class Lengths:
     parameters_95: Mapping[str, tuple[float | None, float | None]]
     fits: tuple[Fit, ...]
     uncorrected: tuple[Fit, ...]
-    reason: str | None
+    reason: Finding | None
 
 
 @dataclass(frozen=True)
@@ -146,7 +145,7 @@ class FractureNetwork(Shown):
     scanline_m: float | None
     terzaghi_cap: float | None
     warnings: tuple[Message, ...]
-    notes: tuple[str, ...]
+    notes: tuple[Finding, ...]
     plane: TracePlane | None = None
 
     def to_dict(self) -> dict[str, Any]:
@@ -196,14 +195,10 @@ def fracture_network(
     if counted.scanlines is not None:
         crossings = crossings_of(lines, counted.scanlines, terzaghi_cap)
         if not len(crossings.trace):
-            said.append(tr("No trace crosses the scanline."))
+            said.append(Finding("fractures.scanline-without-traces"))
         if crossings.capped:
             said.append(
-                tr_n(
-                    "{count} Terzaghi weight was lowered to the cap of {cap:g}.",
-                    "{count} Terzaghi weights were lowered to the cap of {cap:g}.",
-                    crossings.capped, cap=terzaghi_cap,
-                )
+                Finding("fractures.weights-capped", count=crossings.capped, maximum=terzaghi_cap)
             )  # fmt: skip
     names, set_of = _set_rows(sets, len(lines))
     size = None if area is None else float(shapely.area(area))
@@ -236,10 +231,7 @@ def fracture_network(
         terzaghi_cap=terzaghi_cap,
         warnings=tuple(said),
         notes=(
-            tr(
-                "All of this rests on one face: fractures nearly parallel to it are missed, and "
-                "lengths are those of traces, not of planes."
-            ),
+            Finding("fractures.one-face"),
             *_beyond(lines, area),
         ),
         plane=plane,
@@ -247,18 +239,12 @@ def fracture_network(
     return Mapped(found, counted, pieces, names, set_of[pieces.trace])
 
 
-def _beyond(lines: Shapes, area: Any) -> list[str]:
+def _beyond(lines: Shapes, area: Any) -> list[Finding]:
     """A word where much of the area may not have been mapped."""
     share = 0.0 if area is None else share_beyond(lines, area)
     if share <= BEYOND:
         return []
-    return [
-        tr(
-            "{share:.0%} of the area lies beyond the outermost traces. Where nobody looked for "
-            "traces there, P20, P21 and their errors are too small: give the area that was mapped.",
-            share=share,
-        )
-    ]
+    return [Finding("fractures.area-beyond-traces", share_percent=100.0 * share)]
 
 
 def length_figures(pieces: Pieces, area: Any = None) -> Lengths:
@@ -266,7 +252,7 @@ def length_figures(pieces: Pieces, area: Any = None) -> Lengths:
     lengths, cut = pieces.lengths(), pieces.cut.sum(axis=1)
     n = len(lengths)
     if not n:
-        none = tr("There are no traces in the area.")
+        none = Finding("fractures.no-traces")
         return Lengths(0, None, (None, None), *(None,) * 6, {}, {}, (), (), none)
     window = None if area is None or not cut.any() else window_of(pieces, area)
     by_chance = fit_laws(lengths, cut)
@@ -276,10 +262,7 @@ def length_figures(pieces: Pieces, area: Any = None) -> Lengths:
     best = fits[0] if fits else None
     reason = None
     if best is None:
-        reason = tr(
-            "A distribution needs at least {count} different lengths that were seen whole.",
-            count=LEAST_COMPLETE,
-        )
+        reason = Finding("fractures.few-lengths", minimum=LEAST_COMPLETE)
     return Lengths(
         n=n,
         mean_m=mean.value if mean else None,
@@ -321,63 +304,33 @@ def _check(lines: Shapes, counted: Counted) -> None:
     import shapely
 
     if counted.scanlines is not None and not float(shapely.length(counted.scanlines).sum()) > 0:
-        raise GeometryError(
-            tr("The scanline has no length. Draw it across the traces."), field="--scanline"
-        )
+        raise GeometryError(Finding("fractures.scanline-without-length"), field="--scanline")
     if counted.area is None:
         return
     if not shapely.area(counted.area) > 0:
-        raise GeometryError(tr("The area has no size. Draw a polygon around the traces."))
+        raise GeometryError(Finding("fractures.area-without-size"))
     if not shapely.intersects(shapely.box(*shapely.total_bounds(lines)), counted.area):
-        raise GeometryError(
-            tr(
-                "The area lies outside the map of traces. Check that both are in the same "
-                "coordinate reference system."
-            )
-        )
+        raise GeometryError(Finding("fractures.area-elsewhere"))
 
 
-def _noticed(lines: Shapes, pieces: Pieces, overlaps: int, others: int) -> list[str]:
+def _noticed(lines: Shapes, pieces: Pieces, overlaps: int, others: int) -> list[Finding]:
     import shapely
 
     said = []
     if not len(pieces):
-        said.append(tr("There are no traces in the area."))
+        said.append(Finding("fractures.no-traces"))
     selfish = np.flatnonzero(~shapely.is_simple(lines))
     if len(selfish):
         said.append(
-            tr_n(
-                "{count} trace crosses itself, which makes no node ({rows}).",
-                "{count} traces cross themselves, which makes no nodes ({rows}).",
-                len(selfish), rows=_few(selfish + 1),
+            Finding(
+                "fractures.self-crossing", count=len(selfish), rows=(selfish + 1).tolist()
             )
         )  # fmt: skip
     if overlaps:
-        said.append(
-            tr_n(
-                "{count} pair of traces runs over each other, which makes no node there and counts "
-                "the length twice.",
-                "{count} pairs of traces run over each other, which makes no node there and counts "
-                "the length twice.",
-                overlaps,
-            )
-        )
+        said.append(Finding("fractures.overlaps", count=overlaps))
     if others:
-        said.append(
-            tr_n(
-                "At {count} place more than four branches meet. It is no I, Y or X node; a "
-                "tolerance that is too wide makes such places.",
-                "At {count} places more than four branches meet. They are no I, Y or X nodes; a "
-                "tolerance that is too wide makes such places.",
-                others,
-            )
-        )
+        said.append(Finding("fractures.other-nodes", count=others))
     return said
-
-
-def _few(rows: Ints) -> str:
-    shown = ", ".join(str(int(row)) for row in rows[:5])
-    return shown if len(rows) <= 5 else f"{shown}, ..."
 
 
 def densities_of(pieces: Pieces, members: Flags, area: Any) -> Densities:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
-from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -67,7 +67,7 @@ def circle_area(x: float, y: float, radius: float) -> Any:
     # Beyond this nothing is left of a metre in a double.
     if not (np.abs([x, y, radius]) < 1e12).all() or radius <= 0:
         raise GeometryError(
-            tr("A circle needs a centre and a radius above 0, in metres."), field="--circle"
+            Finding("fractures.not-a-circle", text=f"{x:g},{y:g},{radius:g}"), field="--circle"
         )
     step = 2 * np.pi / _CORNERS
     outer = radius * np.sqrt(step / np.sin(step))

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -98,9 +98,9 @@ def grid_around(
     Raises GeometryError where they are too many, or a cell has no size.
     """
     if not (math.isfinite(cell) and cell > 0.0):
-        raise GeometryError(tr("The side of a cell must be a positive length."), field="cell")
+        raise GeometryError(Finding("grid.cell-size"), field="cell")
     if not len(points):
-        raise GeometryError(tr("There is nothing to lay a grid over."))
+        raise GeometryError(Finding("grid.no-points"))
     axes = np.stack([right, up, np.cross(right, up)], axis=-1)
     seen = points @ axes
     low, high = seen[:, :2].min(axis=0) - margin, seen[:, :2].max(axis=0) + margin
@@ -108,11 +108,7 @@ def grid_around(
     if not wanted.max() < MOST_CELLS or math.prod(np.ceil(wanted).tolist()) > MOST_CELLS:
         least = math.sqrt(float(np.prod(np.maximum(high - low, 1e-12))) / MOST_CELLS)
         raise GeometryError(
-            tr(
-                "These would be more than {most:,} cells. Give them a side of {least:.2g} or more.",
-                most=MOST_CELLS,
-                least=least,
-            ),
+            Finding("grid.too-many-cells", maximum=MOST_CELLS, minimum=least),
             field="cell",
         )
     columns, rows = (max(1, math.ceil(w - 1e-9)) for w in wanted.tolist())

@@ -6,8 +6,8 @@ import hashlib
 import math
 from collections.abc import Collection
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
-from vomstudio.words import tr
 
 SHARE = 0.1
 
@@ -21,7 +21,9 @@ def chosen_for_repeating(
     of those that were there as it is. Raises UsageError for a share that is none.
     """
     if not 0.0 < share <= 1.0:
-        raise UsageError(tr("A share lies between 0 and 1, such as 0.1."), field="share")
+        raise UsageError(
+            Finding("option.out-of-range", value=share, minimum=0, maximum=1), field="share"
+        )
     wanted = math.ceil(share * len(ids) - 1e-9)
     return tuple(sorted(ids, key=lambda id_: (_draw(seed, id_), id_))[:wanted])
 

@@ -7,16 +7,18 @@ and found nothing belong to it, cells where nobody looked, or where nothing can 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
+from vomstudio.core.results import to_dict
 from vomstudio.geology.looked_at.cells import CellGrid
 from vomstudio.reprs import Shown
-from vomstudio.words import to_translate, tr, tr_n
+from vomstudio.words import to_translate
 
 Array = npt.NDArray[np.float64]
 
@@ -66,11 +68,11 @@ class LookedAt(Shown):
     counted_m2: float
     density_1_per_m2: float | None
     P21_1_per_m: float | None
-    reasons: tuple[str, ...]
+    reasons: tuple[Finding, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON."""
-        return asdict(self)
+        """Return the object that ``--json`` prints."""
+        return to_dict(self)
 
 
 def cell_name(grid: CellGrid, number: int) -> str:
@@ -169,30 +171,20 @@ def _middle(line: Array) -> Array:
     return np.array([np.interp(along[-1] / 2.0, along, line[:, i]) for i in range(3)])
 
 
-def _said(shares: dict[str, Share], denied: tuple[str, ...], counted: float) -> list[str]:
+def _said(shares: dict[str, Share], denied: tuple[str, ...], counted: float) -> list[Finding]:
     said = []
     if (out := shares[UNMEASURABLE]).cells:
         said.append(
-            tr_n(
-                "{count} cell where nothing can be measured is left out of what is counted per "
-                "area ({share:.0f} % of the face).",
-                "{count} cells where nothing can be measured are left out of what is counted per "
-                "area ({share:.0f} % of the face).",
-                out.cells,
-                share=100.0 * (out.share or 0.0),
+            Finding(
+                "grid.unmeasurable-cells",
+                count=out.cells,
+                share_percent=100.0 * (out.share or 0.0),
             )
         )
     if (left := shares[OPEN]).cells and counted > 0.0:
         said.append(
-            tr_n(
-                "{count} cell was not looked at and is left out too ({share:.0f} %).",
-                "{count} cells were not looked at and are left out too ({share:.0f} %).",
-                left.cells,
-                share=100.0 * (left.share or 0.0),
-            )
+            Finding("grid.open-cells", count=left.cells, share_percent=100.0 * (left.share or 0.0))
         )
     if denied:
-        said.append(
-            tr("Cells marked as empty hold features: {cells}.", cells=", ".join(denied[:12]))
-        )
+        said.append(Finding("grid.empty-cells-with-features", cells=denied))
     return said

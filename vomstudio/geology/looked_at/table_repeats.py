@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import UsageError
 from vomstudio.geology.looked_at.spread import (
     Between,
@@ -27,7 +27,6 @@ from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.tilted_planes import axes_without_registration, cells_of
 from vomstudio.geometry.tilts import CHI2_TWO
 from vomstudio.reprs import Shown
-from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 Holds = Literal["yes", "no", "undetermined"]
@@ -65,7 +64,7 @@ class OwnSpread:
 @dataclass(frozen=True)
 class LeftOut:
     id: str
-    reason: str
+    reason: Finding
 
 
 @dataclass(frozen=True, repr=False)
@@ -88,17 +87,13 @@ class TableRepeats(Shown):
     stated95_deg: float | None
     test: HeldErrors | None
     stated_errors_hold: Holds
-    reasons: tuple[str, ...]
+    reasons: tuple[Finding, ...]
     interpreters: tuple[OwnSpread, ...]
     between: Between | None
     pairs: tuple[RepeatedPick, ...]
     left_out: tuple[LeftOut, ...]
     convention: str
     warnings: tuple[Message, ...]
-
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON."""
-        return asdict(self)
 
 
 def table_repeats(
@@ -155,10 +150,7 @@ def _groups_of_repeats(table: OrientationRows, left_out: list[LeftOut]) -> list[
         named = [word.strip() for word in table.column(REPEAT_OF)]
     except UsageError as error:
         raise UsageError(
-            tr(
-                "The table has no column repeat_of, which names the pick that a row repeats. Name "
-                "with --by a column whose word is the same for picks of the same structure."
-            ),
+            Finding("repeats.no-column"),
             file=table.path,
             field="--by",
         ) from error
@@ -169,7 +161,7 @@ def _groups_of_repeats(table: OrientationRows, left_out: list[LeftOut]) -> list[
             continue
         first = _first(row, named, rows)
         if first is None:
-            reason = tr("the pick {pick} that it repeats is not in the table", pick=of)
+            reason = Finding("repeats.first-missing", first=of)
             left_out.append(LeftOut(table.ids[row], reason))
         else:
             groups[first].append(row)
@@ -194,9 +186,7 @@ def _of_one_geometry(
     plane = bool(table.is_plane[rows[0]])
     kept = [row for row in rows if bool(table.is_plane[row]) == plane]
     for row in set(rows) - set(kept):
-        reason = tr("it is a line and its first pick a plane") if plane else tr(
-            "it is a plane and its first pick a line"
-        )  # fmt: skip
+        reason = Finding("repeats.line-of-plane" if plane else "repeats.plane-of-line")
         left_out.append(LeftOut(table.ids[row], reason))
     return [kept]
 
@@ -261,71 +251,42 @@ def _pair(
 # --- what follows --------------------------------------------------------------------------------
 def _judged(
     spread: Spread | None, test: HeldErrors | None, between: Between | None
-) -> tuple[Holds, list[str]]:
+) -> tuple[Holds, list[Finding]]:
     if spread is None:
-        return "undetermined", [tr("No structure was picked again.")]
+        return "undetermined", [Finding("repeats.none")]
     said = [
-        tr_n(
-            "{count} repeat: a pick scatters by {error:.1f} degrees (95 %), known to lie between "
-            "{low:.1f} and {high:.1f}.",
-            "{count} repeats: a pick scatters by {error:.1f} degrees (95 %), known to lie between "
-            "{low:.1f} and {high:.1f}.",
-            spread.n,
-            error=spread.error95_deg,
-            low=spread.error95_low_deg,
-            high=spread.error95_high_deg,
+        Finding(
+            "repeats.scatter",
+            count=spread.n,
+            error_deg=spread.error95_deg,
+            low_deg=spread.error95_low_deg,
+            high_deg=spread.error95_high_deg,
         )
     ]  # fmt: skip
     holds: Holds = "undetermined"
     if test is None:
-        said.append(tr("The picks state no errors with which this could be compared."))
+        said.append(Finding("repeats.no-errors"))
     else:
         holds, why = _held(test)
         said.append(why)
     if between is not None:
-        said.append(
-            tr(
-                "Interpreters differ from each other by more than each one's own repeats do "
-                "(F {ratio:.1f}, p {p:.3f}).",
-                ratio=between.ratio,
-                p=between.p,
-            )
-            if between.p < _SIGNIFICANT
-            else tr(
-                "That interpreters differ from each other by more than each one's own repeats do "
-                "is not shown (F {ratio:.1f}, p {p:.2f}).",
-                ratio=between.ratio,
-                p=between.p,
-            )
-        )
-    said.append(
-        tr(
-            "Repeats show what picking adds: errors of the model and of its registration are the "
-            "same in both picks."
-        )
-    )
+        differ = between.p < _SIGNIFICANT
+        code = "repeats.interpreters-differ" if differ else "repeats.interpreters-alike"
+        said.append(Finding(code, ratio=between.ratio, p=between.p))
+    said.append(Finding("repeats.only-picking"))
     return holds, said
 
 
-def _held(test: HeldErrors) -> tuple[Holds, str]:
+def _held(test: HeldErrors) -> tuple[Holds, Finding]:
     if test.p < _SIGNIFICANT:
-        return "no", tr(
-            "The stated errors are too small: picks differ {factor:.1f} times as much as they "
-            "allow (95 %: {low:.1f} to {high:.1f} times).",
+        return "no", Finding(
+            "repeats.errors-too-small",
             factor=test.factor,
             low=test.factor_low,
             high=test.factor_high,
         )
     if test.noticeable_factor > _TOO_FEW:
-        return "undetermined", tr_n(
-            "{count} pair is too few: errors half as large as they should be would not be noticed.",
-            "{count} pairs are too few: errors half as large as they should be would not be "
-            "noticed.",
-            test.n,
-        )
-    return "yes", tr(
-        "The stated errors hold: picks differ {factor:.2f} times as much as they allow; errors too "
-        "small by a factor of {noticeable:.1f} would have been noticed.",
-        factor=test.factor,
-        noticeable=test.noticeable_factor,
+        return "undetermined", Finding("repeats.too-few", count=test.n)
+    return "yes", Finding(
+        "repeats.errors-hold", factor=test.factor, noticeable=test.noticeable_factor
     )

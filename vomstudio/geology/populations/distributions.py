@@ -21,6 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Array, Line
 from vomstudio.geology.populations.chances import chi2_tail, f_tail
 from vomstudio.geology.populations.sphere_models import (
@@ -33,7 +34,6 @@ from vomstudio.geology.populations.sphere_models import (
     kent_of,
 )
 from vomstudio.geology.statistics import effective_number
-from vomstudio.words import tr
 
 _MOST_SHARE = 0.9
 
@@ -182,14 +182,14 @@ def _confidence(covariance: Array, across: Array, free: float) -> AxisConfidence
 
 def bingham(
     v: Array, values: Array, axes: Array, weights: Array | None = None
-) -> tuple[BinghamFigures | None, str | None]:
+) -> tuple[BinghamFigures | None, Finding | None]:
     """Of axes (n, 3) with their tensor; or why there is none."""
     n = len(v)
     if n < 4:
-        return None, tr("n = {n}: Bingham's distribution needs at least 4", n=n)
+        return None, Finding("bingham.too-few", n=n, minimum=4)
     model = bingham_of(values)
     if model is None:
-        return None, tr("all lie in one plane or line: the concentration is infinite")
+        return None, Finding("bingham.no-scatter")
     if weights is not None:
         # What is known of the axes of a weighted set is not Bingham's, of axes that stray alike.
         return BinghamFigures(model.k1, model.k2, (None, None, None), None), None
@@ -228,22 +228,22 @@ def fisher_p(v: Array, mean: Array, kappa: float | None) -> float | None:
 
 def kent(
     v: Array, directed: bool, weights: Array | None = None
-) -> tuple[KentFigures | None, str | None]:
+) -> tuple[KentFigures | None, Finding | None]:
     """Of a cluster of directions (n, 3), axes turned to one side; or why there is none."""
     n = len(v)
     if n < FEW_FOR_KENT:
-        return None, tr("n = {n}: Kent's distribution needs at least {few}", n=n, few=FEW_FOR_KENT)
+        return None, Finding("kent.too-few", n=n, minimum=FEW_FOR_KENT)
     if weights is not None:
-        return None, tr("weighted: Kent's distribution is that of equal weights")
+        return None, Finding("kent.weighted")
     model = kent_of(v)
     if model is None:
-        return None, tr("not clustered tightly enough for Kent's distribution (kappa under 5)")
+        return None, Finding("kent.not-clustered", minimum=5)
     x = v @ model.axes.T
     squares = np.mean(x[:, 1:] ** 2, axis=0)
     resultant = float(x[:, 0].mean())
     p = _elongated_p(n, 1.0 / (1.0 - resultant), float(squares[0] - squares[1]))
     if p >= ELONGATED_P:
-        return None, tr("a round cluster: Fisher's mean describes it (p = {p:.2f})", p=p)
+        return None, Finding("kent.round", p=p)
     # Kent's (1982) region of the mean, in the form of Hotelling.
     reach = np.sqrt(squares * 2.0 * f95(n - 2.0) / (n - 2.0)) / resultant
     largest, smallest = np.degrees(np.arcsin(np.minimum(reach, 1.0))).tolist()

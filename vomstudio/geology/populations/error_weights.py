@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import Array
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.statistics import effective_number, orientation_tensor, vollmer
-from vomstudio.words import tr
 
 ERROR_COLUMNS = ("total95_deg", "max_confidence95_deg", "max_angular_error_deg")
 JOINT_95 = 2.447746830680816
@@ -56,10 +56,7 @@ def errors_of(table: OrientationRows) -> Errors:
         if np.isfinite(found).any():
             return Errors(found, column)
     raise UsageError(
-        tr(
-            "The table has no errors to weight by. They stand in one of the columns {columns}.",
-            columns=", ".join(ERROR_COLUMNS),
-        ),
+        Finding("table.no-errors", columns=ERROR_COLUMNS),
         file=table.path,
         field="--weights",
     )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.geology.common_turns import Region, Turns, cone, moved, region, resultant
 from vomstudio.geology.orientation import Array
 from vomstudio.geology.populations.distributions import (
@@ -36,7 +37,6 @@ from vomstudio.geology.statistics import (
     woodcock,
 )
 from vomstudio.reprs import Shown
-from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -101,14 +101,14 @@ class SetStatistics(Shown):
     of: str
     axial: bool
     fisher: FisherFigures | None
-    fisher_reason: str | None
+    fisher_reason: Finding | None
     tensor: TensorFigures
     woodcock: WoodcockFigures
     vollmer: VollmerFigures
     bingham: BinghamFigures | None
-    bingham_reason: str | None
+    bingham_reason: Finding | None
     kent: KentFigures | None
-    kent_reason: str | None
+    kent_reason: Finding | None
     uniformity: UniformityFigures
     weights: WeightFigures | None
 
@@ -185,7 +185,7 @@ def set_statistics(
 
 def _fisher_figures(
     v: Array, of: str, directed: bool, turns: Turns | None, weights: Array | None
-) -> tuple[FisherFigures | None, str | None]:
+) -> tuple[FisherFigures | None, Finding | None]:
     """Or why there are none; or what is missing in them."""
     reason = no_fisher_reason(v, directed)
     if reason is not None:
@@ -205,25 +205,9 @@ def _fisher_figures(
         fisher_p(one_way, mean, f.kappa) if weights is None else None,
     )
     if f.kappa is None:
-        reason = tr("all orientations are the same: kappa is infinite")
+        reason = Finding("fisher.identical")
     elif weights is not None and few_decide(weights):
-        reason = _few_decide_reason(len(v), of, effective_number(weights))
+        reason = Finding("fisher.few-decide", n=len(v), worth=effective_number(weights))
     elif f.alpha95_deg is None:
-        reason = tr("too scattered: no cone holds the mean with 95 %")
+        reason = Finding("fisher.too-scattered")
     return found, reason
-
-
-def _few_decide_reason(n: int, of: str, worth: float) -> str:
-    if of == "poles":
-        return tr(
-            "by their errors {n} planes count as {worth:.1f}: so few do not show how far planes "
-            "scatter by nature, and no cone can be relied on; without weights there is one",
-            n=n,
-            worth=worth,
-        )
-    return tr(
-        "by their errors {n} lines count as {worth:.1f}: so few do not show how far lines "
-        "scatter by nature, and no cone can be relied on; without weights there is one",
-        n=n,
-        worth=worth,
-    )

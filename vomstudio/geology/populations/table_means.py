@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.statistics import axial_mean
-from vomstudio.words import tr
 
 
 def mean_plane(table: OrientationRows, set_name: str | None = None) -> Plane:
@@ -21,18 +21,13 @@ def mean_plane(table: OrientationRows, set_name: str | None = None) -> Plane:
     if set_name is not None:
         sets = table.sets or ()
         known = sorted({name for name in sets if name})
-        listed = ", ".join(known) or tr("none")
         if set_name not in known:
             raise UsageError(
-                tr(
-                    "The table has no set '{name}'. It has: {known}.",
-                    name=set_name,
-                    known=listed,
-                ),
+                Finding("sets.unknown", set=set_name, sets=known or None),
                 file=table.path,
                 field="--set",
             )
         chosen = chosen & (np.array(sets) == set_name)
     if not chosen.any():
-        raise GeometryError(tr("There are no planes to take a mean of."), file=table.path)
+        raise GeometryError(Finding("orientation.no-planes"), file=table.path)
     return Plane.from_normal(axial_mean(table.vectors()[chosen]).vector())

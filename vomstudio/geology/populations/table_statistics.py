@@ -8,13 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.populations.error_weights import Errors, errors_of
 from vomstudio.geology.populations.set_statistics import SetStatistics, set_statistics
 from vomstudio.geology.populations.statistics_options import StatisticsOptions
 from vomstudio.reprs import Shown
-from vomstudio.words import tr
 
 UNNAMED = "unassigned"
 
@@ -63,13 +62,7 @@ def _sets(
     of both becomes two."""
     names = ["all"] * len(table) if column is None else table.column(column)
     if column is not None and not all(names):
-        warnings.append(
-            tr(
-                "Rows with an empty cell in column '{column}' form the set '{set}'.",
-                column=column,
-                set=UNNAMED,
-            )
-        )
+        warnings.append(Finding("stats.unnamed-set", column=column, set=UNNAMED))
         names = [name or UNNAMED for name in names]
     rows: dict[str, list[int]] = {}
     for i, name in enumerate(names):
@@ -80,22 +73,12 @@ def _sets(
         plane = table.is_plane[where]
         kinds = {} if table.kinds is None else dict.fromkeys(table.kinds[i] for i in members)
         if len(kinds) > 1:
-            said = ", ".join(kind or "no kind" for kind in kinds)
-            warnings.append(
-                tr(
-                    "The set '{set}' pools planes or lines of {count} kinds ({kinds}). Use --by "
-                    "to describe them separately.",
-                    set=name,
-                    count=len(kinds),
-                    kinds=said,
-                )
-            )
+            said = [kind or "no kind" for kind in kinds]
+            warnings.append(Finding("stats.several-kinds", set=name, kinds=said))
         if plane.all() or not plane.any():
             result[name] = where
             continue
-        warnings.append(
-            tr("The set '{set}' has planes and lines. They are described separately.", set=name)
-        )
+        warnings.append(Finding("stats.planes-and-lines", set=name))
         result[f"{name} (poles)"] = where[plane]
         result[f"{name} (lines)"] = where[~plane]
     return result

@@ -39,7 +39,7 @@ from vomstudio.geology.sets.set_options import DEFAULT_MAX_SETS, SetOptions
 from vomstudio.geology.statistics import fisher
 from vomstudio.progress import Progress, Silent
 from vomstudio.reprs import Shown
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 
@@ -77,7 +77,7 @@ class SetFit:
     kent_p: float | None
     beta_over_kappa: float | None
     elongated_p: float | None
-    reason: str | None
+    reason: Finding | None
 
 
 @dataclass(frozen=True)
@@ -151,12 +151,10 @@ def propose_sets(
     rows = np.flatnonzero(table.is_plane)
     warnings = list(table.warnings)
     if not len(rows):
-        raise GeometryError(tr("The table has no planes; sets are made of planes."),
+        raise GeometryError(Finding("orientation.no-planes"),
                             file=table.path)  # fmt: skip
     if len(rows) < len(table):
-        warnings.append(
-            tr_n("{count} line is left out.", "{count} lines are left out.", len(table) - len(rows))
-        )
+        warnings.append(Finding("sets.lines-left-out", count=len(table) - len(rows)))
     if scanline is not None and pieces is None:
         raise UsageError(Finding("sets.no-places"), field="--scanline")
     poles = table.vectors()[rows]
@@ -167,13 +165,7 @@ def propose_sets(
     found = described(found, poles, members, scanline, progress)
     warnings += found.warnings
     if not found.sets and options.seeds is None:
-        warnings.append(
-            tr(
-                "No set stands out from an even scatter. A set needs at least {count} planes; "
-                "--seeds takes yours.",
-                count=LEAST_MEMBERS,
-            )
-        )
+        warnings.append(Finding("sets.none", minimum=LEAST_MEMBERS))
     return replace(
         found,
         convention=table.convention,
@@ -250,13 +242,7 @@ def described(
     if pieces is not None and pieces.are_more_than_places:
         told = ids.tolist()
     elif any(one.p32_1_per_m is not None and one.p32_low95_1_per_m is None for one in sets):
-        warnings.append(
-            tr(
-                "Of the planes nothing but their places is known, so each pick is counted as a "
-                "discontinuity of its own, though several may be of one. Then the true spacing is "
-                "larger and P32 smaller; an interval of P32 is not given."
-            )
-        )
+        warnings.append(Finding("sets.each-pick-counts"))
     return replace(
         found,
         sets=tuple(sets),
@@ -322,21 +308,13 @@ def sets_among(
         names[j] = f"S{number}"
         if not len(members):
             if seeds:
-                warnings.append(
-                    tr("No plane belongs to the seed {number}; it makes no set.", number=number)
-                )
+                warnings.append(Finding("sets.empty-seed", number=number))
             continue
         where = None if places is None else places[members]
         sets.append(_described(names[j], poles[members], where, float(cones[j])))
     if exactly is not None and not seeds and len(sets) < exactly:
         warnings.append(
-            tr_n(
-                "Only {count} set of at least {least} planes can be told apart, not {asked}.",
-                "Only {count} sets of at least {least} planes can be told apart, not {asked}.",
-                len(sets),
-                least=LEAST_MEMBERS,
-                asked=exactly,
-            )
+            Finding("sets.fewer", count=len(sets), minimum=LEAST_MEMBERS, wanted=exactly)
         )
     if not seeds:
         warnings += _girdle_remarks(poles, group, order, names)
@@ -357,7 +335,7 @@ def sets_among(
 
 def _girdle_remarks(
     poles: Floats, group: npt.NDArray[np.int64], order: Sequence[int], names: dict[int, str]
-) -> list[str]:
+) -> list[Finding]:
     filled = [j for j in order if np.any(group == j)]
     if len(filled) < 2:
         return []
@@ -371,11 +349,7 @@ def _girdle_remarks(
         joined = {k: new if one == old else one for k, one in joined.items()}
     girdles = [[k for k in joined if joined[k] == one] for one in dict.fromkeys(joined.values())]
     return [
-        tr(
-            "No gap parts {sets}: their poles lie along one great circle, as those of a bent bed "
-            "do, and may be one girdle with a fold axis rather than sets.",
-            sets=", ".join(names[filled[k]] for k in girdle),
-        )
+        Finding("sets.girdle", sets=[names[filled[k]] for k in girdle])
         for girdle in girdles
         if len(girdle) > 1
     ]

@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.coincident_points import place_keys, welded
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -76,22 +76,16 @@ def across_gaps(nodes: Ints, corners: Array, alone: Bools | None = None) -> tupl
     return face[row], side[row], face[other[row, column]]
 
 
-def say_apart(nodes: Ints, said: list[str]) -> None:
+def say_apart(nodes: Ints, said: list[Finding]) -> None:
     """Where most of the faces with the corners `nodes` (k, 3) share no side."""
     if len(nodes) < _FEW or int(nodes.max()) < _MANY * len(nodes):
         return
     loose = _loose(nodes)
     if loose > _APART:
-        said.append(
-            tr(
-                "The faces of the mesh do not hang together: {share:.0f} % of their sides are of "
-                "one face only, so that facets cannot grow from face to face. Merge its vertices.",
-                share=100.0 * loose,
-            )
-        )
+        said.append(Finding("mesh.faces-apart", share_percent=100.0 * loose))
 
 
-def counted_once(nodes: Ints, said: list[str]) -> Bools:
+def counted_once(nodes: Ints, said: list[Finding]) -> Bools:
     """(k,) which faces are the first on their three corners, whichever side they show."""
     keys = place_keys(np.sort(nodes, axis=1).astype(np.float64))
     order = np.argsort(keys, kind="stable")
@@ -100,11 +94,7 @@ def counted_once(nodes: Ints, said: list[str]) -> Bools:
     again[order[1:]] = np.diff(keys[order]) == 0
     if again.any():
         said.append(
-            tr(
-                "{share:.0f} % of the faces lie on others with the same corners, as on a mesh with "
-                "two sides; each piece of surface is counted once.",
-                share=max(100.0 * float(again.mean()), 1.0),
-            )
+            Finding("mesh.faces-doubled", share_percent=max(100.0 * float(again.mean()), 1.0))
         )
     return ~again
 

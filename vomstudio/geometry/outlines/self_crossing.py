@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.words import tr_n
+from vomstudio.core.findings import Finding
 
 _SAME = 1e-9
 
 
-def taken_apart(polygons: Any) -> tuple[Any, list[str]]:
+def taken_apart(polygons: Any) -> tuple[Any, list[Finding]]:
     """The area of shapely polygons (n,), or of one, without crossings, and a sentence where there
     were any: what such an outline encloses is not what its corners say."""
     import shapely
@@ -23,15 +23,10 @@ def taken_apart(polygons: Any) -> tuple[Any, list[str]]:
     if not off.any():
         return shapely.union_all(whole), []
     return shapely.union_all(whole), [
-        tr_n(
-            "The outline of the area crosses itself. Its parts were counted as {after:.6g} m²; by "
-            "the order of its corners, in which parts cancel, it would be {before:.6g} m². Correct "
-            "the outline.",
-            "The outlines of {count} areas cross themselves. Their parts were counted as "
-            "{after:.6g} m²; by the order of the corners, in which parts cancel, they would be "
-            "{before:.6g} m². Correct the outlines.",
-            int(off.sum()),
-            after=float(after[off].sum()),
-            before=float(before[off].sum()),
+        Finding(
+            "area.self-crossing",
+            count=int(off.sum()),
+            area_m2=float(after[off].sum()),
+            signed_area_m2=float(before[off].sum()),
         )
     ]

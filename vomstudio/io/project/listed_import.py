@@ -132,11 +132,8 @@ def read_listed(
         *(Finding("import.type-replaced", type=kind) for kind in sorted(unknown)),
     ]
     if not made:
-        name, reason = skipped[0]
-        raise InputError(
-            Finding("import.nothing-usable", name=name, reason=reason),
-            file=path,
-        )  # fmt: skip
+        name, first = skipped[0]
+        raise InputError(Finding("import.nothing-usable", name=name, reason=first), file=path)
     return ImportedFeatures(tuple(made), tuple(skipped), tuple(warnings))
 
 

@@ -157,4 +157,4 @@ def looked_at_rows(found: LookedAt) -> list[str]:
             tr("over {area:.4g} m2 done or empty: {density:.3g} 1/m2, P21 {p21:.3g} 1/m",
                area=found.counted_m2, density=found.density_1_per_m2, p21=found.P21_1_per_m)
         )  # fmt: skip
-    return [*said, *found.reasons]
+    return [*said, *map(str, found.reasons)]

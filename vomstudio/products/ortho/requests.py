@@ -54,7 +54,7 @@ class FoldView:
     beta: BetaFigures
     valid: str
     verdict: str
-    reasons: tuple[str, ...]
+    reasons: tuple[Finding, ...]
     used: int
     not_good: int | None
     left_out: tuple[LeftOut, ...]

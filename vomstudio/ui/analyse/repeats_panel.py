@@ -209,7 +209,7 @@ class RepeatsPanel(SeenPanel):
     def _came(self, made: TableRepeats) -> None:
         self.found = made
         names = {f.id: f.name for f in self._studio.session.of(Repeatable)}
-        self.said.setText("\n".join(made.reasons))
+        self.said.setText("\n".join(map(str, made.reasons)))
         self.figures.setHtml(figures_html(made, names))
         self._refresh_buttons()
 

@@ -62,20 +62,20 @@ def fold_rows(axis: FoldAxis, planes: FoldPlanes, notation: str) -> Rows:
             "without one plane beta turns by {turn:.1f}° at most", turn=axis.leave_one_out.turn_deg
         )
         rows.append((tr("Leave one out"), said))
-    return [*rows, *((("•"), reason) for reason in axis.reasons)]
+    return [*rows, *(("•", reason.message) for reason in axis.reasons)]
 
 
 def domain_rows(domains: Mapping[str, DomainFigures], one: OneAxisFigures) -> Rows:
     """Each domain's own axis, and whether one serves all."""
     rows = [(name, describe_domain(domain, 0)) for name, domain in domains.items()]
-    return [*rows, *(("•", reason) for reason in one.reasons)]
+    return [*rows, *(("•", reason.message) for reason in one.reasons)]
 
 
 def _planes_used(planes: FoldPlanes) -> str:
     said = [f"{len(planes):,}"]
     if planes.not_good is not None:
         said.append(tr("{count:,} not good", count=planes.not_good))
-    said += [tr("left out: {n:,} {what} ({reason})", **vars(each)) for each in planes.left_out]
+    said += [tr("left out: {n:,} {what}: {reason}", **vars(each)) for each in planes.left_out]
     return "; ".join(said)
 
 
@@ -99,7 +99,7 @@ def _fisher(found: SetStatistics, notation: str) -> Rows:
         said = tr("{said}, kappa {kappa:.1f}", said=said, kappa=fisher.kappa)
     rows = [(tr("Mean (Fisher)"), said + _fit(fisher.fit_p))]
     if fisher.alpha95_deg is None and found.fisher_reason is not None:
-        rows.append(("•", found.fisher_reason))
+        rows.append(("•", found.fisher_reason.message))
     if fisher.registration_error_deg is not None and fisher.alpha95_deg is not None:
         said = tr(
             "{registration} of that (95 %), alpha95 {alpha}",

@@ -348,7 +348,7 @@ class FracturesPanel(SeenPanel):
                     # The first line names the plane.
                     if getattr(each, "code", "") != "lines.not-planar"
                 ),
-                *made.mapped.found.notes,
+                *map(str, made.mapped.found.notes),
                 *self.of.left_out(),
                 *_of_cells(made),
             ]

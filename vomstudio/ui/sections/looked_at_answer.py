@@ -117,7 +117,7 @@ def figures_html(found: LookedAt, unit: str) -> str:
         f"<td style='padding:1px 2px'>{escape(said)}</td></tr>"
         for name, said in rows
     )
-    notes = "".join(f"<p>{escape(reason)}</p>" for reason in found.reasons)
+    notes = "".join(f"<p>{escape(reason.message)}</p>" for reason in found.reasons)
     return f"<table width='100%'>{cells}</table>{notes}"
 
 

@@ -1,0 +1,74 @@
+"""Findings on a fold beside its verdict: its numbers, and what they do not show."""
+
+from __future__ import annotations
+
+import math
+
+from vomstudio.core.findings import Finding
+from vomstudio.geology.folding.limbs import Limbs
+from vomstudio.geology.folding.shapes import Shape
+from vomstudio.geology.folding.verdicts import WEAK_AXIS_DEG, Verdict
+
+
+def bowed_findings(bowed_deg: float | None, arc_deg: float) -> list[Finding]:
+    """Report that a bowed model looks like an open fold with limbs that differ by no more."""
+    if bowed_deg is None or arc_deg >= bowed_deg:
+        return []
+    return [Finding("fold.bowed", bowed_deg=bowed_deg, arc_deg=arc_deg)]
+
+
+def shape_findings(shape: Shape) -> list[Finding]:
+    """Report the scatter and arc of the poles, and why limbs or an error are not known."""
+    findings = [Finding("fold.shape", n=shape.n, rms_deg=shape.rms_deg, arc_deg=shape.arc_deg)]
+    if shape.limbs is not None and shape.limbs.doubt:
+        findings.append(_unknown_limbs(shape.limbs))
+    if shape.n == 2:
+        findings.append(Finding("fold.two-planes"))
+    return findings
+
+
+def lone_plane_finding(
+    plane: str, turn_deg: float | None, error95_deg: float, other: Verdict | None
+) -> Finding:
+    """Report that a verdict rests on one plane.
+
+    Without it beta turns by `turn_deg`, or the others have the verdict `other`, or (neither) one
+    dip.
+    """
+    if turn_deg is not None:
+        return Finding(
+            "fold.one-plane-turns", plane=plane, turn_deg=turn_deg, error_deg=error95_deg
+        )
+    if other is None or other.name == "homoclinal":
+        return Finding("fold.one-plane-decides", plane=plane, verdict="homoclinal", reason="")
+    return Finding(
+        "fold.one-plane-decides", plane=plane, verdict=other.name, reason=other.reasons[0]
+    )
+
+
+def cone_untested_finding(plane: str, other: Verdict) -> Finding:
+    """Report that a cone is excluded only because of one plane."""
+    return Finding("fold.one-plane-excludes-cone", plane=plane, reason=other.reasons[0])
+
+
+def _unknown_limbs(limbs: Limbs) -> Finding:
+    """Report why there is no interlimb angle."""
+    first, second = limbs.counts
+    if limbs.doubt == "hinge":
+        return Finding("fold.limbs-or-hinge", first=first, second=second, apart_deg=limbs.apart_deg)
+    code = "fold.mixed-limbs" if limbs.doubt == "mixed" else "fold.arc-limb"
+    return Finding(code, first=first, second=second)
+
+
+def error_finding(semi_axes: tuple[float, float]) -> Finding:
+    """Report the joint 95 % region of beta, and what such an error costs."""
+    major, minor = semi_axes
+    if major > WEAK_AXIS_DEG:
+        return Finding("fold.axis-weak", major_deg=major, minor_deg=minor, limit_deg=WEAK_AXIS_DEG)
+    return Finding(
+        "fold.axis-known",
+        major_deg=major,
+        minor_deg=minor,
+        shortening_percent=100.0 * (1.0 - math.cos(math.radians(major))),
+        shift_percent=100.0 * math.sin(math.radians(major)),
+    )
