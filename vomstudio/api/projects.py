@@ -9,11 +9,11 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self
 
 from vomstudio.api import feature_tables
-from vomstudio.api.checking import flag, naming, path_of, points, warn, words_of
+from vomstudio.api.checking import flag, naming, path_of, points, required_text, warn, words_of
 from vomstudio.api.frame_arguments import frame_arguments_named, frame_options
 from vomstudio.api.models import Mesh, PointCloud, as_recorded
 from vomstudio.api.planes import LineFit, PlaneFit, line_of_row, plane_of_row
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Model
 from vomstudio.errors import DocumentError, GeometryError, InputError, VomWarning
@@ -23,7 +23,6 @@ from vomstudio.io.project.journal import own_files
 from vomstudio.io.project.verify import Verification, verify
 from vomstudio.io.settings import read_settings
 from vomstudio.reprs import html_table, in_lines
-from vomstudio.words import tr
 from vomstudio.workspace.headless_project import HeadlessProject, Picks
 from vomstudio.workspace.layer_export import written_layers
 from vomstudio.workspace.project_summary import fitted_records
@@ -111,14 +110,11 @@ class Project:
         settings = _settings()
         folder = ProjectFolder.open(path_of(path, "path"), settings=settings.affecting_results)
         made = cls(folder, settings)
-        said = [
-            tr("A part of the project could not be read and was left out: {problem}", problem=p)
-            for p in folder.problems
-        ]
+        warnings = [*folder.problems]
         if made._recovered:
-            said.append(tr("Changes that had not been saved are part of the project."))
+            warnings.append(Finding("project.recovered"))
         try:
-            warn(said)
+            warn(warnings)
         except VomWarning:
             # Where warnings are errors nobody gets it, so nobody could close it.
             made.close()
@@ -249,13 +245,15 @@ class Project:
         """The figures of one feature by its id or name: PlaneFit of a plane, LineFit of a line.
         Raises vs.errors.InputError where there is no such feature, vs.errors.GeometryError where
         it has no orientation."""
-        wanted = _word(id, "id")
+        wanted = required_text(id, "id")
         found = fitted_records(self._records, self._measurements, self._folder, [wanted])
         if found.rows:
             row = found.rows[0]
             return plane_of_row(row) if row["element"] == "plane" else line_of_row(row)
-        reason = found.skipped[0]["reason"] if found.skipped else tr("it is neither plane nor line")
-        raise GeometryError(f"{id}: {reason}.")
+        if found.skipped:
+            reason = found.skipped[0]["reason"]
+            raise GeometryError(Finding("feature.left-out", "error", feature=id, reason=reason))
+        raise GeometryError(Finding("feature.no-attitude", feature=id))
 
     def verify(self) -> Verification:
         """Read every row and file of it: ``sound``, ``problems`` (sentences), ``steps``,
@@ -321,12 +319,12 @@ class Project:
         they define no plane, vs.errors.UsageError for a model or type that is not there.
         """
         desk = self._open_desk()
-        wanted = model.id if isinstance(model, ProjectModel) else _word(model, "model")
+        wanted = model.id if isinstance(model, ProjectModel) else required_text(model, "model")
         # Checked before the edit is made: the journal could not be read with anything else in it.
         part = words_of(domain, "domain") or ""
         picks = Picks(words_of(name, "name") or "", _points(points), domain=part)
         with naming("type", "--type"):
-            found, group = desk.find_type(_word(type, "type")), words_of(set, "set") or ""
+            found, group = desk.find_type(required_text(type, "type")), words_of(set, "set") or ""
         with naming("model", "--model"):
             on = desk.find_model(wanted)
         added = desk.add_picks([picks], on, found, group)
@@ -338,7 +336,7 @@ class Project:
 
         Raises vs.errors.UsageError for another name, vs.errors.DocumentError where it is in use.
         """
-        self._open_desk().judge_by(_word(profile, "profile"))
+        self._open_desk().judge_by(required_text(profile, "profile"))
 
     def undo(self) -> str:
         """Take the last step back, also one of an earlier day; returns what it was. Raises
@@ -364,7 +362,7 @@ class Project:
         target, replace, wanted = (
             path_of(path, "path"),
             flag(force, "force"),
-            _word(format, "format"),
+            required_text(format, "format"),
         )
         check_target(target, force=replace, inputs=own_files(self._folder))
         records = self._records
@@ -373,7 +371,7 @@ class Project:
         with naming("format", "--to"):
             table = export_records(records, wanted, target, force=replace, thresholds=thresholds)
         warn(
-            tr("{feature} was left out: {reason}.", feature=item["name"], reason=item["reason"])
+            Finding("feature.left-out", feature=item["name"], reason=item["reason"])
             for item in table.skipped
         )
         return tuple(table.files)
@@ -381,7 +379,7 @@ class Project:
     # --- within ----------------------------------------------------------------------------------
     def _open_desk(self) -> HeadlessProject:
         if self._desk is None:
-            raise DocumentError(tr("The project is closed. Open it again."), file=self._folder)
+            raise DocumentError(Finding("project.closed"), file=self._folder)
         return self._desk
 
     @property
@@ -413,13 +411,6 @@ class Project:
 
 def _points(given: Any) -> Any:
     return points(given)
-
-
-def _word(given: Any, name: str) -> str:
-    found = words_of(given, name)
-    if found is None:
-        raise InputError(tr("A name is needed."), field=name)
-    return found
 
 
 def _settings() -> Settings:

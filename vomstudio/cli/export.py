@@ -10,6 +10,7 @@ from typing import Any
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.declared_options import add_options
 from vomstudio.cli.common.output import Output
+from vomstudio.core.findings import Finding
 from vomstudio.io.project.export_options import ExportFormat
 from vomstudio.words import tr, tr_n
 
@@ -48,17 +49,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
 
 
-def _left_out(skipped: Sequence[Mapping[str, str]]) -> list[str]:
-    """A sentence for each feature; one for many of the same reason."""
+def _left_out(skipped: Sequence[Mapping[str, str]]) -> list[Finding]:
+    """Return a finding for each feature, or one for many with the same reason."""
     names: dict[str, list[str]] = {}
     for item in skipped:
         names.setdefault(item["reason"], []).append(item["name"])
-    said = []
+    findings = []
     for reason, features in names.items():
         if len(features) > _NAMED:
-            said.append(
-                tr("{count} features were left out: {reason}", count=len(features), reason=reason)
-            )
-            continue
-        said += [tr("{feature} was left out: {reason}", feature=f, reason=reason) for f in features]
-    return said
+            findings.append(Finding("features.left-out", count=len(features), reason=reason))
+        else:
+            findings += [Finding("feature.left-out", feature=f, reason=reason) for f in features]
+    return findings

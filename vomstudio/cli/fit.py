@@ -16,8 +16,10 @@ from vomstudio.cli.common.arguments import (
 )
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
+from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.core.findings import Finding
+from vomstudio.errors import GeometryError
 from vomstudio.tables.fit_options import FitOptions, FitTogether
 from vomstudio.words import tr
 
@@ -93,10 +95,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.result(result)
     out.warn(result["warnings"])
     out.warn(
-        [
-            tr("Plane {plane} was left out: {reason}", plane=item["id"], reason=item["reason"])
-            for item in skipped
-        ]
+        [Finding("feature.left-out", feature=item["id"], reason=item["reason"]) for item in skipped]
     )
     if rows:
         out.text(f"{_in_words(rows)}\n{limits.in_words}")
@@ -123,25 +122,9 @@ def _plot_of(args: argparse.Namespace) -> str:
 def _parallel(path: str, same: Sequence[str], groups: PointGroups) -> ParallelBeds:
     from vomstudio.geology.beds.parallel import parallel_beds
 
-    pairs = []
-    for asked in same:
-        names = [name.strip() for name in asked.split(",")]
-        if len(names) != 2 or any(name not in groups.ids for name in names):
-            raise UsageError(
-                tr(
-                    "--same takes the names of two traces, such as {first},{second}; “{asked}” is "
-                    "none.",
-                    first=groups.ids[0],
-                    second=groups.ids[-1],
-                    asked=asked,
-                ),
-                field="--same",
-            )
-        pairs.append((names[0], names[1]))
-    try:
+    pairs = [straight_traces.trace_pair(text, groups.ids, "--same") for text in same]
+    with numbers_of(path, "--parallel"):
         return parallel_beds(groups.ids, groups.points, groups.offsets, pairs=pairs)
-    except GeometryError as error:
-        raise GeometryError(str(error), file=path, field="--parallel") from error
 
 
 def _parallel_in_words(found: ParallelBeds) -> str:
@@ -177,15 +160,9 @@ def _parallel_in_words(found: ParallelBeds) -> str:
 def _nothing_fitted(path: str, by: str | None, skipped: list[dict[str, str]]) -> GeometryError:
     first = skipped[0]
     if by is None:
-        return GeometryError(
-            tr("No plane can be fitted: {reason}.", reason=first["reason"]), file=path
-        )
+        return GeometryError(Finding("plane.no-fit", reason=first["reason"]), file=path)
     return GeometryError(
-        tr(
-            "None of the {count} planes can be fitted. The first: {reason}.",
-            count=len(skipped),
-            reason=first["reason"],
-        ),
+        Finding("plane.none-fitted", count=len(skipped), reason=first["reason"]),
         file=path,
         field=f"{by} {first['id']}",
     )

@@ -1,4 +1,4 @@
-"""Numbers know no file: what they do not define is said with the name of their file."""
+"""Name the file or option that an error of a computation is about."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from vomstudio.errors import GeometryError
 
 
 @contextmanager
-def numbers_of(file: str) -> Iterator[None]:
-    """A GeometryError from here names the file, where it names neither file nor field."""
+def numbers_of(file: str, option: str | None = None) -> Iterator[None]:
+    """Add the file and the option to a GeometryError that names neither file nor field."""
     try:
         yield
     except GeometryError as error:
         if error.file is None and error.field is None:
-            raise type(error)(error.message, file=file) from error
+            error.file, error.field = file, option
         raise

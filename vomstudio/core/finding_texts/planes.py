@@ -49,6 +49,23 @@ TEXTS: dict[str, Entry] = {
         ),
     ),
     "plane.no-fit": ("error", to_translate("A plane cannot be fitted: {reason}")),
+    "plane.none-fitted": (
+        "error",
+        to_translate("None of the {count} planes can be fitted. The first: {reason}"),
+    ),
+    "trace.not-straight": (
+        "error",
+        to_translate(
+            "The trace {trace} is not straight: it has a plane of its own, or none. Choose a"
+            " straight one."
+        ),
+    ),
+    "trace.not-a-pair": (
+        "error",
+        to_translate(
+            "“{value}” is not a pair of traces. Name two of them, such as {first},{second}."
+        ),
+    ),
     "plane.local": (
         "info",
         to_translate(

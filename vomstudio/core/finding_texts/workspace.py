@@ -167,6 +167,7 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate("All steps are on the disk again."),
     ),
+    "project.closed": ("error", to_translate("The project is closed. Open it again.")),
     "project.recovered": (
         "warning",
         to_translate("Unsaved work was restored. Save it, or discard it with Undo."),
@@ -223,6 +224,10 @@ TEXTS: dict[str, Entry] = {
     "feature.left-out": (
         "warning",
         to_translate("{feature} was left out: {reason}"),
+    ),
+    "features.left-out": (
+        "warning",
+        to_translate("{count} features were left out: {reason}"),
     ),
     "photo.left-out": (
         "warning",
