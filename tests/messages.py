@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from vomstudio.core.finding_texts import TEXTS, texts_of
-from vomstudio.core.findings import Finding, Message, as_finding
-from vomstudio.errors import InputError, VomError
+from vomstudio.core.findings import Finding, as_finding
+from vomstudio.errors import InputError, VomError, VomWarning
 
 
 @contextmanager
@@ -32,6 +32,18 @@ def refused(
     )
 
 
+@contextmanager
+def warned(code: str, /, **values: Any) -> Iterator[None]:
+    """Expect a Python warning with a code and some of its values."""
+    with pytest.warns(VomWarning) as record:
+        yield
+    found = [each.message for each in record if isinstance(each.message, VomWarning)]
+    assert any(
+        (each.code, values) == (code, {name: each.values.get(name) for name in values})
+        for each in found
+    ), [(each.code, each.values) for each in found]
+
+
 def messages(answer: Mapping[str, Any]) -> list[str]:
     """Return the sentences of an answer's warnings, from ``--json`` or from Python."""
     return [
@@ -48,14 +60,18 @@ def codes(answer: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def with_code(findings: Iterable[Message], code: str) -> list[Finding]:
-    """Return the findings with a code."""
-    return [each for each in map(as_finding, findings) if each.code == code]
+def with_code(findings: Iterable[Any], code: str) -> list[Finding]:
+    """Return the findings with a code, from ``--json`` or from Python."""
+    return [each for each in map(_finding, findings) if each.code == code]
 
 
 def by_code(findings: Iterable[Any]) -> dict[str, dict[str, Any]]:
     """Return the values of findings by their codes; of a code that occurs twice the last."""
-    return {each.code: each.values for each in map(as_finding, findings)}
+    return {each.code: each.values for each in map(_finding, findings)}
+
+
+def _finding(each: Any) -> Finding:
+    return Finding.from_dict(each) if isinstance(each, dict) else as_finding(each)
 
 
 def shown_codes(text: str) -> set[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 import vomstudio as vs
+from tests.messages import refused
 
 
 def test_planes_of_the_sample_agree_with_themselves_and_not_with_turned_ones(tmp_path) -> None:
@@ -31,5 +32,5 @@ def test_planes_of_the_sample_agree_with_themselves_and_not_with_turned_ones(tmp
 def test_a_table_without_planes_is_refused(tmp_path) -> None:
     path = tmp_path / "lines.csv"
     path.write_text("trend,plunge\n10,20\n")
-    with pytest.raises(vs.errors.InputError, match="no planes"):
+    with refused("orientation.no-planes", file=path):
         vs.agreement(path, path)

@@ -9,6 +9,7 @@ import pytest
 
 import vomstudio as vs
 from tests.extraction.test_photo_following import clicks, wall, written
+from tests.messages import refused
 
 
 @pytest.mark.full
@@ -22,7 +23,7 @@ def test_a_photo_is_followed_on_an_array_of_points_and_cameras_are_named(tmp_pat
     assert np.median(np.abs(found.points @ made.normal - made.level)) < 0.012
     assert found.pixels.shape == (found.vertices, 2)
     assert found.seen.shape == found.agreeing.shape == (found.vertices,)
-    with pytest.raises(vs.errors.UsageError, match="no cameras beside the model"):
+    with refused("cameras.missing", vs.errors.UsageError, field="cameras"):
         vs.follow(cloud, clicks(made), photo=folder / "p0.png")
     with pytest.raises(vs.errors.UsageError, match="Cameras are for a photo"):
         vs.follow(cloud, clicks(made), cameras=folder / "cameras.json")
@@ -33,5 +34,5 @@ def test_a_trace_that_bends_has_no_band_and_crosses_nothing() -> None:
     bent = np.column_stack([t, np.sin(2.0 * t), 0.2 * t])
     bent += np.random.default_rng(0).normal(0.0, 0.01, bent.shape)
     assert vs.plane_band(bent) is None
-    with pytest.raises(vs.errors.GeometryError, match="Trace 1 is not straight"):
+    with refused("trace.not-straight", vs.errors.GeometryError, trace="first"):
         vs.plane_of_crossing(bent, bent)

@@ -87,17 +87,23 @@ def test_a_model_in_feet_is_saved_in_feet(in_california: Path, tmp_path: Path) -
 
 
 @pytest.mark.parametrize(
-    ("more", "said"),
+    ("more", "code", "values"),
     [
-        ({"up": "x"}, "none of y, z"),
-        ({"unit": "yard"}, "none of m, cm"),
-        ({"crs": "EPSG:4326"}, "projected"),
-        ({"crs": "somewhere"}, "not a known CRS"),
-        ({"crs": "EPSG:32633", "unit": "ft"}, "Leave out --crs or --unit"),
+        ({"up": "x"}, "option.not-a-choice", {"value": "x", "field": "up"}),
+        ({"unit": "yard"}, "option.not-a-choice", {"value": "yard", "field": "unit"}),
+        ({"crs": "EPSG:4326"}, "frame.not-projected", {"crs": "WGS 84"}),
+        ({"crs": "somewhere"}, "frame.unknown-crs", {"crs": "somewhere"}),
+        (
+            {"crs": "EPSG:32633", "unit": "ft"},
+            "frame.unit-contradiction",
+            {"crs": "WGS 84 / UTM zone 33N", "unit": "ft"},
+        ),
     ],
 )
-def test_declarations_that_cannot_be_are_refused(triangle: Path, more: Any, said: str) -> None:
-    with pytest.raises(vs.errors.VomError, match=said):
+def test_declarations_that_cannot_be_are_refused(
+    triangle: Path, more: Any, code: str, values: dict[str, Any]
+) -> None:
+    with refused(code, **values):
         vs.read(triangle, **more)
 
 

@@ -49,7 +49,7 @@ def test_ones_own_axes_are_drawn_on(library: Any) -> None:
     assert vs.stereonet((DIRECTION, DIP), ax=ax) is ax
     assert ax.lines
     plain = figure.add_subplot()
-    with pytest.raises(vs.errors.InputError, match="Axes of mplstereonet"):
+    with refused("argument.wrong-type", expected="mplstereonet.StereonetAxes", field="ax"):
         vs.stereonet((DIRECTION, DIP), ax=plain)
 
 
@@ -302,5 +302,5 @@ def test_options_that_cannot_be_are_refused_with_a_sentence(more: Any) -> None:
 
 def test_axes_of_ones_own_keep_their_size() -> None:
     ax = vs.stereonet((DIRECTION, DIP))
-    with pytest.raises(vs.errors.UsageError, match="size"):
+    with refused("option.conflict", vs.errors.UsageError, option="size_mm", other="ax"):
         vs.stereonet((DIRECTION, DIP), ax=ax, size_mm=(100, 100))

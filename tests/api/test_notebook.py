@@ -10,6 +10,8 @@ import pytest
 from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError
 
+from vomstudio.core.findings import Finding
+
 CELLS = (
     "import pandas\nimport vomstudio as vs\n"
     "picks = pandas.read_csv(vs.sample('picks.csv'), comment='#')",
@@ -67,4 +69,5 @@ def test_an_error_in_a_notebook_is_a_sentence_of_ours(folder: Path) -> None:
     with pytest.raises(CellExecutionError) as error:
         run(cells, folder)
     assert error.value.ename == "InputError"
-    assert error.value.evalue.startswith("points: Row 1 has no finite coordinates")
+    finding = Finding("array.not-finite", count=1, first_row=1)
+    assert error.value.evalue == f"points: {finding}"

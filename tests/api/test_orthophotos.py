@@ -12,6 +12,7 @@ import pytest
 import rasterio
 
 import vomstudio as vs
+from tests.messages import refused
 from vomstudio.cli.common.output import to_json
 
 MODEL = vs.sample("sample.obj")
@@ -132,17 +133,29 @@ def test_wrong_options_are_refused_by_the_names_of_arguments(
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "code", "field"),
     [
-        ({"trend_deg": "north", "plunge_deg": 5}, "Numbers are needed"),
-        ({"trend_deg": [1, 2], "plunge_deg": 5}, "single number"),
-        ({"plane": "steep"}, "steep"),
-        ({"plane": (1, 2, 3)}, "dip direction, dip"),
-        ({"trend_deg": 5, "plunge_deg": 5, "gsd_m": 1e-6}, "Use --gsd .* or larger"),
-        ({"trend_deg": 5, "plunge_deg": 5, "progress": 7}, "function"),
+        ({"trend_deg": "north", "plunge_deg": 5}, "array.not-numbers", "trend_deg"),
+        ({"trend_deg": [1, 2], "plunge_deg": 5}, "argument.wrong-type", "trend_deg"),
+        ({"plane": (1, 2, 3)}, "argument.wrong-type", "plane"),
+        ({"trend_deg": 5, "plunge_deg": 5, "progress": 7}, "argument.wrong-type", "progress"),
     ],
 )
-def test_views_that_cannot_be_are_refused(cliff: vs.Mesh, words: Any, said: str) -> None:
+def test_views_that_cannot_be_are_refused(
+    cliff: vs.Mesh, words: Any, code: str, field: str
+) -> None:
+    with refused(code, field=field):
+        vs.orthophoto(cliff, **words)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ({"plane": "steep"}, "steep"),
+        ({"trend_deg": 5, "plunge_deg": 5, "gsd_m": 1e-6}, "Use --gsd .* or larger"),
+    ],
+)
+def test_values_that_no_view_can_have_are_refused(cliff: vs.Mesh, words: Any, said: str) -> None:
     with pytest.raises(vs.errors.VomError, match=said):
         vs.orthophoto(cliff, **words)
 

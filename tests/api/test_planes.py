@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import vomstudio as vs
-from tests.messages import refused
+from tests.messages import refused, warned
 from vomstudio.tables.orientation_table import COLUMNS
 
 SAMPLE = vs.sample("picks.csv")
@@ -167,27 +167,43 @@ def test_the_resolution_enters_the_verdict() -> None:
 
 # --- what cannot be -------------------------------------------------------------------------------
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("given", "code", "values"),
     [
-        ([], "no points"),
-        (None, "numbers are needed|shape"),
-        ("north", "Numbers are needed"),
-        ([["1", "2", "3"]] * 4, "Numbers are needed"),
-        ([[1, 2, 3], [4, 5]], "Numbers are needed"),
-        ([[1, 2, 3j]] * 4, "Numbers are needed"),
-        ([1.0, 2.0, 3.0], r"\[\[x, y, z\]\]"),
-        (np.zeros((3, 9)), r"points\.T"),
-        (np.zeros((9, 2)), "three coordinates"),
-        (np.zeros((2, 2, 3)), "three coordinates"),
-        ([[0, 0, 0], [1, 0, 0], [0, np.nan, 0], [np.inf, 0, 0]], r"Row 2 \(and 1 more\)"),
-        ([[0, 0, 0], [1, 0, 0], [0, 1, 1e300]], "Row 2"),
-        (np.ma.masked_less(np.ones((4, 3)), 2), "masked"),
-        (pandas.DataFrame({"a": [1], "b": [2], "c": [3]}), "no column x"),
-        (pandas.DataFrame({"x": [1], "X": [2], "y": [3], "z": [1]}), "more than one column x"),
+        ([], "argument.empty", {}),
+        (None, "array.not-points", {"shape": ()}),
+        ("north", "array.not-numbers", {"type": "str"}),
+        ([["1", "2", "3"]] * 4, "array.not-numbers", {"type": "list"}),
+        ([[1, 2, 3], [4, 5]], "array.not-numbers", {"type": "list"}),
+        ([[1, 2, 3j]] * 4, "array.not-numbers", {"type": "list"}),
+        ([1.0, 2.0, 3.0], "array.not-points", {"shape": (3,)}),
+        (np.zeros((3, 9)), "array.not-points", {"shape": (3, 9)}),
+        (np.zeros((9, 2)), "array.not-points", {"shape": (9, 2)}),
+        (np.zeros((2, 2, 3)), "array.not-points", {"shape": (2, 2, 3)}),
+        (
+            [[0, 0, 0], [1, 0, 0], [0, np.nan, 0], [np.inf, 0, 0]],
+            "array.not-finite",
+            {"first_row": 2, "count": 2},
+        ),
+        (
+            [[0, 0, 0], [1, 0, 0], [0, 1, 1e300]],
+            "array.not-finite",
+            {"first_row": 2, "count": 1},
+        ),
+        (np.ma.masked_less(np.ones((4, 3)), 2), "array.masked", {}),
+        (
+            pandas.DataFrame({"a": [1], "b": [2], "c": [3]}),
+            "table.missing-column",
+            {"column": "x", "columns": ("a", "b", "c")},
+        ),
+        (
+            pandas.DataFrame({"x": [1], "X": [2], "y": [3], "z": [1]}),
+            "table.repeated-column",
+            {"column": "x", "columns": ("x", "X")},
+        ),
     ],
 )
-def test_what_is_no_array_of_points_is_refused_in_words(given: Any, said: str) -> None:
-    with pytest.raises(vs.errors.InputError, match=said):
+def test_what_is_not_an_array_of_points_is_refused(given: Any, code: str, values: Any) -> None:
+    with refused(code, field="points", **values):
         vs.fit_plane(given)
 
 
@@ -216,11 +232,8 @@ def test_settings_that_cannot_be_are_refused(wrong: Any) -> None:
 
 def test_groups_without_a_plane_are_named(picks: Any) -> None:
     bed = picks[picks["pick"] == "B01"][["x", "y", "z"]].to_numpy()
-    with pytest.warns(vs.errors.VomWarning) as warned:
+    with warned("feature.left-out", feature="short"):
         made = vs.fit_planes({"bed": bed, "short": bed[:2]})
-    (warning,) = [each.message for each in warned]
-    assert isinstance(warning, vs.errors.VomWarning)
-    assert (warning.code, warning.values["feature"]) == ("feature.left-out", "short")
     assert list(made["id"]) == ["bed"]
     assert made.attrs["skipped"][0]["id"] == "short"
     with refused("plane.none-fitted", vs.errors.GeometryError, count=1, field="short"):
@@ -230,7 +243,7 @@ def test_groups_without_a_plane_are_named(picks: Any) -> None:
 def test_rows_without_coordinates_are_dropped_and_counted(picks: Any) -> None:
     holes = picks.copy()
     holes.loc[[3, 40], "x"] = np.nan
-    with pytest.warns(vs.errors.VomWarning, match="2 rows without finite coordinates"):
+    with warned("array.rows-left-out", count=2):
         made = vs.fit_planes(holes, by="pick")
     assert made["n_points"].sum() == len(picks) - 2
 

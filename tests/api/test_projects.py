@@ -11,7 +11,7 @@ import pytest
 import shapely
 
 import vomstudio as vs
-from tests.messages import refused
+from tests.messages import refused, warned
 from vomstudio.tables.orientation_table import COLUMNS
 
 MODEL = vs.sample("sample.obj")
@@ -114,7 +114,7 @@ def test_what_a_crash_left_unsaved_is_kept_by_looking(folder: Path, bed: Any) ->
     desk.project.close()
     for _ in range(2):
         with (
-            pytest.warns(vs.errors.VomWarning, match="had not been saved"),
+            warned("project.recovered"),
             vs.Project.open(folder) as again,
         ):
             assert len(again.models) == 1
@@ -122,7 +122,7 @@ def test_what_a_crash_left_unsaved_is_kept_by_looking(folder: Path, bed: Any) ->
 
 def test_two_notebooks_cannot_have_one_project(folder: Path) -> None:
     with vs.Project.create(folder):
-        with pytest.raises(vs.errors.InputError, match="open in another window"):
+        with refused("project.locked"):
             vs.Project.open(folder)
         with refused("project.exists", vs.errors.TargetError):
             vs.Project.create(folder)
@@ -134,7 +134,7 @@ def test_a_closed_project_says_so(folder: Path) -> None:
     project.close()
     project.close()
     assert "closed" in repr(project)
-    with pytest.raises(vs.errors.DocumentError, match="The project is closed"):
+    with refused("project.closed", vs.errors.DocumentError, file=folder):
         project.planes()
 
 
@@ -147,7 +147,7 @@ def test_an_old_project_is_read_as_the_commands_read_it(
     shutil.copytree(SPECIMEN, folder)
     told = command("project", folder, "fit")
     # It was left unsaved when it was made.
-    with pytest.warns(vs.errors.VomWarning, match="had not been saved"):
+    with warned("project.recovered"):
         opened = vs.Project.open(folder)
     with opened as project:
         for frame, rows in ((project.planes(), told["planes"]), (project.lines(), told["lines"])):
@@ -167,33 +167,60 @@ def test_an_old_project_is_read_as_the_commands_read_it(
 
 
 @pytest.mark.parametrize(
-    ("call", "kind", "said"),
+    ("call", "kind", "code", "values"),
     [
-        (lambda p, b: p.add_trace(b[:2], model="sample", type="bedding"), "GeometryError", "plane"),
-        (lambda p, b: p.add_trace(b.T, model="sample", type="bedding"), "InputError", "points.T"),
+        (
+            lambda p, b: p.add_trace(b[:2], model="sample", type="bedding"),
+            "GeometryError",
+            "picks.no-plane",
+            {"count": 1},
+        ),
+        (
+            lambda p, b: p.add_trace(b.T, model="sample", type="bedding"),
+            "InputError",
+            "array.not-points",
+            {"field": "points"},
+        ),
         (
             lambda p, b: p.add_trace(b, model="sample", type="dyke"),
             "UsageError",
-            "“dyke” is not valid",
+            "option.not-a-choice",
+            {"value": "dyke"},
         ),
         (
             lambda p, b: p.add_trace(b, model="other", type="fault"),
             "UsageError",
-            "“other” is not valid",
+            "option.not-a-choice",
+            {"value": "other"},
         ),
-        (lambda p, b: p.add_model("gone.obj"), "InputError", "gone.obj"),
-        (lambda p, b: p.add_model(MODEL, up="x"), "InputError", "none of y, z"),
-        (lambda p, b: p.fit("B99"), "InputError", "no feature 'B99'"),
-        (lambda p, b: p.redo(), "DocumentError", "nothing to redo"),
-        (lambda p, b: p.export("docx", "out.docx"), "InputError", "no features yet"),
+        (
+            lambda p, b: p.add_model("gone.obj"),
+            "InputError",
+            "file.missing",
+            {"file": Path("gone.obj").absolute()},
+        ),
+        (
+            lambda p, b: p.add_model(MODEL, up="x"),
+            "InputError",
+            "option.not-a-choice",
+            {"value": "x", "choices": ("y", "z")},
+        ),
+        (
+            lambda p, b: p.fit("B99"),
+            "InputError",
+            "record.missing",
+            {"kind": "feature", "id": "B99"},
+        ),
+        (lambda p, b: p.redo(), "DocumentError", "edit.nothing-to-redo", {}),
+        (lambda p, b: p.export("docx", "out.docx"), "InputError", "export.no-features", {}),
     ],
 )
-def test_what_cannot_be_done_is_said(
-    folder: Path, bed: Any, call: Any, kind: str, said: str
+def test_actions_that_are_not_possible_are_refused(
+    folder: Path, bed: Any, call: Any, kind: str, code: str, values: dict[str, Any]
 ) -> None:
     with vs.Project.create(folder) as project:
         project.add_model(MODEL)
-        with pytest.raises(getattr(vs.errors, kind), match=said):
+        with refused(code, getattr(vs.errors, kind), **values):
             call(project, bed)
 
 
@@ -210,10 +237,10 @@ def test_a_model_without_a_frame_comes_with_a_warning(folder: Path, tmp_path: Pa
     path = tmp_path / "triangle.obj"
     path.write_text("v 1 2 3\nv 4 2 3\nv 1 6 5\nf 1 2 3\n")
     with vs.Project.create(folder) as project:
-        with pytest.warns(vs.errors.VomWarning) as warned:
+        with pytest.warns(vs.errors.VomWarning) as record:
             first = project.add_model(path)
-        assert [each.message.code for each in warned] == ["frame.assumed"]
-        with pytest.warns(vs.errors.VomWarning, match="already contains this file"):
+        assert [each.message.code for each in record] == ["frame.assumed"]
+        with warned("model.already-added"):
             assert project.add_model(path) == first
         assert project.models[0].read().points.tolist() == [[1, 2, 3], [4, 2, 3], [1, 6, 5]]
         path.write_text("v 1 2 3\nv 4 2 3\nv 1 6 6\nf 1 2 3\n")

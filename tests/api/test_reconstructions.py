@@ -13,30 +13,38 @@ import psutil
 import pytest
 
 import vomstudio as vs
+from tests.messages import refused
 
 PHOTOS = vs.sample("photos")
 
 
 @pytest.mark.parametrize(
-    ("photos", "more", "said"),
+    ("photos", "more", "code", "values"),
     [
-        ("none", {}, "not a folder of photos"),
-        (PHOTOS, {"quality": "best"}, "preview, low, medium, high"),
-        (PHOTOS, {"threads": 0}, "from 1 to"),
-        (PHOTOS, {"device": "gpu"}, "auto, cpu, cuda"),
-        (PHOTOS, {"crs": "EPSG:4326"}, "projected"),
-        (PHOTOS, {"gcp": "gone.csv"}, "no such file"),
-        (PHOTOS, {"progress": "loud"}, "function"),
-        (PHOTOS, {"cancel": True}, "CancelToken"),
+        ("none", {}, "folder.not-of-photos", {}),
+        (
+            PHOTOS,
+            {"quality": "best"},
+            "option.not-a-choice",
+            {"choices": ("preview", "low", "medium", "high")},
+        ),
+        (PHOTOS, {"threads": 0}, "option.out-of-range", {"minimum": 1}),
+        (PHOTOS, {"device": "gpu"}, "option.not-a-choice", {"choices": ("auto", "cpu", "cuda")}),
+        (PHOTOS, {"crs": "EPSG:4326"}, "frame.not-projected", {}),
+        (PHOTOS, {"gcp": "gone.csv"}, "file.missing", {"file": Path("gone.csv").absolute()}),
+        (PHOTOS, {"progress": "loud"}, "argument.wrong-type", {"field": "progress"}),
+        (PHOTOS, {"cancel": True}, "argument.wrong-type", {"expected": "vs.CancelToken"}),
     ],
 )
-def test_what_cannot_be_begun_is_refused(tmp_path: Path, photos: Any, more: Any, said: str) -> None:
-    with pytest.raises(vs.errors.VomError, match=said):
+def test_orders_that_cannot_begin_are_refused(
+    tmp_path: Path, photos: Any, more: Any, code: str, values: dict[str, Any]
+) -> None:
+    with refused(code, **values):
         vs.reconstruct(photos, tmp_path / "model", **more)
 
 
 def test_the_photos_own_folder_is_no_target() -> None:
-    with pytest.raises(vs.errors.UsageError, match="folder of the photos themselves"):
+    with refused("folder.of-photos", vs.errors.UsageError):
         vs.reconstruct(PHOTOS, PHOTOS)
 
 

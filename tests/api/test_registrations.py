@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import vomstudio as vs
+from tests.messages import refused
 
 MODEL = np.random.default_rng(1).uniform(-10, 10, (7, 3))
 WORLD = 2.0 * MODEL[:, [1, 2, 0]] + [500.0, 200.0, 30.0]
@@ -46,28 +47,37 @@ def test_remarks_are_python_warnings() -> None:
 
 
 @pytest.mark.parametrize(
-    ("model", "world", "more", "said"),
+    ("model", "world", "more", "code", "values"),
     [
-        (MODEL, WORLD[:5], {}, "7 points of the model and 5 of World do not form pairs"),
-        (MODEL[:, :2], WORLD, {}, "three coordinates"),
+        (MODEL, WORLD[:5], {}, "array.lengths-differ", {"count": 7, "other_count": 5}),
+        (MODEL[:, :2], WORLD, {}, "array.not-points", {"shape": (7, 2)}),
         (
             MODEL,
             np.where(np.arange(21).reshape(7, 3) == 4, np.nan, WORLD),
             {},
-            "Row 1 has no finite",
+            "array.not-finite",
+            {"first_row": 1, "count": 1, "field": "world_points"},
         ),
-        (MODEL, WORLD, {"sigma_m": 0.1}, r"an array \(7, 3\)"),
-        (MODEL, WORLD, {"sigma_m": np.zeros((7, 3))}, "Row 0 .and 6 more. has no positive errors"),
-        (MODEL, WORLD, {"check": [1, 2]}, r"an array \(7,\) of bool"),
-        (MODEL, WORLD, {"check": np.arange(7)}, "of bool"),
-        ("a", WORLD, {}, "Numbers are needed"),
+        (MODEL, WORLD, {"sigma_m": 0.1}, "array.shape", {"expected": "(7, 3)"}),
+        (
+            MODEL,
+            WORLD,
+            {"sigma_m": np.zeros((7, 3))},
+            "array.not-positive",
+            {"first_row": 0, "count": 7, "field": "sigma_m"},
+        ),
+        (MODEL, WORLD, {"check": [1, 2]}, "array.not-flags", {"count": 7, "field": "check"}),
+        (MODEL, WORLD, {"check": np.arange(7)}, "array.not-flags", {"count": 7}),
+        ("a", WORLD, {}, "array.not-numbers", {"field": "model_points"}),
     ],
 )
-def test_what_are_no_pairs_is_refused(model: Any, world: Any, more: Any, said: str) -> None:
-    with pytest.raises(vs.errors.InputError, match=said):
+def test_points_that_are_not_pairs_are_refused(
+    model: Any, world: Any, more: Any, code: str, values: dict[str, Any]
+) -> None:
+    with refused(code, **values):
         vs.register(model, world, **more)
 
 
 def test_too_few_points_are_refused() -> None:
-    with pytest.raises(vs.errors.GeometryError, match="at least 3"):
+    with refused("registration.too-few-points", vs.errors.GeometryError, least=3, count=2):
         vs.register(MODEL[:2], WORLD[:2])

@@ -32,7 +32,7 @@ def test_photos_are_those_of_the_folder(command: Any) -> None:
     assert len(found.photos) == told["used"]
     assert found.photos[0].focal_px == pytest.approx(told["cameras"][0]["focal_px"])
     assert "photos" in repr(found)
-    with pytest.raises(vs.errors.InputError, match="gone"):
+    with refused("folder.missing", file="gone"):
         vs.read_photos("gone")
 
 
@@ -77,5 +77,5 @@ def test_plans_that_cannot_be_are_refused(more: Any) -> None:
 
 
 def test_a_camera_nobody_knows_is_refused() -> None:
-    with pytest.raises(vs.errors.UsageError, match="Brownie"):
+    with refused("plan.unknown-camera", vs.errors.UsageError, camera="Brownie"):
         vs.plan("Brownie", distance_m=3, width_m=9, height_m=3)

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 import vomstudio as vs
+from tests.messages import shown_codes
 from vomstudio.cli import COMMANDS
 from vomstudio.cli.common.output import to_json
+from vomstudio.core.findings import Finding
 from vomstudio.errors import WorkerError
 
 POINTS = "0 0 0\n9 0 0\n0 9 1\n9 9 1.1\n"
@@ -31,28 +33,31 @@ def test_the_program_explains_itself_and_its_version(run) -> None:
 
 
 @pytest.mark.parametrize(
-    "words",
+    ("words", "code", "field"),
     [
-        [],
-        ["dance"],
-        ["fit"],
-        ["fit", "a", "b"],
-        ["fit", "a", "--method", "magic"],
-        ["fit", "a", "--by"],
-        ["fit", "a", "--wrong"],
-        ["fold", "a", "--azimuth", "north"],
-        ["export", "a", "-o", "b"],
+        ([], "command.missing", None),
+        (["dance"], "command.unknown", "COMMAND"),
+        (["fit"], "command.invalid", "POINTS"),
+        (["fit", "a", "b"], "command.unknown-argument", "b"),
+        (["fit", "a", "--method", "magic"], "option.not-a-choice", "--method"),
+        (["fit", "a", "--by"], "command.invalid", "--by"),
+        (["fit", "a", "--wrong"], "command.unknown-argument", "--wrong"),
+        (["fold", "a", "--azimuth", "north"], "option.not-a-choice", "--azimuth"),
+        (["export", "a", "-o", "b"], "command.invalid", "--to"),
     ],
 )
-def test_wrong_usage_is_one_sentence_and_exit_2(run, words: list[str]) -> None:
+def test_wrong_usage_is_one_sentence_and_exit_2(
+    run, words: list[str], code: str, field: str | None
+) -> None:
     ran = run(*words)
     assert ran.code == 2
-    assert "--help" in ran.said
+    assert code in shown_codes(ran.said)
     assert ran.out == ""
     failed = run(*words, "--json")
     assert failed.code == 2
-    assert failed.json["error"]["code"] == "usage"
-    assert set(failed.json["error"]) == {"code", "file", "line", "field", "message"}
+    error = failed.json["error"]
+    assert (error["code"], error["field"]) == (code, field)
+    assert set(error) >= {"code", "file", "line", "field", "message"}
 
 
 def test_a_format_that_cannot_be_written_is_refused_with_those_that_can(run) -> None:
@@ -174,26 +179,47 @@ def raises(error: BaseException):  # type: ignore[no-untyped-def]
 
 
 @pytest.mark.parametrize(
-    ("error", "code", "words"),
+    ("error", "exit_code", "expected"),
     [
-        (KeyboardInterrupt(), 130, "Cancelled"),
-        (ZeroDivisionError("division by zero"), 1, "ZeroDivisionError"),
-        (RuntimeError("two\nlines"), 1, "two lines"),
-        (MemoryError(), 1, "memory"),
-        (WorkerError("the worker died."), 1, "worker"),
-        (PermissionError(13, "Permission denied", "/secret"), 2, "/secret"),
-        (OSError(5, "Input/output error"), 1, "Input/output"),
+        (KeyboardInterrupt(), 130, {"code": "cancelled"}),
+        (
+            ZeroDivisionError("division by zero"),
+            1,
+            {"code": "command.internal-error", "type": "ZeroDivisionError"},
+        ),
+        (
+            RuntimeError("two\nlines"),
+            1,
+            {"code": "command.internal-error", "error": "two\nlines"},
+        ),
+        (MemoryError(), 1, {"code": "job.out-of-memory"}),
+        (WorkerError(Finding("sample.damaged")), 1, {"code": "sample.damaged"}),
+        (
+            PermissionError(13, "Permission denied", "/secret"),
+            2,
+            {"code": "system.refused", "reason": "Permission denied", "file": "/secret"},
+        ),
+        (
+            OSError(5, "Input/output error"),
+            1,
+            {"code": "system.refused", "reason": "Input/output error"},
+        ),
     ],
 )
 @pytest.mark.expects_log
 def test_whatever_happens_is_one_sentence_and_a_code(
-    run, write, monkeypatch: pytest.MonkeyPatch, error: BaseException, code: int, words: str
+    run,
+    write,
+    monkeypatch: pytest.MonkeyPatch,
+    error: BaseException,
+    exit_code: int,
+    expected: dict[str, str],
 ) -> None:
     monkeypatch.setattr("vomstudio.io.text.tables.read_points", lambda *a: raises(error)(*a))
     monkeypatch.delenv("VOMSTUDIO_DEBUG", raising=False)
     ran = run("fit", write(POINTS), "--json")
-    assert ran.code == code
-    assert words in ran.json["error"]["message"] + str(ran.json["error"]["file"])
+    assert ran.code == exit_code
+    assert ran.json["error"].items() >= expected.items()
     assert ran.err.splitlines()[0] == "a library prints this to stdout"
     assert len(ran.err.splitlines()) == 2
     assert "Traceback" not in ran.err

@@ -19,6 +19,7 @@ from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.io.project import sample
 from vomstudio.io.project.folder import Project
+from vomstudio.products.sample.photo_check import CAMERA_CENTRES, MODEL_OFFSET
 from vomstudio.progress import Silent
 
 
@@ -45,6 +46,9 @@ def demo(
     return folder, json.loads(done.stdout)
 
 
+CHECKS = ("fold axis beta", "intersection of bedding and fault", "displacement on the fault")
+
+
 @pytest.mark.full
 def test_every_check_has_what_the_contract_promises(demo: tuple[Path, dict]) -> None:
     _, result = demo
@@ -52,10 +56,7 @@ def test_every_check_has_what_the_contract_promises(demo: tuple[Path, dict]) -> 
     for check in result["checks"]:
         assert {"name", "truth", "measured", "error", "stated_95", "within"} <= set(check)
         assert check["within"] == (check["error"] <= check["stated_95"])
-    names = [check["name"] for check in result["checks"]]
-    assert {"fold axis beta", "intersection of bedding and fault", "displacement on the fault"} <= (
-        set(names)
-    )
+    assert set(CHECKS) <= {check["name"] for check in result["checks"]}
 
 
 @pytest.mark.full
@@ -156,12 +157,12 @@ def test_a_model_of_some_photos_is_held_against_the_outcrop(
     assert all(file.is_file() for file in made["files"])
     found = {check["name"]: check for check in made["checks"]}
     # In metres. So few and small photos of a face know their distance from it badly.
-    assert found["model off the outcrop, median"]["error"] < 0.05
-    assert found["camera centres, median"]["error"] < 1.0
+    assert found[MODEL_OFFSET]["error"] < 0.05
+    assert found[CAMERA_CENTRES]["error"] < 1.0
     planes = [check for check in made["checks"] if "dip_deg" in str(check["truth"])]
     assert len(planes) > 5
     assert np.median([check["error"] for check in planes]) < 3.0
-    assert "of the sample's photos is" in made["notes"][0]
+    assert f"{1000 * found[MODEL_OFFSET]['error']:.0f} mm" in made["text"]
 
 
 def test_it_runs_again_in_its_own_folder_and_refuses_any_other(

@@ -13,11 +13,21 @@ from typing import Any
 
 import pytest
 
+from tests.messages import refused, shown_codes
 from vomstudio.cli import COMMANDS, is_for_window
+from vomstudio.core.findings import Finding
+from vomstudio.errors import TargetError
 from vomstudio.files.desktop import install
 from vomstudio.paths import resource
 from vomstudio.ui.shell.window_start import DESKTOP_NAME
 from vomstudio.version import __version__
+
+PROGRAM = "vomstudio"
+
+
+def unknown_command(value: str, nearest: str | None) -> Finding:
+    commands = ", ".join(COMMANDS)
+    return Finding("command.unknown", value=value, nearest=nearest, commands=commands)
 
 
 @pytest.fixture
@@ -52,10 +62,8 @@ def test_a_misspelt_command_is_answered_with_the_nearest(
     here: Path, run: Any, word: str, nearest: str
 ) -> None:
     done = run(word)
-    assert done.code == 2
-    assert f"Did you mean '{nearest}'?" in done.err
-    assert ", ".join(COMMANDS) in done.err
-    assert done.out == ""
+    assert (done.code, done.out) == (2, "")
+    assert str(unknown_command(word, nearest)) in done.err
 
 
 @pytest.mark.parametrize(
@@ -78,30 +86,33 @@ def test_a_misspelt_command_is_answered_with_the_nearest(
 def test_misspelt_options_and_actions_are_answered_with_the_nearest(
     run: Any, words: str, nearest: str, page: str
 ) -> None:
-    done = run(*words.split())
-    assert done.code == 2
-    assert (
-        f"Did you mean '{nearest}'? See {' '.join(['vomstudio', *page.split()])} --help."
-        in done.said
-    )
+    done = run(*words.split(), "--json")
+    error = done.json["error"]
+    assert (done.code, error["code"], error["nearest"]) == (2, "command.misspelt", nearest)
+    assert error["program"].split() == [PROGRAM, *page.split()]
 
 
 @pytest.mark.parametrize(
-    ("words", "page"),
+    ("words", "value", "page"),
     [
-        ("fit p.csv --wxyz", "fit"),
-        ("project P undo extra", "project PROJECT undo"),
-        ("project P dance", "project"),
-        ("fit a.csv b.csv", "fit"),
+        ("fit p.csv --wxyz", "--wxyz", "fit"),
+        ("project P undo extra", "extra", "project PROJECT undo"),
+        ("fit a.csv b.csv", "b.csv", "fit"),
     ],
 )
-def test_what_is_near_nothing_leads_to_the_page_of_its_command(
-    run: Any, words: str, page: str
+def test_unknown_arguments_lead_to_the_page_of_their_command(
+    run: Any, words: str, value: str, page: str
 ) -> None:
-    done = run(*words.split())
-    assert done.code == 2
-    assert f"See vomstudio {page} --help." in done.said
-    assert "Did you mean" not in done.said
+    done = run(*words.split(), "--json")
+    error = done.json["error"]
+    assert (done.code, error["code"]) == (2, "command.unknown-argument")
+    assert (error["value"], error["program"]) == (value, f"{PROGRAM} {page}")
+
+
+def test_an_unknown_action_is_answered_with_all_actions(run: Any) -> None:
+    error = run("project", "P", "dance", "--json").json["error"]
+    assert (error["code"], error["value"]) == ("option.not-a-choice", "dance")
+    assert {"list", "undo", "add-model"} <= set(error["choices"])
 
 
 @pytest.mark.parametrize(
@@ -111,28 +122,30 @@ def test_what_is_near_nothing_leads_to_the_page_of_its_command(
 def test_help_values_and_words_after_two_dashes_are_no_misspelt_options(
     run: Any, words: str
 ) -> None:
-    assert "Unrecognized" not in run(*words.split()).err
+    codes = shown_codes(run(*words.split()).err)
+    assert not codes & {"command.misspelt", "command.unknown-argument"}
 
 
 @pytest.mark.parametrize("words", [["dance"], ["wxyz", "--json"], ["wxyz", "cliff.obj"]])
 def test_an_unknown_word_is_answered_with_the_list(here: Path, run: Any, words: list[str]) -> None:
     done = run(*words)
     assert done.code == 2
-    assert f"'{words[0]}' is neither a command nor a file." in done.err
-    assert ", ".join(COMMANDS) in done.err
+    nearest = "trace" if words == ["dance"] else None
+    finding = unknown_command(words[0], nearest)
+    assert str(finding) in done.err
     if "--json" in words:
-        assert json.loads(done.out)["error"]["code"] == "usage"
+        assert done.json["error"]["code"] == finding.code
 
 
 def test_a_missing_file_is_named_with_the_nearest(here: Path, run: Any) -> None:
     done = run("clif.obj")
     assert (done.code, done.out) == (2, "")
-    assert "clif.obj: There is no such file or folder. Did you mean 'cliff.obj'?" in done.err
-    assert "gone/a.obj: The folder of this file does not exist." in run("gone/a.obj").err
-    assert "photos/9.jpg: There is no such file or folder. Check" in run("photos/9.jpg").err
+    assert f"clif.obj: {Finding('file.misspelt', nearest='cliff.obj')}" in done.err
+    assert f"gone: {Finding('folder.missing')}" in run("gone/a.obj").err
+    assert f"photos/9.jpg: {Finding('file.missing')}" in run("photos/9.jpg").err
     # Also the second one, and also where there is no screen.
-    assert "zzz.ply: There is no such file" in run("cliff.obj", "zzz.ply").err
-    assert "window takes files and folders" in run("cliff.obj", "--force").err
+    assert f"zzz.ply: {Finding('file.missing')}" in run("cliff.obj", "zzz.ply").err
+    assert f"--force: {Finding('command.window-options')}" in run("cliff.obj", "--force").err
 
 
 def test_a_name_that_no_system_takes_is_a_sentence(here: Path, run: Any) -> None:
@@ -150,7 +163,7 @@ def test_the_program_answers_so_without_a_screen(here: Path) -> None:
         env={"PATH": "/usr/bin", "HOME": str(here), "PYTHONPATH": str(Path(__file__).parents[2])},
     )  # fmt: skip
     assert done.returncode == 2
-    assert "Did you mean 'stereonet'?" in done.stderr
+    assert str(unknown_command("stereonett", "stereonet")) in done.stderr
     assert "screen" not in done.stderr
 
 
@@ -259,7 +272,7 @@ def test_a_file_that_cannot_be_removed_is_named(
     done = run("--uninstall-desktop", "--json")
     assert (done.code, done.json["error"]["file"]) == (2, str(entry))
     both = run("--install-desktop", "--uninstall-desktop", "--json")
-    assert (both.code, both.json["error"]["code"]) == (2, "usage")
+    assert (both.code, both.json["error"]["code"]) == (2, "command.invalid")
 
 
 def test_a_folder_that_cannot_be_made_is_named(
@@ -273,8 +286,6 @@ def test_a_folder_that_cannot_be_made_is_named(
 
 
 def test_other_systems_have_no_such_menu(monkeypatch: pytest.MonkeyPatch) -> None:
-    from vomstudio.errors import TargetError
-
     monkeypatch.setattr("vomstudio.files.desktop.sys.platform", "darwin")
-    with pytest.raises(TargetError, match="Only Linux"):
+    with refused("desktop.not-linux", TargetError):
         install()

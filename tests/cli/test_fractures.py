@@ -13,7 +13,7 @@ import pytest
 import shapely
 from pyproj import Transformer
 
-from tests.messages import codes, messages, shown_codes
+from tests.messages import by_code, codes, messages, shown_codes
 
 CRS = "EPSG:32633"
 AT = np.array([500_000.0, 5_200_000.0])
@@ -216,11 +216,15 @@ def test_files_that_are_no_drawings(run, write, content: bytes) -> None:
 def test_empty_layers_wrong_kinds_and_missing_files(run, tmp_path: Path) -> None:
     traces = save(tmp_path / "t.gpkg", ladder())
     areas = save(tmp_path / "a.gpkg", [shapely.box(*(AT - 5), *(AT + 5))])
-    assert "no line" in run("fractures", areas).said
-    assert "no polygon" in run("fractures", traces, "--area", traces).said
+    assert "drawing.no-traces" in shown_codes(run("fractures", areas).said)
     gone = tmp_path / "gone.gpkg"
-    for words in ((gone,), (traces, "--area", gone), (tmp_path,)):
-        assert run("fractures", *words, "--json").json["error"]["code"] == "file.missing"
+    for words, code in (
+        ((traces, "--area", traces), "drawing.no-polygons"),
+        ((gone,), "file.missing"),
+        ((traces, "--area", gone), "file.missing"),
+        ((tmp_path,), "file.missing"),
+    ):
+        assert run("fractures", *words, "--json").json["error"]["code"] == code
     empty = geojson(tmp_path / "e.geojson", [], "urn:ogc:def:crs:EPSG::32633")
     assert run("fractures", empty).code == 2
 
@@ -300,4 +304,4 @@ def test_closed_lines_are_the_outline_where_there_is_no_polygon(run, tmp_path, e
     assert ran.code == 0, ran.err
     assert ran.json["area_m2"] == pytest.approx(100)
     assert ran.json["P21_1_per_m"] == pytest.approx((8 + 6) / 100)
-    assert "1 closed line was taken as the outline" in " ".join(messages(ran.json))
+    assert by_code(ran.json["warnings"])["drawing.lines-as-area"]["count"] == 1

@@ -239,7 +239,7 @@ def test_an_orthophoto_is_a_picture_with_a_place(
     assert (found["kind"], found["width"], found["height"]) == ("raster", 5, 4)
     if not known:
         assert (found["crs"], found["bounds"], found["units"]) == (None, None, None)
-        assert codes(found) == ["uncoded"]
+        assert codes(found) == ["picture.place-unreadable"]
         return
     assert found["crs"] == crs
     assert found["bounds"] == [[576_000, 5_187_998, None], [576_002.5, 5_188_000, None]]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import vomstudio as vs
-from tests.messages import codes, messages
+from tests.messages import codes, messages, refused
 
 LOG = (
     "name,x,y,z,lithology,notes\na,0,0,0,sandstone,=1+1\nb,10,0,0,limestone,\nc,20,0,0,,\nd,,,,,\n"
@@ -92,7 +92,7 @@ def test_scripts_find_the_same(write) -> None:
     assert cut.mean_net_m == pytest.approx(10.0, abs=0.01)
     with pytest.raises(vs.errors.UsageError):
         vs.displacement([[0] * 6], fault=(90, 60), bed=(0, 0), rake_deg=90, slip=(90, 60))
-    with pytest.raises(vs.errors.UsageError):
+    with refused("array.shape", shape=(3, 2), expected="(n, 3)"):
         vs.threepoint([[0, 0], [1, 1], [2, 2]])
 
 
@@ -150,18 +150,17 @@ def test_a_log_of_a_project_says_what_was_typed(run, project: Path, tmp_path: Pa
     assert found["bed"]["error95_deg"] == 3
     error = run("log", project, "--line", "s", "--reach", "-1", "--json").json["error"]
     assert (error["code"], error["field"]) == ("option.out-of-range", "--reach")
-    for words, said, field in (
-        ((), "--line NAME", "--line"),
-        (("--line", "section B"), "section A", "--line"),
-        (("--line", "twin"), "Several lines", "--line"),
-        (("--line", "s", "--type", "vein7"), "no feature type vein7", "--type"),
-        (("--line", "s", "--bed-error", "2"), "--bed DD/D", "--bed-error"),
-        (("--line", "s", "--type", "fault"), "two boundaries", None),
+    for words, code, field in (
+        ((), "log.line-not-given", "--line"),
+        (("--line", "section B"), "log.no-line", "--line"),
+        (("--line", "twin"), "log.ambiguous-line", "--line"),
+        (("--line", "s", "--type", "vein7"), "log.no-type", "--type"),
+        (("--line", "s", "--bed-error", "2"), "option.requires", "--bed-error"),
+        (("--line", "s", "--type", "fault"), "log.too-few-boundaries", None),
     ):
         ran = run("log", project, *words, "--json")
         assert ran.code == 2
-        assert said in ran.json["error"]["message"]
-        assert ran.json["error"]["field"] == field
+        assert (ran.json["error"]["code"], ran.json["error"]["field"]) == (code, field)
     table = tmp_path / "t.csv"
     table.write_text(LOG)
     error = run("log", table, "--bed", "9/9", "--reach", "1", "--json").json["error"]

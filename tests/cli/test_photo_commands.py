@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 from tests.io.photos import photo_maker
+from tests.messages import shown_codes
 from tests.photogrammetry.surface import wall_maker as wall
+from vomstudio.survey.check_results import ADVICE
+from vomstudio.survey.video import UNCHANGED
 
 SPECIMENS = Path(__file__).parents[1] / "specimens"
 
@@ -32,8 +35,8 @@ def test_check_says_all_that_is_promised(run, tmp_path: Path) -> None:
     assert "few-photos" in [finding["code"] for finding in found["findings"]]
     assert found["skipped"][0]["name"] == "broken.jpg"
     plain = run("check", tmp_path)
-    assert "warning: There are only 4 photos" in plain.out
-    assert "Next time: Take more photos" in plain.out
+    assert "few-photos" in shown_codes(plain.out)
+    assert ADVICE["few-photos"] in plain.out
     assert "broken.jpg" in plain.err
 
 
@@ -60,8 +63,8 @@ def test_check_refuses_distances_that_are_none(run, tmp_path: Path, distance: st
 
 
 def test_check_without_photos_is_refused(run, tmp_path: Path) -> None:
-    assert "no photos" in run("check", tmp_path).said
-    assert "no such folder" in run("check", tmp_path / "missing").said
+    assert "photo.none" in shown_codes(run("check", tmp_path).said)
+    assert "folder.missing" in shown_codes(run("check", tmp_path / "missing").said)
     failed = run("check", tmp_path, "--json")
     assert (failed.code, failed.json["error"]["code"]) == (2, "photo.none")
     (tmp_path / "a.jpg").write_bytes(b"")
@@ -153,8 +156,8 @@ def test_frames_are_taken_and_counted(run, tmp_path: Path) -> None:
     found = ran.json
     assert len(found["frames"]) == 4
     assert all(Path(frame).is_file() for frame in found["frames"])
-    assert found["skipped"] == {"nearly the same as the one before": 2}
-    assert "not good enough" in found["verdict"]
+    assert found["skipped"] == {UNCHANGED: 2}
+    assert "video.few-frames" in shown_codes(found["verdict"])
     # They are photos like any other.
     assert run("info", tmp_path / "out", "--json").json["files"][0]["photos"] == 4
 

@@ -57,6 +57,10 @@ def empty(tmp_path: Path) -> Path:
     return folder
 
 
+ADD_B01 = "Add bedding trace B01"
+"""The label of the step that `project` recorded last."""
+
+
 def traces(folder: Path) -> list[Trace]:
     return [r for r in read_replay(folder).records.values() if isinstance(r, Trace)]
 
@@ -91,7 +95,7 @@ def test_the_list_says_what_is_there_although_a_window_has_it_open(run, project:
     assert found["sound"]
     assert not found["unsaved"]
     assert found["history"]["undo"] == 2
-    assert found["history"]["undo_label"] == "Add bedding trace B01"
+    assert found["history"]["undo_label"] == ADD_B01
 
 
 def test_a_fit_is_the_row_of_the_exported_table(run, project: Path, tmp_path: Path) -> None:
@@ -113,18 +117,19 @@ def test_a_fit_is_the_row_of_the_exported_table(run, project: Path, tmp_path: Pa
 # --- undo and redo -------------------------------------------------------------------------------
 def test_steps_are_taken_back_and_done_again_as_in_the_window(run, project: Path) -> None:
     undone = run("project", project, "undo", "--json").json
-    assert undone["undone"] == "Add bedding trace B01"
+    assert undone["undone"] == ADD_B01
     assert undone["features"] == 0
     assert undone["history"] == {
         "undo": 1, "redo": 1, "undo_label": "Open model cliff",
-        "redo_label": "Add bedding trace B01",
+        "redo_label": ADD_B01,
     }  # fmt: skip
     assert not undone["unsaved"]
     redone = run("project", project, "redo", "--json").json
-    assert redone["redone"] == "Add bedding trace B01"
+    assert redone["redone"] == ADD_B01
     assert [trace.vertices for trace in traces(project)] == [EAST]
     assert (project / "project.gpkg").is_file()
-    assert "There is nothing to redo." in run("project", project, "redo").said
+    nothing = run("project", project, "redo", "--json")
+    assert nothing.json["error"]["code"] == "edit.nothing-to-redo"
     assert run("project", project, "undo").code == 0
     assert not (project / "project.gpkg").exists(), "layers of nothing"
     assert run("project", project, "undo").code == 0
@@ -137,9 +142,8 @@ def test_a_project_that_is_open_in_a_window_is_not_changed(run, project: Path) -
     window = Project.open(project)
     before = (project / "journal.sqlite").read_bytes()
     for words in (["undo"], ["add-model", sample_model()], ["compact"]):
-        ran = run("project", project, *words)
-        assert ran.code == 2
-        assert "open in another window" in ran.said
+        ran = run("project", project, *words, "--json")
+        assert (ran.code, ran.json["error"]["code"]) == (2, "project.locked")
     assert (project / "journal.sqlite").read_bytes() == before
     window.close()
 
@@ -164,7 +168,7 @@ def test_a_model_that_says_nothing_is_taken_as_local_with_a_warning(
     run, empty: Path, write
 ) -> None:
     ran = run("project", empty, "add-model", write(OBJ, "face.obj"), "--json")
-    assert ran.json["models"][0]["frame"] == "local, north known"
+    assert ran.json["models"][0]["frame"] == Frame("local").name()
     assert codes(ran.json) == ["frame.assumed"]
 
 
@@ -281,7 +285,7 @@ def test_a_sound_project_is_said_to_be_sound_and_needs_no_repair(run, project: P
     assert found["problems"] == []
     refused = run("project", project, "repair")
     assert refused.code == 2
-    assert "nothing to repair" in refused.said
+    assert "journal.sound" in shown_codes(refused.said)
 
 
 def test_a_damaged_row_is_named_and_a_repair_keeps_all_the_rest(run, project: Path, write) -> None:
@@ -294,7 +298,7 @@ def test_a_damaged_row_is_named_and_a_repair_keeps_all_the_rest(run, project: Pa
     assert damaged.code == 2
     assert not damaged.json["sound"]
     assert len(damaged.json["problems"]) == 1
-    assert "Repair the project first" in run("project", project, "compact").said
+    assert "compaction.damaged" in shown_codes(run("project", project, "compact").said)
     before = (project / "journal.sqlite").read_bytes()
     repaired = run("project", project, "repair", "--json").json
     assert repaired["sound"]

@@ -11,12 +11,13 @@ import numpy.typing as npt
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.messages import codes, messages
+from tests.messages import codes, messages, shown_codes
 from tests.registrations import TURN
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.photos.cameras_file import Cameras, write_cameras
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Write = Callable[..., Path]
@@ -135,7 +136,7 @@ def test_the_placed_model_is_written_and_its_planes_turn(run, write: Write, tmp_
     np.testing.assert_allclose(placed.data.bounds, [there.min(0), there.max(0)], atol=1e-3)
     again = run("register", model, "--pairs", table, "-o", out, "--json")
     assert again.code != 0
-    assert "is there already" in again.said or "--force" in again.said
+    assert again.json["error"]["code"] == "output.exists"
 
 
 def test_the_placement_alone_is_written_as_its_json(run, write: Write, tmp_path: Path) -> None:
@@ -516,7 +517,7 @@ def test_a_reference_places_a_model_with_its_error(run, tmp_path: Path) -> None:
     assert placed.crs == "EPSG:32633"
     assert placed.data.points == pytest.approx(truth, abs=0.05)
     ran = run("register", model, "--reference", reference)
-    assert "Fitted to the reference at" in ran.out
+    assert "reference.fitted" in shown_codes(ran.out)
     compared = run("compare", out, reference, "--json").json
     assert abs(compared["mean_m"]) < 0.01
 
@@ -603,7 +604,9 @@ def test_a_model_of_a_project_is_fitted_to_a_reference(run, tmp_path: Path) -> N
         assert placed.read().points == pytest.approx(truth, abs=0.05)
         record = again._open_desk().find_model(None).registration
     assert record.method == "reference"
-    assert record.name == "model fitted to reference.laz"
+    assert record.name == tr(
+        "{model} fitted to {reference}", model="model", reference=reference.name
+    )
     covariance = np.array(record.covariance)
     told = ran.json["rotation_error_deg"]
     assert np.degrees(np.sqrt(covariance[2, 2])) == pytest.approx(told["about_up"], rel=1e-6)
@@ -634,4 +637,4 @@ def test_marks_that_meet_nothing_are_told_as_the_cause(
     ran = run("register", model, "--gcp", control, "--marks", write("\n".join(marks), "marks.csv"))
     assert ran.code == 2
     assert said in ran.err
-    assert "nothing to register" not in ran.err
+    assert "registration.no-observations" not in shown_codes(ran.err)

@@ -12,8 +12,9 @@ from scipy.spatial.transform import Rotation
 
 from tests.io.photos import camera_files as files
 from tests.io.photos.photo_maker import at, text, write_photo
-from tests.messages import codes
+from tests.messages import codes, shown_codes
 from tests.registrations import TURN
+from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Write = Callable[..., Path]
@@ -159,7 +160,7 @@ def test_positions_in_feet_by_their_crs_are_converted(run, write: Write, model: 
     table = write(table_of(THERE / [foot, foot, 1], head, join=" "), "geo.txt")
     ran = run("register", model, "--cameras", table)
     assert ran.code == 2
-    assert "not in metres" in ran.said
+    assert "frame.not-in-metres" in shown_codes(ran.said)
     told = run("register", model, "--cameras", table, "--crs", "EPSG:32633", "--json").json
     assert off_deg(told) < 0.01
     assert told["scale"] == pytest.approx(SCALE, rel=1e-5)
@@ -193,7 +194,7 @@ def test_gps_of_a_folder_of_photos_with_heights_of_two_kinds(run, model: Path) -
     named = {each["code"]: each for each in told["warnings"]}
     assert named["cameras.without-height"]["photos"] == ["IMG_05.jpg"]
     assert named["cameras.other-heights"]["photos"] == ["IMG_04.jpg"]
-    assert named["cameras.heights"]["reference"] == "above the sea"
+    assert named["cameras.heights"]["reference"] == tr("above the sea")
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ import pytest
 
 import vomstudio as vs
 from tests.cli.test_register import CORNERS, SCALE, turn_of, world
+from tests.messages import refused
 from tests.registrations import TURN
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.writing import write_model
@@ -130,9 +131,9 @@ def test_a_model_of_a_file_by_the_python_interface(tmp_path) -> None:
     with pytest.warns(vs.errors.VomWarning):
         level = vs.register("-", level=lines)
     assert level.known.vertical
-    with pytest.raises(vs.errors.InputError, match=r"6 or 7"):
+    with refused("file.number-count", count=2, needed=(6, 7), field="level"):
         vs.register("-", level=[[1.0, 2.0]])
-    with pytest.raises(vs.errors.InputError, match="path of a model"):
+    with refused("argument.requires-type", option="cameras", argument="model_points"):
         vs.register(CORNERS, world(CORNERS), cameras=given)
     with pytest.raises(vs.errors.UsageError):
         vs.register(path)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import csv
+from typing import Any
 
 import numpy as np
 import pytest
 
 import vomstudio as vs
-from tests.messages import messages
+from tests.messages import by_code, refused
 from tests.registration.test_compass_checks import normals
 
 
@@ -72,15 +73,16 @@ def test_what_readings_look_like_is_said(run, tmp_path) -> None:
     readings_table(table, "")
     rows = table.read_text().splitlines()
 
-    def warned(lines: list[str]) -> str:
+    def findings(lines: list[str]) -> dict[str, dict[str, Any]]:
         table.write_text("\n".join([*lines, ""]))
-        return " ".join(messages(run("register", "-", "--orientations", str(table), "--json").json))
+        answer = run("register", "-", "--orientations", str(table), "--json").json
+        return by_code(answer["warnings"])
 
-    assert "radians" not in warned(rows)
+    assert "compass.radians" not in findings(rows)
     small = [",".join([c[0], f"{np.radians(float(c[1])):.5f}", f"{np.radians(float(c[2])):.5f}",
                        *c[3:]]) for c in (row.split(",") for row in rows[1:])]  # fmt: skip
-    assert "radians" in warned([rows[0], *small])
-    assert "Several readings have the name B1" in warned([*rows, rows[2]])
+    assert "compass.radians" in findings([rows[0], *small])
+    assert findings([*rows, rows[2]])["compass.repeated-names"]["labels"] == ("B1",)
     # Of two sources of north one may be off: not of a compass alone.
     table.write_text("\n".join([*rows, ""]))
     found = run("register", "-", "--orientations", str(table), "--json").json
@@ -102,5 +104,5 @@ def test_an_accuracy_that_cannot_be_is_refused_with_its_line(run, tmp_path, colu
 
 def test_azimuths_and_labels_that_cannot_be_are_refused(run) -> None:
     assert run("register", "-", "--bearing", "0,0,0,1,0,0,400").code == 2
-    with pytest.raises(vs.errors.InputError, match="list is needed"):
+    with refused("argument.wrong-type", type="int", expected="list", field="without"):
         vs.register("-", level=[[0, 0, 0, 1, 0, 0]], without=3)

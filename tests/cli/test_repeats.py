@@ -11,7 +11,7 @@ import pandas
 import pytest
 
 import vomstudio as vs
-from tests.messages import codes
+from tests.messages import codes, warned
 from vomstudio.document import edits, repeats
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Frame, Model
@@ -116,7 +116,7 @@ def test_slips_and_frames_leave_repeats_out(run, write) -> None:
     assert run("slip", path, "--json").json["n"] == 2
     frame = vs.read_orientations(write(TABLE))
     assert len(frame) == 7
-    with pytest.warns(UserWarning, match="4 repeated picks"):
+    with warned("table.repeats-left-out", count=4):
         assert vs.stats(frame).n == 3
 
 
@@ -188,7 +188,7 @@ def test_a_project_says_what_its_table_says(run, project, tmp_path) -> None:
     with vs.Project.open(project) as opened:
         planes = opened.planes()
     assert planes["repeat_of"].tolist() == [None, None, "b1"]
-    with pytest.warns(UserWarning, match="1 repeated pick"):
+    with warned("table.repeats-left-out", count=1):
         assert vs.stats(planes).n == 2
 
 

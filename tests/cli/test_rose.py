@@ -10,7 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from tests.messages import messages
+from tests.messages import by_code
 from vomstudio.geology.roses import rose_of
 from vomstudio.products.net.rose import draw_roses, rings_of
 from vomstudio.products.net.rose_contents import RoseContents
@@ -50,13 +50,13 @@ def test_what_has_no_azimuth_is_left_out_and_said(run, write, tmp_path: Path) ->
     table = TABLE + "A,10,0,3\nA,10,20,\n"
     ran = run("rose", write(table), "-o", tmp_path / "r.pdf", "--weight", "length", "--json")
     assert ran.json["sets"]["A"]["left_out"] == 2
-    assert "A: 2 rows" in messages(ran.json)[-1]
+    assert by_code(ran.json["warnings"])["rose.rows-left-out"] == {"set": "A", "count": 2}
 
 
 def test_a_set_without_any_azimuth_has_no_rose_and_is_named(run, write, tmp_path: Path) -> None:
     ran = run("rose", write(TABLE + "flat,10,0,3\n"), "-o", tmp_path / "r.svg", "--json")
     assert list(ran.json["sets"]) == ["A", "B"]
-    assert "flat: no row" in messages(ran.json)[-1]
+    assert by_code(ran.json["warnings"])["rose.no-azimuth"] == {"set": "flat"}
     flat = run("rose", write("dipdir,dip\n10,0\n"), "-o", tmp_path / "f.svg")
     assert flat.code == 2
     assert "no planes with a strike" in flat.said

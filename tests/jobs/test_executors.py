@@ -8,6 +8,8 @@ from contextlib import contextmanager
 
 import pytest
 
+from tests.messages import refused
+from vomstudio.core.findings import Finding
 from vomstudio.errors import Cancelled, InputError, UsageError
 from vomstudio.jobs.executors import Cluster, Threads, make_executor
 from vomstudio.progress import CancelToken, Inline, Silent
@@ -19,7 +21,7 @@ def square(value):
 
 def fail_at_three(value):
     if value == 3:
-        raise InputError("is no photo", file=f"{value}.jpg")
+        raise InputError(Finding("file.empty"), file=f"{value}.jpg")
     return value
 
 
@@ -81,7 +83,7 @@ def test_items_are_made_only_as_they_are_needed():
 
 @pytest.mark.parametrize("make", [Inline, lambda: Threads(2)])
 def test_what_an_item_fails_with_is_said(make):
-    with pytest.raises(InputError, match="no photo"):
+    with refused("file.empty", file="3.jpg"):
         list(make().map(fail_at_three, range(6), Silent()))
 
 
@@ -111,7 +113,7 @@ def test_a_cluster_does_the_same_work():
         try:
             assert executor.workers == 2
             assert dict(executor.map(square, range(9), Silent())) == {n: n * n for n in range(9)}
-            with pytest.raises(InputError, match="no photo"):
+            with refused("file.empty", file="3.jpg"):
                 list(executor.map(fail_at_three, range(6), Silent()))
         finally:
             executor.close()

@@ -85,7 +85,7 @@ def test_what_cannot_cross_is_refused_by_its_name(free: Any, name: str, kind: st
 
 
 # Whoever looks for one that does not exist has looked at all.
-assert task_of("no such job") is None
+assert task_of("missing") is None
 
 
 @pytest.mark.parametrize("name", sorted(TASKS))

@@ -212,7 +212,7 @@ def test_a_job_that_wants_all_memory_ends_in_a_sentence_and_the_worker_lives(wor
     worker.submit(HUNGRY, Nothing(), heard)
     end = heard.end()
     assert isinstance(end, Failed)
-    assert end.message == "There is not enough memory for this. Take less."
+    assert (end.error["code"], end.error["remedy"]) == ("job.out-of-memory", "Take less.")
     worker.submit(COUNT, To(1), after)
     assert isinstance(after.end(), Done)
 

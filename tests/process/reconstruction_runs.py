@@ -128,14 +128,15 @@ def reconstruct(photos: Path, out: Path, *words: object) -> End:
     return Run(photos, out, *words).end()
 
 
-def refused(end: End, code: int = 2) -> str:
-    """The sentence of a run that failed as it should."""
+def refused(end: End, code: int = 2) -> dict[str, Any]:
+    """The error of a run that failed as it should."""
     assert end.code == code, end.err
     assert set(end.json) == {"error"}
     assert "Traceback" not in end.err, end.err
-    assert "internal error" not in end.err
     assert "\n" not in end.message
-    return f"{end.json['error']['file'] or ''} {end.json['error']['field'] or ''} {end.message}"
+    error: dict[str, Any] = end.json["error"]
+    assert error["code"] != "command.internal-error"
+    return error
 
 
 def stages(out: Path) -> dict[str, int]:

@@ -52,9 +52,13 @@ def test_a_library_that_is_missing_is_named_with_its_package() -> None:
     assert finding is not None
     assert finding.code == "program.package-missing"
     assert finding.values == {"library": "libEGL.so.1", "package": "libegl1"}
-    assert "apt install libegl1" in finding.message
-    assert "libusb-1.0-0" in str(missing_library("libusb-1.0.so.0: file too short"))
-    assert "liboddity.so.3" in str(missing_library("liboddity.so.3: no version information"))
+    for message, values in (
+        ("libusb-1.0.so.0: file too short", {"package": "libusb-1.0-0"}),
+        ("liboddity.so.3: no version information", {"library": "liboddity.so.3"}),
+    ):
+        finding = missing_library(message)
+        assert finding is not None
+        assert finding.values.items() >= values.items()
     assert missing_library(ImportError("No module named 'pye57'")) is None
 
 

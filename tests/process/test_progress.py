@@ -21,6 +21,8 @@ from pathlib import Path
 import pytest
 
 from vomstudio.cli.common.reporting import DELAY_VARIABLE
+from vomstudio.core.findings import Finding
+from vomstudio.words import tr
 
 ROOT = Path(__file__).resolve().parents[2]
 POINTS = b"x,y,z\n0,0,0\n1,0,0\n0,1,0\n1,1,0.1\n"
@@ -197,10 +199,11 @@ def test_quiet_writes_nothing_to_stderr(slow: Path) -> None:
 def test_quiet_silences_libraries_and_shows_the_failure(tmp_path: Path) -> None:
     noisy = (
         "import os, sys, vomstudio.io.text.tables as t\n"
+        "from vomstudio.core.findings import Finding\n"
         "def noise(*a):\n"
         "    os.write(1, b'from C'); os.write(2, b'from C'); print('from Python')\n"
         "    print('from Python', file=sys.stderr); os.system('echo from a child >&2')\n"
-        "    raise t.InputError('It failed.', file='f.csv')\n"
+        "    raise t.InputError(Finding('file.empty'), file='f.csv')\n"
         "t.read_points = noise\n"
         "from vomstudio.cli import main; sys.exit(main())"
     )
@@ -214,7 +217,7 @@ def test_quiet_silences_libraries_and_shows_the_failure(tmp_path: Path) -> None:
         timeout=PATIENCE_S,
     )
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.splitlines() == ["vomstudio: f.csv: It failed."]
+    assert done.stderr.splitlines() == [f"vomstudio: f.csv: {Finding('file.empty')}"]
 
 
 @pytest.mark.full
@@ -224,4 +227,4 @@ def test_the_demo_numbers_its_steps(tmp_path: Path) -> None:
     numbers = [int(n) for n in re.findall(r"Step (\d)/4: ", command.text)]
     assert numbers == sorted(numbers)
     assert set(numbers) >= {1, 2, 4}
-    assert "Measuring the sample" in command.text
+    assert tr("Measuring the sample") in command.text

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image, ImageOps
 
-from tests.messages import messages
+from tests.messages import by_code, shown_codes
 from tests.photogrammetry import photo_set, rock_face
 from tests.process.reconstruction_runs import reconstruct
 from vomstudio.io.photos.cameras_file import read_cameras
@@ -56,7 +56,8 @@ def test_marks_join_the_parts_and_another_run_gives_the_same_bits(
     end = reconstruct(photos, out, "--threads", 1, "--seed", 0, "--marks", marks)
     assert end.code == 0, end.err
     assert end.json["registered"] == 12
-    assert any("6 and 6 photos were joined by 5 markers" in w for w in messages(end.json))
+    joined = by_code(end.json["warnings"])["join.by-markers"]
+    assert (joined["one"], joined["other"], joined["markers"]) == (6, 6, 5)
     assert not (out / "part2").exists()
     truth = {f"photo {n}.jpg": view.centre for n, view in enumerate(photo_set.views(12), start=1)}
     views = read_cameras(out / "cameras.json").views
@@ -102,7 +103,6 @@ def test_control_that_cannot_place_the_model_costs_no_model(tmp_path: Path) -> N
     assert [f["code"] for f in end.json["survey"]["findings"]].count("control-unused") == 1
     assert "Traceback" not in end.err
     log = (out / "log.txt").read_text("utf-8")
-    told = log.index("the points D and E are marked at the same place")
-    assert told < log.index("Registering the model")
+    assert "control.same-spot" in shown_codes(log[: log.index("Registering the model")])
     assert len(read_cameras(out / "cameras.json").views) >= 3
     assert (out / "sparse.ply").stat().st_size > 1000

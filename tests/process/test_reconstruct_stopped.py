@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,7 @@ from tests.process.reconstruction_runs import (
     whole,
 )
 from tests.small_disk import small_disk
+from vomstudio.jobs.endings import ending
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="about POSIX signals")
 ONE = ("--threads", 1)
@@ -34,11 +36,15 @@ EVERY_STAGE = [
 ]  # fmt: skip
 
 
+DEPTH_MAPS = "Computing depth maps"
+FULL_DISK = ("disk.full", "disk.failed", "reconstruct.not-written", "output.unwritable")
+
+
 def stopped(run: Run, how: str) -> None:
     if how == "worker":
-        said = refused(run.kill_worker(), 1)
-        assert "killed by the system" in said
-        assert "Finished results are kept" in said
+        error = refused(run.kill_worker(), 1)
+        assert error["code"] == "job.worker-died"
+        assert error["ending"] == ending(-signal.SIGKILL)
     elif how == "program":
         run.kill()
     else:
@@ -68,7 +74,7 @@ def test_a_run_that_is_stopped_in_three_ways_ends_with_the_same_model(
 ) -> None:
     out = tmp_path / "out"
     stop_at(photos, out, "worker", "Matching photos", 0, *ONE)
-    stop_at(photos, out, "program", "Computing depth maps", 4, *ONE)
+    stop_at(photos, out, "program", DEPTH_MAPS, 4, *ONE)
     depths = {p.name: p.stat().st_mtime_ns for p in out.glob("work/depths-*.part/*.npz")}
     assert len(depths) >= 4
     stop_at(photos, out, "interrupt", "Computing the Poisson", 0, *ONE)
@@ -77,7 +83,7 @@ def test_a_run_that_is_stopped_in_three_ways_ends_with_the_same_model(
     assert {name: now[name] for name in depths} == depths, "photos are not done twice"
     end = reconstruct(photos, out, *ONE)
     assert end.code == 0, end.err
-    assert "Computing depth maps" not in log_of(out)
+    assert DEPTH_MAPS not in log_of(out)
     assert end.json["registered"] == 6
     whole(out)
     same_to_the_bit(out, undisturbed)
@@ -113,8 +119,8 @@ def test_a_full_disk_is_said_and_the_run_goes_on_once_there_is_room(
     photos: Path, undisturbed: Path, tmp_path: Path
 ) -> None:
     with small_disk(tmp_path / "disk") as disk:
-        said = refused(reconstruct(photos, disk / "out", *ONE))
-        assert "Finished results are kept" in said
+        error = refused(reconstruct(photos, disk / "out", *ONE))
+        assert error["code"] in FULL_DISK
         before = stages(disk / "out")
         assert any(name.startswith("alignment") for name in before)
         os.system(f"mount -o remount,size=64m '{disk}'")
@@ -133,8 +139,9 @@ def test_a_disk_that_is_full_at_any_moment_leaves_nothing_half_written(
     with small_disk(tmp_path / "disk", 200) as disk:
         for kib in (200, 1000, 1500, 2000, 3000, 5000, 8000, 12000, 16000, 18000, 20000, 28000):
             os.system(f"mount -o remount,size={kib}k '{disk}'")
-            said = refused(reconstruct(photos, disk / "out", *ONE))
-            assert "disk is full" in said or "No space left" in said
+            error = refused(reconstruct(photos, disk / "out", *ONE))
+            assert error["code"] in FULL_DISK
+            assert error["code"] == "disk.full" or "No space left" in error["reason"]
             assert not (disk / "out" / "reconstruction.json").exists()
         os.system(f"mount -o remount,size=64m '{disk}'")
         assert reconstruct(photos, disk / "out", *ONE).code == 0
@@ -149,9 +156,9 @@ def test_two_runs_do_not_work_in_one_folder(photos: Path, tmp_path: Path) -> Non
     worker = first.worker()
     worker.suspend()
     try:
-        said = refused(reconstruct(photos, tmp_path / "out"))
-        assert "is running in this folder" in said
-        assert str(worker.pid) in said
+        error = refused(reconstruct(photos, tmp_path / "out"))
+        assert error["code"] == "output.folder-in-use"
+        assert str(worker.pid) in error["holder"]
     finally:
         worker.resume()
     # The first one is none the worse for it.

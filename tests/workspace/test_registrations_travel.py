@@ -15,7 +15,7 @@ import numpy.typing as npt
 import pytest
 
 import vomstudio as vs
-from tests.messages import codes
+from tests.messages import codes, warned
 from tests.registrations import TURN
 from vomstudio.cli import main
 from vomstudio.document import catalogue
@@ -162,7 +162,7 @@ def test_command_window_and_reconstruction_give_the_same_total_errors(case: Case
 
 def test_the_model_of_python_knows_its_errors(case: Case, tmp_path: Path) -> None:
     made = vs.read(case.out)
-    with pytest.warns(vs.errors.VomWarning, match="check points"):
+    with warned("control.no-check-points"):
         placed = vs.register(case.model, pairs=case.pairs, crs=CRS)
     for axis in ("about_up", "about_east", "about_north"):
         expected = getattr(placed.rotation_error_95_deg, axis)

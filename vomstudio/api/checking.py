@@ -14,18 +14,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message, as_finding
-from vomstudio.errors import InputError, VomError, VomWarning
+from vomstudio.core.findings import Finding, Message, as_finding
+from vomstudio.errors import InputError, UsageError, VomError, VomWarning
 from vomstudio.geology.notation import exact_plane, parse_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.places import no_places
 from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.tables import COORDINATES
-from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 
-_MOST_DEG = 720.0
+_MAX_ANGLE_DEG = 720
 """An angle beyond two turns is a slip of the pen or of the unit, as in a table."""
 _MOST_COUNT = 2**53
 """What lies beyond is no count of anything, and not a whole number in floating point."""
@@ -61,13 +60,7 @@ def naming(name: str, *others: str) -> Iterator[None]:
 def numbers(values: Any, name: str) -> Floats:
     """Values as float64 of whatever shape. Raises InputError."""
     if np.ma.isMaskedArray(values) and np.ma.getmaskarray(values).any():
-        raise InputError(
-            tr(
-                "A masked array with masked values does not have a number in every row. "
-                "Leave these rows out."
-            ),
-            field=name,
-        )
+        raise InputError(Finding("array.masked"), field=name)
     try:
         array = np.asarray(values)
         if array.dtype.kind in "OV" and hasattr(values, "astype"):
@@ -85,15 +78,19 @@ def numbers(values: Any, name: str) -> Floats:
 
 
 def _no_numbers(values: Any, name: str) -> InputError:
-    kind = type(values).__name__
-    return InputError(
-        tr(
-            "Numbers are needed, with all rows of the same length; this {kind} holds "
-            "something else.",
-            kind=kind,
-        ),
-        field=name,
-    )
+    return InputError(Finding("array.not-numbers", type=type(values).__name__), field=name)
+
+
+def wrong_type(value: Any, expected: str, name: str) -> InputError:
+    """Return the error of a value of another type than expected, such as "int"."""
+    finding = Finding("argument.wrong-type", type=type(value).__name__, expected=expected)
+    return InputError(finding, field=name)
+
+
+def requires_type(option: str, argument: str, expected: str) -> UsageError:
+    """Return the error of an option that is for another type of an argument."""
+    finding = Finding("argument.requires-type", option=option, argument=argument, expected=expected)
+    return UsageError(finding, field=option)
 
 
 def points(values: Any, name: str = "points") -> Floats:
@@ -101,23 +98,10 @@ def points(values: Any, name: str = "points") -> Floats:
     Raises InputError that names the first row that is none."""
     array = numbers(_coordinates_of(values, name), name)
     if array.size == 0:
-        raise InputError(tr("There are no points."), field=name)
+        raise InputError(Finding("argument.empty"), field=name)
     if array.ndim != 2 or array.shape[1] != 3:
-        hint = ""
-        if array.ndim == 2 and array.shape[0] == 3:
-            hint = tr("; transpose it: points.T")
-        elif array.shape == (3,):
-            hint = tr("; a single point is [[x, y, z]]")
-        raise InputError(
-            tr(
-                "Points need three coordinates each, x, y, z, as an array (n, 3). This one "
-                "has the shape {shape}{hint}.",
-                shape=array.shape,
-                hint=hint,
-            ),
-            field=name,
-        )
-    refuse_rows(no_places(array), tr("no finite coordinates in metres"), name)
+        raise InputError(Finding("array.not-points", shape=array.shape), field=name)
+    refuse_rows(no_places(array), name)
     return np.ascontiguousarray(array)
 
 
@@ -126,7 +110,7 @@ def pixels_or_points(values: Any, name: str) -> Floats:
     if hasattr(values, "columns") or np.ndim(values) != 2 or np.shape(values)[1] != 2:
         return points(values, name)
     array = numbers(values, name)
-    refuse_rows(np.asarray(~np.isfinite(array).all(axis=1)), tr("no finite column and row"), name)
+    refuse_rows(np.asarray(~np.isfinite(array).all(axis=1)), name)
     return np.ascontiguousarray(array)
 
 
@@ -143,39 +127,41 @@ def coordinate_names(columns: list[Any], name: str) -> list[Any]:
     for letter, others in COORDINATES.items():
         matches = [c for c, word in known.items() if word == letter]
         matches = matches or [c for c, word in known.items() if word in others]
-        if len(matches) != 1:
-            listed = ", ".join(map(str, columns))
-            what = (
-                tr("more than one column {letter}", letter=letter)
-                if matches
-                else tr("no column {letter}", letter=letter)
+        if len(matches) > 1:
+            finding = Finding("table.repeated-column", column=letter, columns=matches)
+            raise InputError(finding, field=name)
+        if not matches:
+            finding = Finding(
+                "table.missing-column", column=letter, columns=columns, names=(letter,)
             )
-            raise InputError(
-                tr(
-                    "The table has {what} ({columns}). Name the columns x, y, z.",
-                    what=what,
-                    columns=listed,
-                ),
-                field=name,
-            )
+            raise InputError(finding, field=name)
         found.append(matches[0])
     return found
 
 
-def refuse_rows(bad: npt.NDArray[np.bool_], what: str, name: str) -> None:
-    """Raises InputError that names the first of the bad rows, counted from 0 as arrays are."""
+def refuse_rows(bad: npt.NDArray[np.bool_], name: str, code: str = "array.not-finite") -> None:
+    """Raise InputError with the number of bad rows and the first, counted from 0."""
     if bad.any():
-        row, more = int(np.argmax(bad)), int(bad.sum()) - 1
-        others = tr(" (and {count} more)", count=more) if more else ""
-        raise InputError(
-            tr(
-                "Row {row}{others} has {what}. Leave it out or correct it.",
-                row=row,
-                others=others,
-                what=what,
-            ),
-            field=name,
+        finding = Finding(code, count=int(bad.sum()), first_row=int(np.argmax(bad)))
+        raise InputError(finding, field=name)
+
+
+def wrong_shape(array: Floats, expected: str, name: str) -> InputError:
+    """Return the error of an array of another shape than expected, such as "(n, 2)"."""
+    return InputError(Finding("array.shape", shape=array.shape, expected=expected), field=name)
+
+
+def refuse_other_lengths(one: Floats, other: Floats, names: tuple[str, str]) -> None:
+    """Raise InputError if two arrays do not have the same number of rows."""
+    if len(one) != len(other):
+        finding = Finding(
+            "array.lengths-differ",
+            name=names[0],
+            count=len(one),
+            other=names[1],
+            other_count=len(other),
         )
+        raise InputError(finding, field=names[1])
 
 
 def pairs(first: Any, second: Any, names: tuple[str, str]) -> tuple[Floats, Floats]:
@@ -183,29 +169,12 @@ def pairs(first: Any, second: Any, names: tuple[str, str]) -> tuple[Floats, Floa
     a, b = (np.atleast_1d(numbers(v, n)) for v, n in zip((first, second), names, strict=True))
     for array, name in zip((a, b), names, strict=True):
         if array.ndim != 1:
-            raise InputError(
-                tr(
-                    "One number per row is needed, as an array (n,). This one has the shape "
-                    "{shape}.",
-                    shape=array.shape,
-                ),
-                field=name,
-            )
-    if len(a) != len(b):
-        raise InputError(
-            tr(
-                "{count} values of {names} and {second_count} of {second} do not form pairs.",
-                count=len(a),
-                names=names[0],
-                second_count=len(b),
-                second=names[1],
-            ),
-            field=names[1],
-        )
+            raise wrong_shape(array, "(n,)", name)
+    refuse_other_lengths(a, b, names)
     if not len(a):
-        raise InputError(tr("There are no values."), field=names[0])
+        raise InputError(Finding("argument.empty"), field=names[0])
     for array, name in zip((a, b), names, strict=True):
-        refuse_rows(~np.isfinite(array), tr("no finite number"), name)
+        refuse_rows(~np.isfinite(array), name)
     return a, b
 
 
@@ -213,49 +182,36 @@ def positive(value: float | None, name: str) -> float | None:
     """A length in metres, or None. Raises InputError."""
     number = single_number(value, name)
     if number is not None and not 0.0 < number < np.inf:
-        raise InputError(tr("A positive number of metres is needed."), field=name)
+        raise InputError(Finding("number.not-positive", value=number), field=name)
     return number
 
 
 def one_of(value: Any, known: Iterable[str], name: str) -> None:
     """Raises InputError unless it is one of these words."""
-    words = list(known)
+    choices = list(known)
     if not isinstance(value, str):
-        raise InputError(
-            tr("One of {words} is needed, not a {kind}.", words=", ".join(words),
-               kind=type(value).__name__),
-            field=name,
-        )  # fmt: skip
-    if value not in words:
-        raise InputError(
-            tr("'{value}' is none of {words}.", value=value, words=", ".join(words)), field=name
-        )
+        raise wrong_type(value, ", ".join(choices), name)
+    if value not in choices:
+        raise InputError(Finding("option.not-a-choice", value=value, choices=choices), field=name)
 
 
 def flag(value: Any, name: str) -> bool:
     """Raises InputError for what is neither True nor False."""
     if isinstance(value, bool | np.bool_):
         return bool(value)
-    kind = type(value).__name__
-    raise InputError(tr("True or False is needed, not a {kind}.", kind=kind), field=name)
+    raise wrong_type(value, "bool", name)
 
 
-def looks_like_radians(azimuth: Floats, angle: Floats) -> str | None:
-    """A sentence where all angles are so small that they may be radians.
+def looks_like_radians(azimuth: Floats, angle: Floats) -> bool:
+    """Whether all angles are so small that they may be radians.
 
-    Degrees they may be all the same: beds that dip by less than 1.6 degrees, all to within 6.3
-    degrees of north. So this is said and not refused.
+    They may be degrees all the same: beds that dip by less than 1.6 degrees, all to within 6.3
+    degrees of north. So this is a warning and not an error.
     """
     sound = np.isfinite(azimuth) & np.isfinite(angle) & (angle != 0.0)
     a, b = azimuth[sound], np.abs(angle[sound])
     small = len(a) >= 3 and (a >= 0.0).all() and (a <= 2 * np.pi).all() and (b <= np.pi / 2).all()
-    if not small or (a == np.round(a)).all():
-        return None
-    return tr(
-        "All {count} azimuths are below 2 pi and all dips or plunges below pi / 2. They were taken "
-        "as degrees; if they are radians, convert them with numpy.degrees.",
-        count=len(a),
-    )
+    return bool(small and (a != np.round(a)).any())
 
 
 def single_number(value: Any, name: str) -> float | None:
@@ -264,7 +220,7 @@ def single_number(value: Any, name: str) -> float | None:
         return None
     array = numbers(value, name)
     if array.shape != ():
-        raise InputError(tr("A single number is needed."), field=name)
+        raise wrong_type(value, "float", name)
     return float(array)
 
 
@@ -272,7 +228,7 @@ def required_number(value: Any, name: str) -> float:
     """As `single_number`, of what cannot be left out. Raises InputError."""
     number = single_number(value, name)
     if number is None:
-        raise InputError(tr("A single number is needed."), field=name)
+        raise InputError(Finding("option.missing"), field=name)
     return number
 
 
@@ -285,7 +241,7 @@ def whole_number(value: Any, name: str) -> int | None:
             return operator.index(value)
     except TypeError:
         pass
-    raise InputError(tr("A whole number is needed."), field=name)
+    raise wrong_type(value, "int", name)
 
 
 def path_of(value: Any, name: str) -> Path:
@@ -296,9 +252,7 @@ def path_of(value: Any, name: str) -> Path:
             path = os.path.expanduser(path)
             _check_name(path, name)
             return Path(path)
-    kind = type(value).__name__
-    raise InputError(tr("The path of a file or folder is needed, not a {kind}.", kind=kind),
-                     field=name)  # fmt: skip
+    raise wrong_type(value, "str, pathlib.Path", name)
 
 
 def _check_name(path: str, name: str) -> None:
@@ -306,11 +260,10 @@ def _check_name(path: str, name: str) -> None:
     try:
         os.lstat(path)
     except ValueError as error:  # A zero byte, or half of a pair of surrogates.
-        raise InputError(tr("No file can have this name ({reason}).", reason=error), field=name) \
-            from error  # fmt: skip
+        raise InputError(Finding("path.invalid", reason=error), field=name) from error
     except OSError as error:
         if error.errno == errno.ENAMETOOLONG:
-            raise InputError(tr("This name is too long for a file."), field=name) from error
+            raise InputError(Finding("disk.name-too-long"), field=name) from error
 
 
 def maybe_path(value: Any, name: str) -> Path | None:
@@ -335,10 +288,17 @@ def words_of(value: Any, name: str) -> str | None:
         return None
     if isinstance(value, str):
         if "\0" in value or any("\ud800" <= letter <= "\udfff" for letter in value):
-            raise InputError(tr("This text has characters that no file can hold."), field=name)
+            raise InputError(Finding("text.invalid-characters"), field=name)
         return value
-    kind = type(value).__name__
-    raise InputError(tr("A text is needed, not a {kind}.", kind=kind), field=name)
+    raise wrong_type(value, "str", name)
+
+
+def required_text(value: Any, name: str) -> str:
+    """As `words_of`, of a value that cannot be left out. Raises InputError."""
+    text = words_of(value, name)
+    if text is None:
+        raise InputError(Finding("option.missing"), field=name)
+    return text
 
 
 def column_of(value: Any, name: str = "by") -> str | None:
@@ -358,19 +318,20 @@ def items_of(given: Any, name: str) -> list[Any]:
             return list(given)
         except TypeError:  # An array without dimensions.
             pass
-    kind = type(given).__name__
-    raise InputError(tr("A list is needed, not a {kind}.", kind=kind), field=name)
+    raise wrong_type(given, "list", name)
 
 
 def angles_of(given: Any, name: str, count: int) -> tuple[float, ...]:
     """So many finite numbers. Raises InputError."""
     array = numbers(given, name)
-    if array.shape != (count,) or not (np.abs(array) <= _MOST_DEG).all():
-        raise InputError(
-            tr("Give {count} angles in degrees, such as {example}.", count=count,
-               example=(120, 30) if count == 2 else (120, 30, 45)),
-            field=name,
-        )  # fmt: skip
+    if array.shape != (count,):
+        raise wrong_shape(array, f"({count},)", name)
+    for angle in array.tolist():
+        if not abs(angle) <= _MAX_ANGLE_DEG:
+            finding = Finding(
+                "angle.out-of-range", value=angle, minimum=-_MAX_ANGLE_DEG, maximum=_MAX_ANGLE_DEG
+            )
+            raise InputError(finding, field=name)
     return tuple(array.tolist())
 
 
@@ -401,8 +362,5 @@ def attitude_of(given: Any, name: str) -> Plane:
             azimuth = given.dip_direction_deg
             given = (0.0 if azimuth is None else azimuth, given.dip_deg)
         if numbers(given, name).shape != (2,):
-            raise InputError(
-                tr("A plane is given as 'DD/D', as (dip direction, dip) or as a PlaneFit."),
-                field=name,
-            )
+            raise wrong_type(given, "'120/45', (120, 45), PlaneFit", name)
         return Plane(*angles_of(given, name, 2))

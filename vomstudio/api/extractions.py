@@ -21,7 +21,7 @@ from vomstudio.api.declared_options import arguments_named, options_from_argumen
 from vomstudio.api.models import model_of
 from vomstudio.api.reporting import Reported, told
 from vomstudio.api.tables import frame
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import UsageError
 from vomstudio.extraction.facet_table import FacetTable
 from vomstudio.extraction.followed_trace import FollowedTrace
@@ -308,9 +308,6 @@ def _photos(
         beside = None if path is None else find_own_cameras(path)
         cameras = None if beside is None else str(beside)
     if cameras is None:
-        raise UsageError(
-            tr("There are no cameras beside the model. Name their file with cameras."),
-            field="cameras",
-        )
+        raise UsageError(Finding("cameras.missing"), field="cameras")
     source = getattr(model, "_source", None)
     return open_photos(data, spacing, photo, cameras, None if source is None else source.to_world)

@@ -19,17 +19,18 @@ from vomstudio.api.checking import (
     numbers,
     path_of,
     plane_text,
+    refuse_rows,
+    requires_type,
     warn,
     words_of,
+    wrong_shape,
 )
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.frame_arguments import UpAxis, frame_arguments_named, frame_options
 from vomstudio.api.tables import dataframe_crs
-from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.fractures.network import FractureNetwork, Mapped
 from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
-from vomstudio.words import tr
 
 
 def fractures(
@@ -163,7 +164,7 @@ def _sets_of(by: Any) -> list[str] | None:
 
 def _layer(given: Any, traces: Any) -> str | None:
     if given is not None and not is_path(traces):
-        raise UsageError(tr("Only a file has layers; these are the lines."), field="layer")
+        raise requires_type("layer", "traces", "str, pathlib.Path")
     return words_of(given, "layer")
 
 
@@ -196,13 +197,7 @@ def _shapes(shapes: Any, name: str) -> npt.NDArray[np.object_]:
 
 def _corners(given: Any, name: str, least: int) -> npt.NDArray[np.float64]:
     xy = numbers(given, name)
-    if xy.ndim != 2 or xy.shape[1] not in (2, 3) or len(xy) < least or not np.isfinite(xy).all():
-        raise InputError(
-            tr(
-                "At least {count} corners with x and y are needed, as an array (k, 2), or (k, 3) "
-                "with heights, of finite numbers.",
-                count=least,
-            ),
-            field=name,
-        )
+    if xy.ndim != 2 or xy.shape[1] not in (2, 3) or len(xy) < least:
+        raise wrong_shape(xy, f"(n, 2), (n, 3), n >= {least}", name)
+    refuse_rows(np.asarray(~np.isfinite(xy).all(axis=1)), name)
     return xy

@@ -13,11 +13,11 @@ from vomstudio.api.checking import (
     plane_text,
     refuse_rows,
     warn,
+    wrong_shape,
 )
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.frame_arguments import UpAxis, frame_arguments_named, frame_options
 from vomstudio.api.tables import text_of
-from vomstudio.errors import UsageError
 from vomstudio.geology.beds.bed_log import BedLog, bed_log
 from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.faults.displacement_options import DisplacementOptions, ThreePointOptions
@@ -27,7 +27,6 @@ from vomstudio.geology.notation import exact_line
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry.places import no_places
 from vomstudio.io.gate.point_tables import read_boundaries, read_pairs
-from vomstudio.words import tr
 
 
 def displacement(
@@ -234,7 +233,6 @@ def _table(given: Any, width: int, name: str) -> Any:
     )  # fmt: skip
     array = numbers(given, name)
     if array.ndim != 2 or array.shape[1] != width:
-        raise UsageError(tr("An array of {width} columns is needed.", width=width), field=name)
-    nowhere = no_places(array[:, :3]) | no_places(array[:, -3:])
-    refuse_rows(nowhere, tr("no finite coordinates in metres"), name)
+        raise wrong_shape(array, f"(n, {width})", name)
+    refuse_rows(no_places(array[:, :3]) | no_places(array[:, -3:]), name)
     return text_of(DataFrame(array, columns=list(names)), name)

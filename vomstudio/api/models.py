@@ -17,11 +17,11 @@ from vomstudio.api.checking import (
     maybe_path,
     path_of,
     warn,
+    wrong_type,
 )
 from vomstudio.api.frame_arguments import frame_arguments_named, frame_options
 from vomstudio.api.reporting import Reported, told
 from vomstudio.core.findings import Message
-from vomstudio.errors import InputError
 from vomstudio.geometry import cloud as clouds
 from vomstudio.geometry import mesh as meshes
 from vomstudio.geometry import transform
@@ -29,7 +29,6 @@ from vomstudio.geometry.units import Axes
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.progress import Progress
 from vomstudio.reprs import html_table, in_lines
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.document.records import Model, Registration
@@ -399,11 +398,7 @@ def model_of(given: Any, name: str = "model") -> Mesh | PointCloud:
         model: Mesh | PointCloud = given.read()
         return model
     if not is_path(given):
-        kind = type(given).__name__
-        raise InputError(
-            tr("A model or the path of its file is needed, not a {kind}.", kind=kind), field=name
-        )
-
+        raise wrong_type(given, "Mesh, PointCloud, str, pathlib.Path", name)
     model = _read(path_of(given, name), AS_STATED, None)
     warn(model.warnings, 4, notes=True)
     return model

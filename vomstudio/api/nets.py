@@ -12,13 +12,14 @@ from vomstudio.api.checking import (
     plane_text,
     required_number,
     slashed,
+    wrong_type,
 )
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.tables import Azimuth, rows_of
-from vomstudio.errors import InputError, UsageError
+from vomstudio.core.findings import Finding
+from vomstudio.errors import UsageError
 from vomstudio.geology.rose_options import RoseOptions
 from vomstudio.products.net.figure_options import StereonetFigure, StereonetOptions
-from vomstudio.words import tr
 
 AnglePair = tuple[float, float] | str
 AngleTriple = tuple[float, float, float] | str
@@ -152,12 +153,9 @@ def stereonet(
     with arguments_named(StereonetOptions):
         wishes = wishes_of(options)
     if ax is not None and not stereonet_axes.are_axes(ax):
-        raise InputError(
-            tr("Axes of mplstereonet are needed, such as those that vs.stereonet returns."),
-            field="ax",
-        )
+        raise wrong_type(ax, "mplstereonet.StereonetAxes", "ax")
     if ax is not None and size_mm is not None:
-        raise UsageError(tr("Your own axes keep the size of their figure."), field="size_mm")
+        raise UsageError(Finding("option.conflict", option="size_mm", other="ax"), field="size_mm")
     rows = rows_of(table, azimuth)
     net = net_of_table(
         rows,
@@ -190,7 +188,7 @@ def _size_text(size: Any) -> str:
     try:
         width, height = size
     except (TypeError, ValueError):
-        raise InputError(tr("A size is (width, height) in millimetres."), field="size_mm") from None
+        raise wrong_type(size, "(width, height)", "size_mm") from None
     return f"{required_number(width, 'size_mm'):g}x{required_number(height, 'size_mm'):g}"
 
 

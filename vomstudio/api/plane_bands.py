@@ -7,11 +7,11 @@ from typing import Any
 from vomstudio.api.checking import naming, positive
 from vomstudio.api.checking import points as checked
 from vomstudio.api.tables import rows_of
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geology.band_figures import BandFigures, band_figures, table_priors
 from vomstudio.geology.plane_bands import CrossingPlane, PlaneBand, band_of, crossing_plane
 from vomstudio.geometry.planes import fit_plane
-from vomstudio.words import tr
 
 
 def plane_band(
@@ -95,12 +95,9 @@ def plane_of_crossing(
     bands = [
         _band(given, resolution_m, name) for given, name in ((first, "first"), (second, "second"))
     ]
-    for number, band in enumerate(bands, 1):
+    for name, band in zip(("first", "second"), bands, strict=True):
         if band is None:
-            raise GeometryError(
-                tr("Trace {number} is not straight: it has a plane of its own, or none.",
-                   number=number)
-            )  # fmt: skip
+            raise GeometryError(Finding("trace.not-straight", trace=name), field=name)
     one, other = bands
     assert one is not None
     assert other is not None

@@ -17,7 +17,9 @@ from vomstudio.api.checking import (
     numbers,
     points,
     positive,
+    requires_type,
     warn,
+    wrong_type,
 )
 from vomstudio.api.declared_options import options_from_arguments
 from vomstudio.api.tables import dataframe_crs, frame
@@ -32,7 +34,7 @@ from vomstudio.io.text.group_words import COLUMNS, Words, words_of_groups
 from vomstudio.reprs import html_table
 from vomstudio.tables.fit_options import FitOptions
 from vomstudio.tables.fitted_planes import FittedPlanes, fitted_planes
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 Method = Literal["pca", "regression"]
 Axis = Literal["auto", "x", "y", "z"]
@@ -336,13 +338,7 @@ def fit_planes(
         for item in done.skipped
     ]
     if given.dropped:
-        messages.append(
-            tr_n(
-                "{count} row without finite coordinates was dropped.",
-                "{count} rows without finite coordinates were dropped.",
-                given.dropped,
-            )
-        )
+        messages.append(Finding("array.rows-left-out", count=given.dropped))
     warn(messages)
     made = frame(done.rows)
     made.attrs["skipped"] = done.skipped
@@ -387,22 +383,18 @@ def fit_parallel(
     """
     given = groups_of(groups, by)
     names = [str(name) for name in given.ids]
-    pairs = [_pair(each) for each in items_of(same, "same")]
-    for name in (name for pair in pairs for name in pair):
-        if name not in names:
-            raise UsageError(tr("There is no group “{name}”.", name=name), field="same")
+    pairs = [_pair(each, names) for each in items_of(same, "same")]
     found = parallel_beds(names, given.points, given.offsets, pairs=pairs)
     warn([*given.messages, *found.warnings])
     return found
 
 
-def _pair(given: Any) -> tuple[str, str]:
-    both = [] if isinstance(given, str) else items_of(given, "same")
-    if len(both) != 2:
-        raise InputError(
-            tr("Two ids are needed in each pair, such as [(“B01”, “B03”)]."), field="same"
-        )
-    return str(both[0]), str(both[1])
+def _pair(given: Any, names: list[str]) -> tuple[str, str]:
+    pair = [given] if isinstance(given, str) else [str(id) for id in items_of(given, "same")]
+    if len(pair) != 2 or not set(pair) <= set(names):
+        finding = Finding("trace.not-a-pair", value=pair, first=names[0], second=names[-1])
+        raise UsageError(finding, field="same")
+    return pair[0], pair[1]
 
 
 def _points(given: Any) -> npt.NDArray[np.float64]:
@@ -436,37 +428,21 @@ def _fitted(groups: _Groups, options: FitOptions, resolution_m: float | None) ->
 def groups_of(given: Any, by: Any) -> _Groups:
     if isinstance(given, Mapping):
         if by is not None:
-            raise UsageError(
-                tr("This names a column, but the points are not a DataFrame."), field="by"
-            )
+            raise requires_type("by", "groups", "pandas.DataFrame")
         if not given:
-            raise InputError(tr("There are no groups of points."), field="groups")
+            raise InputError(Finding("argument.empty"), field="groups")
         arrays = [points(each, f"points of {name}") for name, each in given.items()]
         offsets = np.concatenate([[0], np.cumsum([len(a) for a in arrays])])
         return _Groups(list(given), np.concatenate(arrays), offsets.astype(np.int64))
     if not (hasattr(given, "columns") and hasattr(given, "groupby")):
-        raise InputError(
-            tr(
-                "Groups of points are given as {id: points} or as a DataFrame with the "
-                "columns x, y, z."
-            ),
-            field="groups",
-        )
+        raise wrong_type(given, "{id: points}, pandas.DataFrame", "groups")
     columns = list(given.columns)
     if by is None:
-        raise UsageError(tr("Name the column that tells the planes apart."), field="by")
+        raise UsageError(Finding("option.missing"), field="by")
     if not isinstance(by, Hashable):
-        kind = type(by).__name__
-        raise InputError(tr("The name of a column is needed, not a {kind}.", kind=kind), field="by")
+        raise wrong_type(by, "str", "by")
     if by not in columns:
-        raise UsageError(
-            tr(
-                "There is no column '{column}'. The columns are {columns}.",
-                column=by,
-                columns=", ".join(map(str, columns)),
-            ),
-            field="by",
-        )
+        raise UsageError(Finding("table.unknown-column", column=by, columns=columns), field="by")
     placed = points_to_world(
         numbers(given[coordinate_names(columns, "groups")], "groups"),
         file=Path("groups"),
@@ -476,7 +452,10 @@ def groups_of(given: Any, by: Any) -> _Groups:
     names = given[by]
     keep = np.isfinite(array).all(axis=1) & ~np.asarray(names.isna(), bool)
     if not keep.any():
-        raise InputError(tr("No row has finite coordinates and a group."), field="groups")
+        raise InputError(
+            Finding("table.no-valid-rows", count=len(given), needed=tr("coordinates")),
+            field="groups",
+        )
     codes, ids = names[keep].factorize()
     counts = np.bincount(codes, minlength=len(ids))
     order = np.argsort(codes, kind="stable")

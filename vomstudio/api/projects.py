@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self
 
 from vomstudio.api import feature_tables
-from vomstudio.api.checking import flag, naming, path_of, points, warn, words_of
+from vomstudio.api.checking import flag, naming, path_of, points, required_text, warn, words_of
 from vomstudio.api.frame_arguments import frame_arguments_named, frame_options
 from vomstudio.api.models import Mesh, PointCloud, as_recorded
 from vomstudio.api.planes import LineFit, PlaneFit, line_of_row, plane_of_row
@@ -23,7 +23,6 @@ from vomstudio.io.project.journal import own_files
 from vomstudio.io.project.verify import Verification, verify
 from vomstudio.io.settings import read_settings
 from vomstudio.reprs import html_table, in_lines
-from vomstudio.words import tr
 from vomstudio.workspace.headless_project import HeadlessProject, Picks
 from vomstudio.workspace.layer_export import written_layers
 from vomstudio.workspace.project_summary import fitted_records
@@ -111,14 +110,11 @@ class Project:
         settings = _settings()
         folder = ProjectFolder.open(path_of(path, "path"), settings=settings.affecting_results)
         made = cls(folder, settings)
-        said = [
-            tr("A part of the project could not be read and was left out: {problem}", problem=p)
-            for p in folder.problems
-        ]
+        warnings = [*folder.problems]
         if made._recovered:
-            said.append(tr("Changes that had not been saved are part of the project."))
+            warnings.append(Finding("project.recovered"))
         try:
-            warn(said)
+            warn(warnings)
         except VomWarning:
             # Where warnings are errors nobody gets it, so nobody could close it.
             made.close()
@@ -249,7 +245,7 @@ class Project:
         """The figures of one feature by its id or name: PlaneFit of a plane, LineFit of a line.
         Raises vs.errors.InputError where there is no such feature, vs.errors.GeometryError where
         it has no orientation."""
-        wanted = _word(id, "id")
+        wanted = required_text(id, "id")
         found = fitted_records(self._records, self._measurements, self._folder, [wanted])
         if found.rows:
             row = found.rows[0]
@@ -322,12 +318,12 @@ class Project:
         they define no plane, vs.errors.UsageError for a model or type that is not there.
         """
         desk = self._open_desk()
-        wanted = model.id if isinstance(model, ProjectModel) else _word(model, "model")
+        wanted = model.id if isinstance(model, ProjectModel) else required_text(model, "model")
         # Checked before the edit is made: the journal could not be read with anything else in it.
         part = words_of(domain, "domain") or ""
         picks = Picks(words_of(name, "name") or "", _points(points), domain=part)
         with naming("type", "--type"):
-            found, group = desk.find_type(_word(type, "type")), words_of(set, "set") or ""
+            found, group = desk.find_type(required_text(type, "type")), words_of(set, "set") or ""
         with naming("model", "--model"):
             on = desk.find_model(wanted)
         added = desk.add_picks([picks], on, found, group)
@@ -339,7 +335,7 @@ class Project:
 
         Raises vs.errors.UsageError for another name, vs.errors.DocumentError where it is in use.
         """
-        self._open_desk().judge_by(_word(profile, "profile"))
+        self._open_desk().judge_by(required_text(profile, "profile"))
 
     def undo(self) -> str:
         """Take the last step back, also one of an earlier day; returns what it was. Raises
@@ -365,7 +361,7 @@ class Project:
         target, replace, wanted = (
             path_of(path, "path"),
             flag(force, "force"),
-            _word(format, "format"),
+            required_text(format, "format"),
         )
         check_target(target, force=replace, inputs=own_files(self._folder))
         records = self._records
@@ -382,7 +378,7 @@ class Project:
     # --- within ----------------------------------------------------------------------------------
     def _open_desk(self) -> HeadlessProject:
         if self._desk is None:
-            raise DocumentError(tr("The project is closed. Open it again."), file=self._folder)
+            raise DocumentError(Finding("project.closed"), file=self._folder)
         return self._desk
 
     @property
@@ -414,13 +410,6 @@ class Project:
 
 def _points(given: Any) -> Any:
     return points(given)
-
-
-def _word(given: Any, name: str) -> str:
-    found = words_of(given, name)
-    if found is None:
-        raise InputError(tr("A name is needed."), field=name)
-    return found
 
 
 def _settings() -> Settings:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Sized
+from collections.abc import Sequence, Sized
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,12 +16,16 @@ from vomstudio.api.checking import (
     path_of,
     path_text,
     points,
+    refuse_other_lengths,
     refuse_rows,
+    requires_type,
     warn,
     words_of,
+    wrong_shape,
 )
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.reporting import Reported, told
+from vomstudio.core.findings import Finding
 from vomstudio.core.options import given_options
 from vomstudio.errors import InputError
 from vomstudio.geometry.places import why_no_error
@@ -29,7 +33,6 @@ from vomstudio.progress import CancelToken
 from vomstudio.registration.placing import register_points
 from vomstudio.registration.register_options import BESIDE, RegisterOptions
 from vomstudio.registration.results import Placed
-from vomstudio.words import tr
 from vomstudio.workspace.placing.register_order import register_model
 
 Array = npt.NDArray[np.float64]
@@ -166,18 +169,16 @@ def register(
     )
     observations = given_options(options).keys() - {"click_sigma_m", "robust", "keep_scale"}
     if is_path(model_points) and (world_points is None or observations):
-        _refuse(
-            {"world_points": world_points, "sigma_m": sigma_m, "check": check},
-            tr("Arrays of points belong to an array of model points. Give a table: pairs."),
-        )
+        arrays = {"world_points": world_points, "sigma_m": sigma_m, "check": check}
+        for name, value in arrays.items():
+            if value is not None:
+                raise requires_type(name, "model_points", "numpy.ndarray")
         path = str(path_of(model_points, "model_points"))
         with arguments_named(RegisterOptions):
             found = register_model(path, options, report).placed
     else:
         for name in observations:
-            raise InputError(
-                tr("This belongs to the path of a model. Give that in place of points."), field=name
-            )
+            raise requires_type(name, "model_points", "str, pathlib.Path")
         found = register_points(
             *_pairs(model_points, world_points, sigma_m, check),
             click_sigma_m=options.click_sigma_m,
@@ -192,26 +193,12 @@ def _pairs(
     model_points: Any, world_points: Any, sigma_m: Any, check: Any
 ) -> tuple[Array, Array, Array | None, npt.NDArray[np.bool_] | None]:
     if world_points is None:
-        raise InputError(tr("Give the same points in World."), field="world_points")
+        raise InputError(Finding("option.missing"), field="world_points")
     model, world = points(model_points, "model_points"), points(world_points, "world_points")
-    if len(model) != len(world):
-        raise InputError(
-            tr(
-                "{count} points of the model and {world} of World do not form pairs.",
-                count=len(model),
-                world=len(world),
-            ),
-            field="world_points",
-        )
+    refuse_other_lengths(model, world, ("model_points", "world_points"))
     sigma = None if sigma_m is None else _sigma(sigma_m, len(model))
     judges = None if check is None else _flags(check, len(model))
     return model, world, sigma, judges
-
-
-def _refuse(given: Mapping[str, Any], message: str) -> None:
-    for name, value in given.items():
-        if value is not None:
-            raise InputError(message, field=name)
 
 
 def _beside(value: Any, name: str) -> str | None:
@@ -232,12 +219,7 @@ def _rows(given: Any, name: str, lengths: tuple[int, ...]) -> tuple[str, ...]:
         values = numbers(row, name).ravel()
         if len(values) not in lengths:
             raise InputError(
-                tr(
-                    "Rows of {wanted} numbers are needed, and one has {count}.",
-                    wanted=" or ".join(map(str, lengths)),
-                    count=len(values),
-                ),
-                field=name,
+                Finding("file.number-count", count=len(values), needed=lengths), field=name
             )
         found.append(",".join(repr(float(v)) for v in values))
     return tuple(found)
@@ -254,17 +236,9 @@ def _is_flat(given: Any) -> bool:
 def _sigma(given: Any, n: int) -> Any:
     array = numbers(given, "sigma_m")
     if array.shape != (n, 3):
-        raise InputError(
-            tr(
-                "One standard error per coordinate is needed, as an array ({count}, 3). This "
-                "one has the shape {shape}.",
-                count=n,
-                shape=array.shape,
-            ),
-            field="sigma_m",
-        )
+        raise wrong_shape(array, f"({n}, 3)", "sigma_m")
     bad = np.asarray(~((array > 0) & np.isfinite(array)).all(axis=1))
-    refuse_rows(bad, "no positive errors", "sigma_m")
+    refuse_rows(bad, "sigma_m", "array.not-positive")
     for value in (float(array.min()), float(array.max())) if array.size else ():
         _require_error(value, "sigma_m")
     return array
@@ -282,8 +256,5 @@ def _flags(given: Any, n: int) -> Any:
     except ValueError:  # Rows of different lengths.
         array = np.empty(0)
     if array.shape != (n,) or array.dtype != bool:
-        raise InputError(
-            tr("True or False for each of the {n} points is needed, an array ({n},) of bool.", n=n),
-            field="check",
-        )
+        raise InputError(Finding("array.not-flags", count=n), field="check")
     return array

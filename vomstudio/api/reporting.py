@@ -6,9 +6,8 @@ import inspect
 from collections.abc import Callable
 from typing import Any
 
-from vomstudio.errors import InputError
+from vomstudio.api.checking import wrong_type
 from vomstudio.progress import CancelToken, Progress, Silent
-from vomstudio.words import tr
 
 Reported = Callable[[str, int, int | None], Any] | Progress | None
 """Called with (stage, steps done, all steps or None), or an object with `stage` and `step`."""
@@ -57,9 +56,7 @@ def _takes_three(call: Callable[..., Any]) -> bool:
 def told(progress: Reported, cancel: CancelToken | None = None) -> Progress:
     """The Progress for what the user handed over. Raises InputError."""
     if cancel is not None and not isinstance(cancel, CancelToken):
-        raise InputError(
-            tr("A vs.CancelToken is needed. Call its cancel() to stop the work."), field="cancel"
-        )
+        raise wrong_type(cancel, "vs.CancelToken", "cancel")
     made: Progress
     if progress is None:
         made = Silent()
@@ -68,8 +65,5 @@ def told(progress: Reported, cancel: CancelToken | None = None) -> Progress:
     elif callable(progress) and _takes_three(progress):
         made = _Told(progress)
     else:
-        raise InputError(
-            tr("A function (stage, done, total) is needed, or an object with stage() and step()."),
-            field="progress",
-        )
+        raise wrong_type(progress, "function(stage, done, total)", "progress")
     return made if cancel is None else _Cancellable(made, cancel)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from vomstudio.api.checking import path_of
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
-from vomstudio.words import tr
 
 
 def sample(*parts: str) -> Path:
@@ -29,6 +29,4 @@ def sample(*parts: str) -> Path:
     try:
         return resource("sample", *names)
     except InputError as error:
-        raise InputError(
-            tr("The sample has no file of this name."), file=error.file, field="parts"
-        ) from error
+        raise InputError(Finding("file.missing"), file=error.file, field="parts") from error

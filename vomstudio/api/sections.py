@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.api.checking import flag, numbers, path_of
+from vomstudio.api.checking import flag, numbers, path_of, refuse_rows, wrong_shape
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
-from vomstudio.errors import InputError
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.products.section.curtain import (
     Curtain,
@@ -29,7 +28,6 @@ from vomstudio.products.section.writing import (
     write_section,
 )
 from vomstudio.reprs import html_table, in_lines
-from vomstudio.words import tr
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -172,10 +170,9 @@ def section(
             curtain = curtain_of_options(options)
         else:
             line = numbers(section_line, "section_line")
-            if line.ndim != 2 or line.shape[1] < 2 or not np.isfinite(line).all():
-                raise InputError(
-                    tr("A line of section is an array (n, 2) of x and y."), field="section_line"
-                )
+            if line.ndim != 2 or line.shape[1] < 2:
+                raise wrong_shape(line, "(n, 2)", "section_line")
+            refuse_rows(np.asarray(~np.isfinite(line).all(axis=1)), "section_line")
             curtain = curtain_of_line(line)
         data = model_of(model)
         cut = cut_model(data._data, curtain, options.slab_m)

@@ -6,17 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.api.checking import warn
+from vomstudio.api.checking import warn, wrong_type
 from vomstudio.api.comparisons import placed
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.reporting import Reported, told
-from vomstudio.errors import UsageError
 from vomstudio.products.surface.analysis import SurfaceFigures, analyse
 from vomstudio.products.surface.patch import around as within
 from vomstudio.products.surface.patch import parse_around
 from vomstudio.products.surface.surface_options import SurfaceOptions
 from vomstudio.progress import CancelToken
-from vomstudio.words import tr
 
 
 def surface(
@@ -97,6 +95,4 @@ def _around_text(given: Any) -> str:
         place, radius = given
         return ",".join(map(repr, [*np.asarray(place, float).tolist(), float(radius)]))
     except (TypeError, ValueError) as error:
-        raise UsageError(
-            tr("A patch is ((x, y, z), radius), in metres."), field="around"
-        ) from error
+        raise wrong_type(given, "((x, y, z), radius)", "around") from error

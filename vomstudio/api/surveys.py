@@ -11,17 +11,16 @@ from vomstudio.api.checking import (
     maybe_path,
     naming,
     path_of,
+    required_text,
     warn,
-    words_of,
 )
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.reporting import Reported, told
-from vomstudio.errors import InputError
+from vomstudio.core.findings import Finding
 from vomstudio.io.photos.reading import PhotoFolder
 from vomstudio.survey.folder_check import FolderCheck
 from vomstudio.survey.planning import SurveyPlan
 from vomstudio.survey.survey_options import CheckOptions, PlanOptions
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.survey.plan_camera import PlanCamera
@@ -55,7 +54,8 @@ def read_photos(folder: str | Path, *, progress: Reported = None) -> PhotoFolder
     from vomstudio.io.photos import reading
 
     found = reading.read_photos(path_of(folder, "folder"), told(progress))
-    warn([*found.warnings, *(f"{name} {reason}" for name, reason in found.skipped)])
+    left_out = [Finding("photo.left-out", photo=name, reason=why) for name, why in found.skipped]
+    warn([*found.warnings, *left_out])
     return found
 
 
@@ -190,6 +190,4 @@ def _camera(given: Any, focal_mm: float | None) -> PlanCamera:
     from vomstudio.survey.plan_camera import camera_of
 
     words = os.fspath(given) if isinstance(given, os.PathLike) else given
-    if (name := words_of(words, "camera")) is None:
-        raise InputError(tr("The name of a camera is needed."), field="camera")
-    return camera_of(name, focal_mm)
+    return camera_of(required_text(words, "camera"), focal_mm)

@@ -8,8 +8,16 @@ from typing import Any, Literal
 
 import numpy as np
 
-from vomstudio.api.checking import is_path, looks_like_radians, one_of, pairs, path_of, warn
-from vomstudio.core.findings import Message
+from vomstudio.api.checking import (
+    is_path,
+    looks_like_radians,
+    one_of,
+    pairs,
+    path_of,
+    warn,
+    wrong_type,
+)
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document import catalogue
 from vomstudio.errors import InputError
 from vomstudio.geology.orientation import Line, Plane
@@ -22,7 +30,6 @@ from vomstudio.io.text.table_turns import registrations_in
 from vomstudio.io.text.tables import TextTable, read_table, table_of_cells
 from vomstudio.tables.orientation_table import COLUMNS, Row, line_row, orientation_row
 from vomstudio.tables.registration_lines import registration_lines
-from vomstudio.words import tr
 
 FORMS = {figure.name: figure.form for figure in catalogue.ORIENTATION}
 _IN_MEMORY = "the table"
@@ -130,7 +137,7 @@ def text_of(table: Any, name: str = "table") -> TextTable:
     if is_path(table):
         return read_table(path_of(table, name))
     if not (hasattr(table, "columns") and hasattr(table, "itertuples")):
-        raise InputError(tr("Give a DataFrame or the path of a file."), field=name)
+        raise wrong_type(table, "pandas.DataFrame, str, pathlib.Path", name)
     names, cells = _cells_of(table, name)
     return table_of_cells(
         names, cells, _IN_MEMORY, comments=(f"CRS: {dataframe_crs(table) or 'local'}",)
@@ -148,31 +155,23 @@ def _noticed(table: OrientationTable) -> list[Message]:
         (table.dip_direction_deg, table.dip_deg),
         (table.trend_deg, table.plunge_deg),
     )
-    said = [s for a, b in angles if (s := looks_like_radians(a, b)) is not None]
-    return [*table.warnings, *said]
+    radians = any(looks_like_radians(azimuth, angle) for azimuth, angle in angles)
+    return [*table.warnings, *([Finding("compass.radians")] if radians else [])]
 
 
 def _arrays(given: Any, name: str) -> Any:
     names = ("dip_direction", "dip")
     if isinstance(given, Mapping) or not isinstance(given, Sequence | np.ndarray):
-        raise _no_table(given, name)
+        raise _not_a_table(given, name)
     if len(given) != 2:
-        raise _no_table(given, name)
+        raise _not_a_table(given, name)
     azimuth, dip = pairs(given[0], given[1], names)
     cells = [[repr(float(a)), repr(float(d))] for a, d in zip(azimuth, dip, strict=True)]
     return table_of_cells(names, cells, _IN_MEMORY)
 
 
-def _no_table(given: Any, name: str) -> InputError:
-    kind = type(given).__name__
-    return InputError(
-        tr(
-            "A table of orientations is a DataFrame, the path of a file, or the two "
-            "arrays (dip direction, dip) in degrees. This is a {kind}.",
-            kind=kind,
-        ),
-        field=name,
-    )
+def _not_a_table(given: Any, name: str) -> InputError:
+    return wrong_type(given, "pandas.DataFrame, str, pathlib.Path, (dip_directions, dips)", name)
 
 
 # --- DataFrame to cells ---------------------------------------------------------------------------
@@ -186,7 +185,7 @@ def _cells_of(frame: Any, argument: str) -> tuple[list[str], list[list[str]]]:
         names.append(str(name))
         columns.append([_cell(value) for value in values])
     if not names or not len(frame):
-        raise InputError(tr("This DataFrame has no rows."), field=argument)
+        raise InputError(Finding("argument.empty"), field=argument)
     return names, [list(row) for row in zip(*columns, strict=True)]
 
 

@@ -11,6 +11,7 @@ from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, progress_of
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
+from vomstudio.core.findings import Finding
 from vomstudio.survey.survey_options import CheckOptions, CheckScene
 from vomstudio.words import tr
 
@@ -51,10 +52,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         out.text("\n" + tr("After the alignment") + "\n" + _in_words(after))
     out.result(checked.as_dict())
     out.warn(
-        [
-            tr("{photo} was left out: {reason}", photo=name, reason=reason)
-            for name, reason in checked.skipped
-        ]
+        [Finding("photo.left-out", photo=name, reason=reason) for name, reason in checked.skipped]
     )
     out.warn(checked.warnings)
 

@@ -81,9 +81,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         *crs_findings(model.crs, benchmark.crs, names),
     ]  # fmt: skip
     if not (model.metric or benchmark.metric):
-        warnings.append(
-            tr("Neither file states its unit: what is said in metres is in the unit of both.")
-        )
+        warnings.append(Finding("comparison.no-unit"))
     metric = model.in_metres or benchmark.in_metres
     error = options.registration_error_m
     if error is None and options.m3c2_m is not None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from vomstudio.cli.common.arguments import Subparsers, add_command, report_reading
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.output import Output
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.units import METRES
 from vomstudio.words import tr
 
@@ -62,7 +63,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if crs is not None:
         unit = established.frame.unit_m
     if args.unit is None and unit != 1.0:
-        warnings.append(tr("Coordinates stay in the unit of the CRS, {metres:.9g} m.", metres=unit))
+        warnings.append(Finding("frame.crs-unit-kept", metres=unit))
     scale = METRES[args.unit] if args.unit and crs is None else 1.0
     found = stored_registration(loaded, options)
     warnings += found.findings

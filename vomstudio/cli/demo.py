@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import importlib.util
 import shutil
 import time
 from collections.abc import Iterator
@@ -16,7 +15,7 @@ from vomstudio.cli.common.arguments import Parser, Subparsers, add_command, prog
 from vomstudio.cli.common.declared_options import add_options
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.reporting import Reporter
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import TargetError, WorkerError
 from vomstudio.products.sample.demo_options import DemoOptions
 from vomstudio.progress import Progress
@@ -70,6 +69,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     watch = _Watch(progress, 4 if args.without_photos else 5)
     files: list[Path] = []
     notes: list[Message] = []
+    warnings: list[Message] = []
     with watch.step("measure", tr("Measuring the sample")):
         from vomstudio.io.project.sample import read_picks, read_truth
         from vomstudio.products.sample.check import check_sample
@@ -83,19 +83,17 @@ def run(args: argparse.Namespace, out: Output) -> None:
         files += _nets(folder, picks, result)
     images = {"net.svg": tr("Poles of bedding, fault and joints, with the fold axis")}
     with watch.step("orthophoto", tr("Drawing the orthophoto")):
-        made = _orthophoto(folder, progress)
-    if made:
-        files += made
-        images["ortho_sheet.png"] = tr("Orthophoto along the fold axis")
-    else:
-        notes.append(tr("No orthophoto: this version cannot make one yet."))
+        files += _orthophoto(folder, progress)
+    images["ortho_sheet.png"] = tr("Orthophoto along the fold axis")
     checks = result.checks
     photos: dict[str, Any] | None = None
     if not args.without_photos:
         with watch.step("photos", tr("Reconstructing the sample photos")):
             photos = _photos(folder, picks, progress)
         files += photos.pop("files")
-        notes += photos.pop("notes")
+        notes.append(photos.pop("text"))
+        warnings += photos.pop("warnings")
+        notes += warnings
     text = as_text(checks, notes)
     page = as_html(checks, notes, images, sum(watch.seconds.values()))
     for name, content in (("summary.txt", text + "\n"), ("summary.html", page)):
@@ -108,7 +106,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             "files": [str(file) for file in files],
             "seconds": watch.seconds,
             "summary": tally(checks),
-            "warnings": notes,
+            "warnings": warnings,
         }
     )
     out.text(text)
@@ -150,7 +148,7 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
     )
     made = run_job(RECONSTRUCT, order, progress)
     if made.dense_gsd_m is None:
-        raise WorkerError(tr("None of the sample photos was aligned. Install the program again."))
+        raise WorkerError(Finding("sample.damaged"))
     progress.stage(tr("Comparing the model with the outcrop"))
     outcrop, cloud = read_model(sample_model()).data, read_model(Path(made.dense)).data
     result = made.as_dict()
@@ -170,7 +168,8 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
         **{key: result[key] for key in keys},
         "checks": [check.as_dict() for check in checks],
         "files": [Path(result[key]) for key in ("mesh", "dense", "sparse", "cameras", "report")],
-        "notes": [in_words(checks), *made.warnings],
+        "text": in_words(checks),
+        "warnings": made.warnings,
     }
 
 
@@ -194,24 +193,24 @@ def _prepare(folder: Path) -> None:
     """An empty folder, or one that an earlier demo made, from which its project is taken away."""
     from vomstudio.files.atomic import write_bytes
     from vomstudio.files.inside import make_folder, place_inside
-    from vomstudio.io.project.folder import is_free
+    from vomstudio.files.lock import ProjectLock
 
     try:
         make_folder(folder)
         for name in (MARK, PROJECT):
             place_inside(folder / name, folder)
         if any(folder.iterdir()) and not (folder / MARK).is_file():
-            raise TargetError(tr("This folder holds other files. Name a new one."), file=folder)
+            raise TargetError(Finding("folder.not-empty"), file=folder)
         write_bytes(folder / MARK, b"made by vomstudio demo\n", force=True)
         project = folder / PROJECT
         if project.exists():
-            if (project / "journal.sqlite").is_file() and not is_free(project):
-                raise TargetError(tr("This project is open in a window. Close it."), file=project)
+            if (project / "journal.sqlite").is_file():
+                ProjectLock(project / "lock").release()
             shutil.rmtree(project)
     except OSError as error:
-        raise TargetError(
-            tr("The folder cannot be used ({reason}).", reason=error.strerror), file=folder
-        ) from error
+        raise TargetError(Finding("folder.not-created", reason=error.strerror), file=folder) from (
+            error
+        )
 
 
 def _project(folder: Path, picks: SamplePicks) -> list[Path]:
@@ -340,10 +339,8 @@ def _nets(folder: Path, picks: SamplePicks, result: SampleResult) -> list[Path]:
 
 
 def _orthophoto(folder: Path, progress: Reporter) -> list[Path]:
-    """Along beta, by the command `ortho`; nothing in a version without it."""
-    if importlib.util.find_spec("vomstudio.cli.ortho") is None:
-        return []
-    ortho = importlib.import_module("vomstudio.cli.ortho")
+    """Write an orthophoto along beta by the command `ortho`."""
+    from vomstudio.cli import ortho
     from vomstudio.io.project.sample import sample_model
 
     parser = Parser(prog="vomstudio")

@@ -50,14 +50,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _left_out(skipped: Sequence[Mapping[str, Any]]) -> list[Finding]:
-    """Report each feature that was left out; many of the same reason at once."""
+    """Return a finding for each feature, or one for many with the same reason."""
     names: dict[Finding, list[str]] = {}
     for item in skipped:
         names.setdefault(item["reason"], []).append(item["name"])
-    said = []
+    findings = []
     for reason, features in names.items():
         if len(features) > _NAMED:
-            said.append(Finding("features.left-out", count=len(features), reason=reason))
-            continue
-        said += [Finding("feature.left-out", feature=f, reason=reason) for f in features]
-    return said
+            findings.append(Finding("features.left-out", count=len(features), reason=reason))
+        else:
+            findings += [Finding("feature.left-out", feature=f, reason=reason) for f in features]
+    return findings

@@ -12,9 +12,9 @@ from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.labelled_models import write_labelled
 from vomstudio.cli.common.lengths import named_by_unit, unit_of
+from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.core.findings import Message
-from vomstudio.errors import GeometryError
 from vomstudio.products.section.extend_options import ExtendOptions
 from vomstudio.words import tr, tr_n
 
@@ -97,10 +97,8 @@ def _belief(
     if points is not None:
         read = read_points(points, model=ModelFrame(model.crs))
         given = read.groups
-        try:
+        with numbers_of(points):
             return belief_of_fit(fit_plane(given.points)), given.warnings
-        except GeometryError as error:
-            raise GeometryError(error.message, file=points) from error
     assert options.error_deg is not None
     plane, through = plane_option(str(options.plane)), parse_through(str(options.through))
     return belief_of_attitude(plane, through, options.error_deg, options.through_error_m), ()

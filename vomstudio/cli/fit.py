@@ -16,9 +16,10 @@ from vomstudio.cli.common.arguments import (
 )
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
+from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.errors import GeometryError
 from vomstudio.tables.fit_options import FitOptions, FitTogether
 from vomstudio.words import tr
 
@@ -124,25 +125,9 @@ def _plot_of(args: argparse.Namespace) -> str:
 def _parallel(path: str, same: Sequence[str], groups: PointGroups) -> ParallelBeds:
     from vomstudio.geology.beds.parallel import parallel_beds
 
-    pairs = []
-    for asked in same:
-        names = [name.strip() for name in asked.split(",")]
-        if len(names) != 2 or any(name not in groups.ids for name in names):
-            raise UsageError(
-                tr(
-                    "--same takes the names of two traces, such as {first},{second}; “{asked}” is "
-                    "none.",
-                    first=groups.ids[0],
-                    second=groups.ids[-1],
-                    asked=asked,
-                ),
-                field="--same",
-            )
-        pairs.append((names[0], names[1]))
-    try:
+    pairs = [straight_traces.trace_pair(text, groups.ids, "--same") for text in same]
+    with numbers_of(path, "--parallel"):
         return parallel_beds(groups.ids, groups.points, groups.offsets, pairs=pairs)
-    except GeometryError as error:
-        raise GeometryError(str(error), file=path, field="--parallel") from error
 
 
 def _parallel_in_words(found: ParallelBeds) -> str:

@@ -93,8 +93,7 @@ def _folder(path: Path, progress: Progress) -> dict[str, Any]:
     photos = found.photos
     warnings: list[Message] = list(found.warnings)
     warnings += [
-        tr("{photo} was left out: {reason}", photo=name, reason=reason)
-        for name, reason in found.skipped
+        Finding("photo.left-out", photo=name, reason=reason) for name, reason in found.skipped
     ]
     placed = sum(photo.latitude_deg is not None for photo in photos)
     return {
@@ -154,11 +153,13 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
     if sound.any():
         bounds = [points[sound].min(axis=0).tolist(), points[sound].max(axis=0).tolist()]
         if not sound.all():
+            lines = np.asarray(table.line_numbers)[~sound].tolist()
             warnings.append(
-                tr_n(
-                    "{count} row has no finite coordinates.",
-                    "{count} rows have no finite coordinates.",
-                    int((~sound).sum()),
+                Finding(
+                    "table.rows-left-out",
+                    count=len(lines),
+                    needed=tr("coordinates"),
+                    lines=lines,
                 )
             )
     found = {
@@ -221,18 +222,14 @@ def _picture(path: Path) -> dict[str, Any]:
             width, height, bands = size_and_bands(path)
             return {**NOTHING, **(_on_the_map(path) or {}), "kind": "raster", "width": width,
                     "height": height, "fields": bands, "warnings": []}  # fmt: skip
-        raise InputError(
-            tr("This is no picture of a kind that can be read, or it is damaged."), file=path
-        ) from error
+        raise InputError(Finding("picture.unknown-kind"), file=path) from error
     except (OSError, ValueError, SyntaxError) as error:
-        raise InputError(
-            tr("This picture cannot be read ({error}).", error=error), file=path
-        ) from error
+        raise InputError(Finding("file.unreadable", reason=error), file=path) from error
     place, warnings = None, []
     if 33550 in tags or 34264 in tags:
         place = _on_the_map(path)
         if place is None:
-            warnings.append(tr("The picture is georeferenced, but its position is not shown here."))
+            warnings.append(Finding("picture.place-unreadable"))
     return {
         **NOTHING,
         **(place or {}),

@@ -19,6 +19,7 @@ from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError, VomError
 from vomstudio.geology.beds.log_options import LogLine, LogOptions
 from vomstudio.words import tr
@@ -114,28 +115,17 @@ class _Made(NamedTuple):
 def _check_options(args: argparse.Namespace, of_project: bool) -> None:
     """Raises UsageError."""
     if of_project and args.line is None:
-        raise UsageError(
-            tr("Name the line of the project along which the log runs: --line NAME."),
-            field="--line",
-        )
+        raise UsageError(Finding("log.line-not-given"), field="--line")
     if not of_project and args.line is not None:
-        raise UsageError(
-            tr("--line is for a line of a project, and {table} is no project.", table=args.table),
-            field="--line",
-        )
+        raise UsageError(Finding("log.not-a-project", table=args.table), field="--line")
     if of_project and frame_options(args).is_given:
-        raise UsageError(
-            tr("The frame of a project is declared with its models. Leave this option out."),
-            field=frame_options(args).first_given,
-        )
+        raise UsageError(Finding("option.not-with-project"), field=frame_options(args).first_given)
     if not of_project and args.bed is None:
-        raise UsageError(tr("Give the attitude of the beds: --bed DD/D."), field="--bed")
+        raise UsageError(Finding("log.no-bed"), field="--bed")
     if of_project and args.bed is None and args.bed_error_deg is not None:
         raise UsageError(
-            tr("--bed-error is for an attitude that is given, --bed DD/D; a fitted one has its "
-               "own."),
-            field="--bed-error",
-        )  # fmt: skip
+            Finding("option.requires", option="--bed-error", other="--bed"), field="--bed-error"
+        )
 
 
 def _of_table(args: argparse.Namespace, bed: Plane | None, options: LogOptions) -> _Made:

@@ -264,7 +264,9 @@ def _register(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.workspace.placing.registering import parse_click_sigma, set_words
 
     if args.reference is None and (args.pairs is None or args.stable is not None):
-        raise UsageError(tr("Give a table of points, or a --reference."), field="PAIRS")
+        raise UsageError(
+            Finding("option.none-given", options=("PAIRS", "--reference")), field="PAIRS"
+        )
     pairs = None if args.pairs is None else read_pairs(args.pairs)
     crs = None if args.crs is None else metric_crs(args.crs, "--crs")
     click_m = None
@@ -308,8 +310,7 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
         added = desk.add_picks(picks, model, kind, args.set)
     warnings = [*groups.warnings, *added.warnings]
     left_out = [
-        tr("{feature} was left out: {reason}", feature=name, reason=reason)
-        for name, reason in added.skipped
+        Finding("feature.left-out", feature=name, reason=reason) for name, reason in added.skipped
     ]
     out.warn([*warnings, *left_out])
     what = {
@@ -328,8 +329,7 @@ def _import(args: argparse.Namespace, out: Output) -> None:
         model = desk.find_model(args.model)
         added = desk.take_in(Path(args.file), model)
     left_out = [
-        tr("{feature} was left out: {reason}", feature=name, reason=reason)
-        for name, reason in added.skipped
+        Finding("feature.left-out", feature=name, reason=reason) for name, reason in added.skipped
     ]
     out.warn([*added.warnings, *left_out])
     what = {

@@ -16,7 +16,7 @@ from vomstudio.cli.common.arguments import (
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.set_colors import colors_among
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.geology.rose_options import RoseOptions
 from vomstudio.products.net.figure_options import SIZE_MM, RoseFigure, SetColors
 from vomstudio.words import tr
@@ -78,17 +78,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     warnings: list[Message] = list(table.warnings)
     for name, rose in found.roses.items():
         if rose.left_out:
-            warnings.append(
-                tr(
-                    "{set}: {count} rows without azimuth or weight are left out.",
-                    set=name,
-                    count=rose.left_out,
-                )
-            )
-    warnings += [
-        tr("{set}: no row has an azimuth and a weight; it has no rose.", set=name)
-        for name in found.empty
-    ]
+            warnings.append(Finding("rose.rows-left-out", set=name, count=rose.left_out))
+    warnings += [Finding("rose.no-azimuth", set=name) for name in found.empty]
     told = _told(args, options, of, found, table.convention, table.dropped)
     out.result({**told, "warnings": warnings})
     out.note(tr("read as {convention}", convention=table.convention))

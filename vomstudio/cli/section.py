@@ -17,7 +17,7 @@ from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_
 from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
 from vomstudio.core.findings import Message
-from vomstudio.errors import InputError, UsageError
+from vomstudio.errors import InputError
 from vomstudio.products.section.section_options import DOMAINS, SectionFeatures, SectionOptions
 from vomstudio.words import tr
 
@@ -114,7 +114,8 @@ def _curtain(
     try:
         return curtain_of_line(points), warnings
     except InputError as error:
-        raise InputError(error.message, file=place.path, field=error.field) from error
+        error.file = str(place.path)
+        raise
 
 
 def _direction(text: str | None) -> Any:
@@ -125,7 +126,8 @@ def _direction(text: str | None) -> Any:
     try:
         return parse_line(text).vector()
     except InputError as error:
-        raise UsageError(error.message, field="--along") from error
+        error.field = "--along"
+        raise
 
 
 def _in_words(result: dict[str, Any], unit: str, projected: list[str]) -> str:

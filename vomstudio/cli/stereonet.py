@@ -16,6 +16,7 @@ from vomstudio.cli.common.arguments import (
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.set_colors import colors_among
+from vomstudio.core.findings import Finding
 from vomstudio.products.net.figure_options import SetColors, StereonetFigure, StereonetOptions
 from vomstudio.words import tr
 
@@ -94,7 +95,7 @@ def _tell(
     if fold is not None:
         warnings += not_good_warning(net.fold_not_good, fold.n)
     if found is not None and not found["levels"]:
-        warnings.append(tr("Nothing is dense enough for a contour."))
+        warnings.append(Finding("contours.none"))
     out.result(
         {
             "image": args.output,

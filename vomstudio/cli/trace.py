@@ -15,10 +15,11 @@ from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, 
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
 from vomstudio.cli.common.lengths import named_by_unit, unit_of
+from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.core.findings import Finding, Message
 from vomstudio.core.options import declarations
-from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.errors import InputError, UsageError
 from vomstudio.extraction.trace_options import (
     DrawnTraceOptions,
     FollowOptions,
@@ -99,12 +100,12 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
     given, noticed = _way_points(args, model)
     if len(given) < 2:
         raise InputError(
-            tr("A trace is followed between at least two way-points."), file=args.through
+            Finding("feature.too-few-points", count=2 - len(given), minimum=2), file=args.through
         )
     spacing = resolution(model.data)
     with edges_by(options.onnx_model, progress_of(args)) as edges:
-        try:
-            progress_of(args).stage(tr("Following the contact"))
+        progress_of(args).stage(tr("Following the contact"))
+        with numbers_of(args.through):
             surface = SurfaceGraph(
                 model.data
                 if edges is None or options.photo is not None
@@ -113,8 +114,6 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
             if given.shape[1] == 3:
                 _require_on_model(args.through, given, surface, spacing)
             found = _followed(args, options, model, surface, given, spacing, edges)
-        except GeometryError as error:
-            raise GeometryError(str(error), file=args.through) from error
     notes = [tr("followed over {model}", model=Path(args.model).name), f"cost: {found.cost}"]
     if args.photo is not None:
         notes.append(tr("in the photo {photo}", photo=Path(args.photo).name))

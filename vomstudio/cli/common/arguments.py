@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from vomstudio.cli.common.first_word import nearest_of
 from vomstudio.cli.common.reporting import NoReport, Reporter
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.words import tr
 
@@ -39,12 +40,10 @@ class Parser(argparse.ArgumentParser):
         # current folder, with all that lies in it.
         named = action.dest == "output" or not action.option_strings
         if named and action.nargs != argparse.PARSER and "" in arg_strings:
-            raise argparse.ArgumentError(action, tr("An empty word is no name"))
+            raise UsageError(Finding("name.empty"), field=_name_of(action))
         # Whoever writes - means standard output, and got a file of that name.
         if action.dest == "output" and arg_strings == ["-"]:
-            raise argparse.ArgumentError(
-                action, tr("Files are not written to standard output; name one")
-            )
+            raise UsageError(Finding("output.is-stdout"), field=_name_of(action))
         return super()._get_values(action, arg_strings)
 
     def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
@@ -65,8 +64,7 @@ class Parser(argparse.ArgumentParser):
             self._refuse_option(unknown)
         found, left = super().parse_known_args(words, namespace)
         if left:
-            said = tr("unrecognized arguments: {words}", words=" ".join(left))
-            raise self._wrong(said, " ".join(left))
+            raise self._unknown_argument(" ".join(left))
         return found, left
 
     def _unknown_options(self, words: Sequence[str]) -> Iterator[str]:
@@ -91,43 +89,44 @@ class Parser(argparse.ArgumentParser):
         return frozenset(name for action in within for name in action.choices)
 
     def _refuse_option(self, option: str) -> NoReturn:
-        said = tr("unrecognized arguments: {words}", words=option)
         # Without what all of them begin with, which would make them alike.
         bare = {name.lstrip("-"): name for name in self._option_string_actions}
         if nearest := nearest_of(option.lstrip("-").casefold(), [*bare], 0.7):
-            said = f"{said}. " + tr("Did you mean '{nearest}'?", nearest=bare[nearest])
-        raise self._wrong(said, option)
+            raise self._misspelt(option, bare[nearest], option)
+        raise self._unknown_argument(option)
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         try:
             super()._check_value(action, value)
-        except argparse.ArgumentError as error:
-            names = [str(choice) for choice in action.choices or ()]
-            nearest = nearest_of(str(value).casefold(), names)
-            if nearest is None:
-                raise
-            said = tr("Did you mean '{nearest}'?", nearest=nearest)
-            raise argparse.ArgumentError(action, f"{error.message}. {said}") from None
+        except argparse.ArgumentError:
+            choices = [str(choice) for choice in action.choices or ()]
+            if nearest := nearest_of(str(value).casefold(), choices):
+                raise self._misspelt(str(value), nearest, _name_of(action)) from None
+            finding = Finding("option.not-a-choice", value=value, choices=choices)
+            raise UsageError(finding, field=_name_of(action)) from None
 
     def error(self, message: str) -> NoReturn:
         found = re.match(r"argument ([^:]+): (.*)", message, re.DOTALL)
-        field, said = found.groups() if found else (_last_words(message), message)
-        raise self._wrong(said, field)
+        field, problem = found.groups() if found else (_last_words(message), message)
+        problem = " ".join(problem.split())
+        problem = problem[:1].upper() + problem[1:]
+        finding = Finding("command.invalid", problem=problem, program=self.prog)
+        raise UsageError(finding, field=field)
 
-    def _wrong(self, said: str, field: str | None) -> UsageError:
-        said = " ".join(said.split())
-        stop = "" if said.endswith("?") else "."
-        return UsageError(
-            tr(
-                "{problem} See {program} --help.",
-                problem=said[:1].upper() + said[1:] + stop,
-                program=self.prog,
-            ),
-            field=field,
-        )
+    def _misspelt(self, value: str, nearest: str, field: str | None) -> UsageError:
+        finding = Finding("command.misspelt", value=value, nearest=nearest, program=self.prog)
+        return UsageError(finding, field=field)
+
+    def _unknown_argument(self, value: str) -> UsageError:
+        finding = Finding("command.unknown-argument", value=value, program=self.prog)
+        return UsageError(finding, field=value)
 
     def _print_message(self, message: str, file: object = None) -> None:
         raise HelpWanted(message.rstrip("\n"))
+
+
+def _name_of(action: argparse.Action) -> str | None:
+    return argparse._get_action_name(action)
 
 
 def _last_words(message: str) -> str | None:

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
-from vomstudio.errors import GeometryError
+from vomstudio.cli.common.naming import numbers_of
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -17,10 +17,8 @@ def fitted(path: str, groups: PointGroups) -> dict[str, Any]:
     """What `--curved` adds to the object. Raises GeometryError."""
     from vomstudio.geology.beds.curved import curved_bed
 
-    try:
+    with numbers_of(path, "--curved"):
         found = curved_bed([str(name) for name in groups.ids], groups.points, groups.offsets)
-    except GeometryError as error:
-        raise GeometryError(error.message, file=path, field="--curved") from error
     return {
         "degree": found.degree,
         "p": found.p,

@@ -18,6 +18,7 @@ from vomstudio.cli.common.output import Channel, Output, stdout_kept, to_json
 from vomstudio.cli.common.own_options import OWN_OPTIONS, add_own_options, run_own_option
 from vomstudio.cli.common.reporting import reporting
 from vomstudio.cli.common.stop_signals import stop_signals_heard
+from vomstudio.core.findings import Finding
 from vomstudio.errors import Cancelled, InputError, VomError
 from vomstudio.failures import (
     asked_to_stop,
@@ -94,7 +95,6 @@ def _run(words: list[str], channel: Channel) -> int:
 
 
 class _OurFault(VomError):
-    code = "internal"
     exit_code = 1
 
 
@@ -105,29 +105,20 @@ def _in_a_sentence(error: Exception) -> VomError:
         case ImportError() if (finding := missing_library(error)) is not None:
             return VomError(finding)
         case MemoryError():
-            return _OurFault(tr("There is not enough memory for this. Close other programs."))
+            remedy = tr("Close other programs and try again.")
+            return _OurFault(Finding("job.out-of-memory", remedy=remedy))
         case OSError():
             return _from_system(error)
     logging.getLogger(__name__).error("an internal error", exc_info=error)
-    return _OurFault(
-        tr(
-            "An internal error occurred ({kind}: {error}). Please report it with this command "
-            "(VOMSTUDIO_DEBUG=1 shows where).",
-            kind=type(error).__name__,
-            error=" ".join(str(error).split()),
-        )
-    )
+    return _OurFault(Finding("command.internal-error", type=type(error).__name__, error=str(error)))
 
 
 def _from_system(error: OSError) -> VomError:
-    reason = error.strerror or str(error)
+    finding = Finding("system.refused", reason=error.strerror or str(error))
     if isinstance(error, BrokenPipeError) or error.filename is None:
-        return _OurFault(tr("The system refused this ({reason}). Please try again.", reason=reason))
+        return _OurFault(finding)
     name = os.fsdecode(error.filename) if isinstance(error.filename, bytes) else error.filename
-    return InputError(
-        tr("The system refused this ({reason}). Check name and permissions.", reason=reason),
-        file=str(name),
-    )
+    return InputError(finding, file=str(name))
 
 
 def _fail(error: VomError, channel: Channel | None, output: Output) -> int:

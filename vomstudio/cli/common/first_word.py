@@ -6,8 +6,8 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
-from vomstudio.words import tr
 
 COMMANDS = (
     "demo", "info", "convert", "fit", "stats", "fold", "sets", "repeats", "stereonet", "rose",
@@ -32,34 +32,14 @@ def check_first_word(words: Sequence[str]) -> None:
     missing = next((word for word in words if not _may_be_meant(word)), None)
     if missing is None:
         option = next(word for word in words if word.startswith("-"))
-        raise UsageError(
-            tr("The window takes files and folders, no options. See vomstudio --help."),
-            field=option,
-        )
+        raise UsageError(Finding("command.window-options"), field=option)
     if missing != words[0] or _looks_like_a_path(missing):
-        raise UsageError(_no_such_file(missing), file=missing)
+        raise _no_such_file(missing)
     nearest = nearest_of(missing.casefold(), COMMANDS)
-    commands = ", ".join(COMMANDS)
-    if nearest:
-        raise UsageError(
-            tr(
-                "'{word}' is neither a command nor a file. Did you mean '{nearest}'? The commands "
-                "are: {commands}. See vomstudio --help.",
-                word=missing,
-                nearest=nearest,
-                commands=commands,
-            ),
-            field="COMMAND",
-        )
-    raise UsageError(
-        tr(
-            "'{word}' is neither a command nor a file. The commands are: {commands}. See "
-            "vomstudio --help.",
-            word=missing,
-            commands=commands,
-        ),
-        field="COMMAND",
+    finding = Finding(
+        "command.unknown", value=missing, nearest=nearest, commands=", ".join(COMMANDS)
     )
+    raise UsageError(finding, field="COMMAND")
 
 
 def _may_be_meant(word: str) -> bool:
@@ -84,16 +64,12 @@ def _looks_like_a_path(word: str) -> bool:
     return len(Path(word).parts) > 1 or bool(Path(word).suffix)
 
 
-def _no_such_file(word: str) -> str:
+def _no_such_file(word: str) -> UsageError:
     path = Path(word)
     try:
         beside = sorted(other.name for other in path.parent.iterdir())
     except OSError:
-        return tr("The folder of this file does not exist. Check its name.")
-    nearest = nearest_of(path.name, beside)
-    if nearest:
-        return tr(
-            "There is no such file or folder. Did you mean '{nearest}'?",
-            nearest=path.with_name(nearest),
-        )
-    return tr("There is no such file or folder. Check its name.")
+        return UsageError(Finding("folder.missing"), file=path.parent)
+    if nearest := nearest_of(path.name, beside):
+        return UsageError(Finding("file.misspelt", nearest=path.with_name(nearest)), file=word)
+    return UsageError(Finding("file.missing"), file=word)

@@ -158,10 +158,10 @@ class Channel:
         except BrokenPipeError:
             raise
         except OSError as error:
-            full = tr("the disk is full") if error.errno == errno.ENOSPC else str(error.strerror)
-            raise TargetError(
-                tr("Standard output cannot be written ({reason}).", reason=full)
-            ) from error
+            full = Finding("disk.full")
+            other = Finding("output.unwritable", reason=error.strerror)
+            finding = full if error.errno == errno.ENOSPC else other
+            raise TargetError(finding, file="<stdout>") from error
 
 
 @contextlib.contextmanager

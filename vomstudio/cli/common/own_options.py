@@ -9,6 +9,7 @@ from typing import Any
 from vomstudio.cli.common.arguments import HelpWanted, Parser
 from vomstudio.cli.common.first_word import COMMANDS
 from vomstudio.cli.common.output import Output
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.version import __version__
 from vomstudio.words import tr
@@ -57,9 +58,7 @@ def run_own_option(args: argparse.Namespace, output: Output) -> None:
         )
         output.result({"files": files})
     else:
-        raise UsageError(
-            tr("Name a command: {commands}. See vomstudio --help.", commands=", ".join(COMMANDS))
-        )
+        raise UsageError(Finding("command.missing", commands=", ".join(COMMANDS)))
 
 
 def _versions() -> dict[str, Any]:

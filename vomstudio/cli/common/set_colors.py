@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
-from vomstudio.words import tr
 
 
 def colors_among(colors: Mapping[str, str], names: Collection[str]) -> dict[str, str]:
@@ -16,10 +16,7 @@ def colors_among(colors: Mapping[str, str], names: Collection[str]) -> dict[str,
         meant = [n for n in names if n in (name, f"{name} (planes)", f"{name} (lines)")]
         if not meant:
             raise UsageError(
-                tr(
-                    "There is no set {set}. The sets are {names}.", set=name, names=", ".join(names)
-                ),
-                field="--color",
+                Finding("option.not-a-choice", value=name, choices=list(names)), field="--color"
             )
         found |= dict.fromkeys(meant, color)
     return found

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Parser, add_azimuth
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.words import tr
 
@@ -53,34 +54,27 @@ def crossings(
     from vomstudio.geology.plane_bands import crossing_plane
 
     found = []
-    for words in asked:
-        names = [name.strip() for name in words.split(",")]
-        if len(names) != 2 or any(name not in ids for name in names):
-            raise UsageError(
-                tr(
-                    "--crossing takes the names of two traces, such as {first},{second}; "
-                    "“{asked}” is none.",
-                    first=ids[0],
-                    second=ids[-1],
-                    asked=words,
-                ),
-                field="--crossing",
-            )
-        for name in names:
+    for text in asked:
+        first, second = trace_pair(text, ids, "--crossing")
+        for name in (first, second):
             if name not in bands:
-                raise UsageError(
-                    tr(
-                        "The trace {name} is not straight: it has a plane of its own, or none.",
-                        name=name,
-                    ),
-                    field="--crossing",
-                )
+                raise UsageError(Finding("trace.not-straight", trace=name), field="--crossing")
         try:
-            plane = crossing_plane(bands[names[0]], bands[names[1]])
+            plane = crossing_plane(bands[first], bands[second])
         except GeometryError as error:
-            raise UsageError(str(error), field="--crossing") from error
-        found.append({"first": names[0], "second": names[1], **asdict(plane)})
+            error.field = "--crossing"
+            raise
+        found.append({"first": first, "second": second, **asdict(plane)})
     return found
+
+
+def trace_pair(text: str, ids: Sequence[Any], option: str) -> tuple[str, str]:
+    """Return the names of two traces, such as "B01,B03". Raises UsageError."""
+    names = [name.strip() for name in text.split(",")]
+    if len(names) != 2 or any(name not in ids for name in names):
+        finding = Finding("trace.not-a-pair", value=text, first=ids[0], second=ids[-1])
+        raise UsageError(finding, field=option)
+    return names[0], names[1]
 
 
 def crossing_in_words(found: Mapping[str, Any]) -> str:

@@ -14,7 +14,7 @@ from vomstudio.cli.common.output import Output
 from vomstudio.core.findings import Finding, Message
 from vomstudio.errors import InputError, UsageError
 from vomstudio.extraction.trace_options import DrawnTraceOptions
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr_n
 
 if TYPE_CHECKING:
     from vomstudio.products.ortho.drawing_back import Brought, Sidecar
@@ -44,12 +44,8 @@ def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> No
         raise error.of_file(args.from_ortho) from error
     warnings = [*model.warnings, *messages, *brought.warnings]
     if sidecar.content_hash not in (None, model.loaded.content_hash):
-        warnings.append(
-            tr(
-                "The orthophoto was made of another file than {model}, or of it before it changed.",
-                model=Path(args.model).name,
-            )
-        )
+        model_name = Path(args.model).name
+        warnings.append(Finding("drawing.orthophoto-of-other-file", model=model_name))
     result: dict[str, Any] = {**drawing_back.facts_of(brought, args.output)}
     if options.into is not None:
         result |= _add(

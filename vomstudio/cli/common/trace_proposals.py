@@ -9,8 +9,8 @@ from typing import Any
 from vomstudio.cli.common.arguments import progress_of
 from vomstudio.cli.common.frames_of_models import frame_options
 from vomstudio.cli.common.lengths import named_by_unit, unit_of
+from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
-from vomstudio.errors import GeometryError
 from vomstudio.extraction.trace_options import ProposalOptions
 from vomstudio.words import tr, tr_n
 
@@ -30,18 +30,15 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
     progress = progress_of(args)
     model = read_in_world(args.model, progress, frame_options(args), args.project)
     data, spacing = model.data, resolution(model.data)
-    with edges_by(options.onnx_model, progress) as edges:
-        try:
-            found = propose_traces(
-                SurfaceGraph(data if edges is None else wearing_edges(data, spacing, *edges)),
-                options,
-                resolution=spacing,
-                model=Path(args.model).name,
-                frame=model.crs or "local",
-                progress=progress,
-            )
-        except GeometryError as error:
-            raise GeometryError(str(error), file=args.model) from error
+    with edges_by(options.onnx_model, progress) as edges, numbers_of(args.model):
+        found = propose_traces(
+            SurfaceGraph(data if edges is None else wearing_edges(data, spacing, *edges)),
+            options,
+            resolution=spacing,
+            model=Path(args.model).name,
+            frame=model.crs or "local",
+            progress=progress,
+        )
     write_line_table(
         args.output,
         [(one.line, one.points) for one in found.proposals],

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from vomstudio.core.finding_texts import (
     alignment,
+    arguments,
+    commands,
     control,
     drawings,
     edits,
@@ -44,6 +46,8 @@ __all__ = ["SUBJECTS", "TEXTS", "Entry", "Severity", "texts_of"]
 
 SUBJECTS = (
     alignment,
+    arguments,
+    commands,
     control,
     drawings,
     edits,

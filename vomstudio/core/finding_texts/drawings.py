@@ -6,6 +6,21 @@ from vomstudio.core.finding_texts.entry import Entry
 from vomstudio.words import to_translate, to_translate_n
 
 TEXTS: dict[str, Entry] = {
+    "rose.rows-left-out": (
+        "warning",
+        *to_translate_n(
+            "{set}: {count} row without azimuth or weight is left out.",
+            "{set}: {count} rows without azimuth or weight are left out.",
+        ),
+    ),
+    "rose.no-azimuth": (
+        "warning",
+        to_translate("{set} has no rose: none of its rows has an azimuth and a weight."),
+    ),
+    "contours.none": (
+        "warning",
+        to_translate("Nothing is dense enough for a contour. Use lower levels."),
+    ),
     "drawing.unchanged": (
         "info",
         to_translate("Features of the project that the drawing shows unchanged: {count}."),

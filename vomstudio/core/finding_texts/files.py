@@ -42,6 +42,10 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("The file does not exist. Check its name."),
     ),
+    "file.misspelt": (
+        "error",
+        to_translate("There is no such file or folder. Did you mean “{nearest}”?"),
+    ),
     "file.is-folder": (
         "error",
         to_translate("This is a folder. Name a file in it."),
@@ -178,6 +182,10 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("This is a device or a pipe. Give the output a file name."),
     ),
+    "output.is-stdout": (
+        "error",
+        to_translate("Files are not written to standard output. Give the output a file name."),
+    ),
     "output.is-input": (
         "error",
         to_translate("The command reads this file. Choose another output."),
@@ -303,6 +311,12 @@ TEXTS: dict[str, Entry] = {
     "folder.unreadable": (
         "error",
         to_translate("The folder cannot be read ({reason}). Change its permissions."),
+    ),
+    "picture.place-unreadable": (
+        "warning",
+        to_translate(
+            "The picture is georeferenced, but its place cannot be read. Export it as GeoTIFF."
+        ),
     ),
     "picture.unknown-kind": (
         "error",

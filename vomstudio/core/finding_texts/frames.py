@@ -38,6 +38,10 @@ TEXTS: dict[str, Entry] = {
             " --up, --unit and --crs change this."
         ),
     ),
+    "frame.crs-unit-kept": (
+        "info",
+        to_translate("Coordinates stay in the unit of the CRS, {metres:.9g} m."),
+    ),
     "frame.no-unit": (
         "warning",
         to_translate(

@@ -41,9 +41,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "option.not-with-project": (
         "error",
-        to_translate(
-            "With --project the model is placed as in the project. Leave out the other option."
-        ),
+        to_translate("The project places its models. Leave this option out."),
     ),
     "registration.undetermined": (
         "error",

@@ -48,6 +48,19 @@ TEXTS: dict[str, Entry] = {
             "Closed lines, such as outlines of patches, are not traces. Left out: {lines}."
         ),
     ),
+    "trace.not-straight": (
+        "error",
+        to_translate(
+            "The trace {trace} is not straight: it has a plane of its own, or none. Choose a"
+            " straight one."
+        ),
+    ),
+    "trace.not-a-pair": (
+        "error",
+        to_translate(
+            "“{value}” is not a pair of traces. Name two of them, such as {first},{second}."
+        ),
+    ),
     "plane.local": (
         "info",
         to_translate(

@@ -619,7 +619,7 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate(
             "The cameras of the model are not known. Put its cameras.json beside the model, or name"
-            " another file with --model-cameras."
+            " their file."
         ),
     ),
     "compass.radians": (
@@ -754,6 +754,13 @@ TEXTS: dict[str, Entry] = {
     "date.invalid": (
         "error",
         to_translate("“{text}” is not a day. Write it as 2024-05-12."),
+    ),
+    "comparison.no-unit": (
+        "warning",
+        to_translate(
+            "Neither file states its unit, so lengths given in metres are in the unit of both."
+            " State it with --unit."
+        ),
     ),
     "comparison.no-points": (
         "error",

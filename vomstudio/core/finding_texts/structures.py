@@ -17,6 +17,20 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("Two or three different sets are needed, such as A,B."),
     ),
+    "log.line-not-given": (
+        "error",
+        to_translate("A log of a project needs one of its lines. Name it with --line."),
+    ),
+    "log.no-bed": (
+        "error",
+        to_translate("A log of a table needs the attitude of its beds. Give it with --bed DD/D."),
+    ),
+    "log.not-a-project": (
+        "error",
+        to_translate(
+            "This option is for a line of a project, and {table} is a table. Leave it out."
+        ),
+    ),
     "displacement.rake-without-strike": (
         "error",
         to_translate(

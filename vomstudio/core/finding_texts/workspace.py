@@ -167,6 +167,7 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate("All steps are on the disk again."),
     ),
+    "project.closed": ("error", to_translate("The project is closed. Open it again.")),
     "project.recovered": (
         "warning",
         to_translate("Unsaved work was restored. Save it, or discard it with Undo."),
@@ -224,6 +225,10 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate("{feature} was left out: {reason}"),
     ),
+    "features.left-out": (
+        "warning",
+        to_translate("{count} features were left out: {reason}"),
+    ),
     "photo.left-out": (
         "warning",
         to_translate("{photo} was left out: {reason}"),
@@ -276,5 +281,4 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate("Cells marked as empty contain features: {cells}. Correct the marks."),
     ),
-    "features.left-out": ("warning", to_translate("{count} features were left out: {reason}")),
 }

@@ -23,10 +23,10 @@ Array = npt.NDArray[np.float64]
 # What lies within so many ground sampling distances of the model is in it.
 _NEAR_GSD = 4.0
 _FEWEST = 20
-_OFF = to_translate("model off the outcrop, median")
-_OFF_90 = to_translate("model off the outcrop, 90 %")
+MODEL_OFFSET = to_translate("model off the outcrop, median")
+MODEL_OFFSET_90 = to_translate("model off the outcrop, 90 %")
 _MISSED = to_translate("outcrop off the model, median")
-_CENTRES = to_translate("camera centres, median")
+CAMERA_CENTRES = to_translate("camera centres, median")
 _DRAWN = 40_000
 
 
@@ -67,8 +67,8 @@ def check_photos(
     reached, _ = tree.query(seen)
     return (
         _camera_check(found, true),
-        _length(_OFF, float(np.median(off))),
-        _length(_OFF_90, float(np.percentile(off, 90))),
+        _length(MODEL_OFFSET, float(np.median(off))),
+        _length(MODEL_OFFSET_90, float(np.percentile(off, 90))),
         _length(_MISSED, float(np.median(reached))),
         *_plane_checks(inside, tree, picks, truth, shift, gsd, rotation),
     )
@@ -80,7 +80,7 @@ def in_words(checks: Sequence[Check]) -> str:
     stated = [check for check in checks if check.within_total is not None]
     held = sum(bool(check.within_total) for check in stated)
     worst = max((check.error for check in stated), default=0.0)
-    off, cameras = (1000 * by_name[name].error for name in (_OFF, _CENTRES))
+    off, cameras = (1000 * by_name[name].error for name in (MODEL_OFFSET, CAMERA_CENTRES))
     return tr(
         "The model of the sample's photos is {model:.0f} mm off the outcrop, and its cameras are "
         "{cameras:.0f} mm off (medians). The truth lies within the total 95 % error of fit, "
@@ -106,7 +106,7 @@ def _camera_check(found: Cameras, true: Cameras) -> Check:
         for view in found.views
         if view.name in places
     ]
-    return _length(_CENTRES, float(np.median(misses)))
+    return _length(CAMERA_CENTRES, float(np.median(misses)))
 
 
 def _spread(mesh: Mesh, shift: Array) -> tuple[Array, Array]:

@@ -1,0 +1,90 @@
+"""Texts of the findings about values that Python functions receive."""
+
+from __future__ import annotations
+
+from vomstudio.core.finding_texts.entry import Entry
+from vomstudio.words import to_translate, to_translate_n
+
+TEXTS: dict[str, Entry] = {
+    "argument.wrong-type": (
+        "error",
+        to_translate("A value of type {type} is not valid. Use {expected}."),
+    ),
+    "argument.empty": (
+        "error",
+        to_translate("The argument contains no values. Pass at least one."),
+    ),
+    "argument.requires-type": (
+        "error",
+        to_translate(
+            "{option} requires {argument} to be of type {expected}. Change {argument}, or leave out"
+            " {option}."
+        ),
+    ),
+    "array.masked": (
+        "error",
+        to_translate("The array has masked values, which are not numbers. Leave their rows out."),
+    ),
+    "array.not-numbers": (
+        "error",
+        to_translate(
+            "This value of type {type} is not an array of numbers with rows of equal length."
+            " Correct it."
+        ),
+    ),
+    "array.not-points": (
+        "error",
+        to_translate(
+            "The shape ({shape}) is not that of points, (n, 3). Transpose an array (3, n), or write"
+            " a single point as [[x, y, z]]."
+        ),
+    ),
+    "array.shape": (
+        "error",
+        to_translate("The array has the shape ({shape}). Pass one of the shape {expected}."),
+    ),
+    "array.lengths-differ": (
+        "error",
+        to_translate(
+            "{name} has {count} rows, {other} has {other_count}, so they do not form pairs. Pass as"
+            " many of each."
+        ),
+    ),
+    "array.not-finite": (
+        "error",
+        *to_translate_n(
+            "{count} row has a value that is not finite or too large (row {first_row}, counted from"
+            " 0). Correct it or leave it out.",
+            "{count} rows have values that are not finite or too large (the first is row"
+            " {first_row}, counted from 0). Correct them or leave them out.",
+        ),
+    ),
+    "array.not-positive": (
+        "error",
+        *to_translate_n(
+            "{count} row has a value that is not positive (row {first_row}, counted from 0)."
+            " Correct it.",
+            "{count} rows have values that are not positive (the first is row {first_row}, counted"
+            " from 0). Correct them.",
+        ),
+    ),
+    "array.not-flags": (
+        "error",
+        to_translate(
+            "True or False is needed for each of the {count} points. Pass an array ({count},) of"
+            " bool."
+        ),
+    ),
+    "array.rows-left-out": (
+        "warning",
+        *to_translate_n(
+            "{count} row without finite coordinates was left out.",
+            "{count} rows without finite coordinates were left out.",
+        ),
+    ),
+    "text.invalid-characters": (
+        "error",
+        to_translate("The text contains characters that no file can store. Remove them."),
+    ),
+    "path.invalid": ("error", to_translate("No file can have this name ({reason}). Correct it.")),
+}

@@ -1,0 +1,49 @@
+"""Texts of the findings about the words of the command line."""
+
+from __future__ import annotations
+
+from vomstudio.core.finding_texts.entry import Entry
+from vomstudio.words import to_translate
+
+TEXTS: dict[str, Entry] = {
+    "command.missing": (
+        "error",
+        to_translate("A command is needed: {commands}. See vomstudio --help."),
+    ),
+    "command.unknown": (
+        "error",
+        to_translate(
+            "“{value}” is neither a command nor a file (similar: {nearest}). The commands are:"
+            " {commands}. See vomstudio --help."
+        ),
+    ),
+    "command.misspelt": (
+        "error",
+        to_translate(
+            "“{value}” is not valid here. Did you mean “{nearest}”? See {program} --help."
+        ),
+    ),
+    "command.unknown-argument": (
+        "error",
+        to_translate("“{value}” is not an argument of this command. See {program} --help."),
+    ),
+    "command.invalid": ("error", to_translate("{problem}. See {program} --help.")),
+    "command.window-options": (
+        "error",
+        to_translate("The window takes files and folders, not options. See vomstudio --help."),
+    ),
+    "command.internal-error": (
+        "error",
+        to_translate(
+            "An internal error occurred ({type}: {error}). Please report it with this command"
+            " (VOMSTUDIO_DEBUG=1 shows where)."
+        ),
+    ),
+    "system.refused": (
+        "error",
+        to_translate(
+            "The operating system refused this ({reason}). Check names and permissions, and try"
+            " again."
+        ),
+    ),
+}
