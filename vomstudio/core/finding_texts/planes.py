@@ -262,4 +262,8 @@ TEXTS: dict[str, Entry] = {
             " Choose another plane."
         ),
     ),
+    "plane.model-not-open": (
+        "error",
+        to_translate("The plane was not picked on an open model. Open its model first."),
+    ),
 }
