@@ -80,13 +80,6 @@ TEXTS: dict[str, Entry] = {
             "{count}. Select more."
         ),
     ),
-    "log.no-line": (
-        "error",
-        to_translate(
-            "Pick the boundaries of the beds on the outcrop, or select a polyline or trace "
-            "across the beds and take it."
-        ),
-    ),
     "three-points.too-few": (
         "error",
         to_translate(

@@ -342,10 +342,6 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("There are no planes yet. Measure some on the outcrop."),
     ),
-    "traces.none": (
-        "error",
-        to_translate("There are no traces yet. Pick some on the outcrop."),
-    ),
     "selection.no-line": (
         "error",
         to_translate("Select a lineation or an intersection first."),

@@ -236,7 +236,7 @@ class BedLogPanel(SeenPanel):
         studio = self._studio
         line = get_feature(studio.records, self.line_id) if self.line_id else None
         if line is None:
-            return Finding("log.no-line").message
+            return Finding("bed.no-line").message
         each = (get(studio.records, f.id, Trace) for f in self.group.features())
         traces = [trace for trace in each if trace is not None]
         measured = studio.measured({f.id for f in traces} | {line.id, self.bed.id} - {""})
