@@ -83,7 +83,28 @@ def shown_codes(text: str) -> set[str]:
     }
 
 
+def shown_values(text: str, code: str) -> dict[str, str]:
+    """Return the values, as they are shown, of a finding that a text contains."""
+    for sentence in texts_of(code):
+        if match := re.search(_pattern(sentence), text, re.DOTALL):
+            return match.groupdict()
+    raise AssertionError(f"{code} is not in {text!r}")
+
+
+def figures(text: str) -> list[float]:
+    """Return the numbers in a text, such as that of a label, without their signs."""
+    return [float(each.replace(",", "")) for each in re.findall(r"\d[\d,]*(?:\.\d+)?", text)]
+
+
 def _pattern(sentence: str) -> str:
     """Return a pattern of a text whose values may be anything, and at the end nothing."""
-    pattern = re.sub(r"\\\{.*?\\\}", ".+?", re.escape(sentence))
-    return pattern.removesuffix("\\ .+?")
+    names: set[str] = set()
+
+    def group(match: re.Match[str]) -> str:
+        is_first = match[1] not in names
+        names.add(match[1])
+        return f"(?P<{match[1]}>.+?)" if is_first else ".+?"
+
+    pattern = re.sub(r"\\\{(\w+).*?\\\}", group, re.escape(sentence))
+    # A value at the end may be empty.
+    return re.sub(r"\\ \(\?P<(\w+)>\.\+\?\)$", r"(?: (?P<\1>.+))?$", pattern)

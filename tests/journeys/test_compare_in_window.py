@@ -69,7 +69,7 @@ def test_distances_are_figures_and_colours_and_a_file(window, outcrop, higher, t
     panel.limits.fields["registration_error_m"].setValue(0.001)
     driver.click(panel.start, panel.start.rect().center())
     driver.wait(lambda: panel.held.figures["method"] == "m3c2", "M3C2", 60.0)
-    assert "Level of detection" in panel.figures.text()
+    assert f"{panel.held.figures['lod95_m']:.3g} m" in panel.figures.text()
     driver.settled(window)
     driver.keep_picture(window, "compare-m3c2")
     out = tmp_path / "out.ply"

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QMessageBox
 from tests import driver
 from tests.driver import wait
 from tests.journeys.test_in_photos import TRUE, sample  # noqa: F401
+from tests.messages import figures
 from vomstudio.document.records import Model
 from vomstudio.io.photos.cameras_file import write_cameras
 
@@ -55,7 +56,9 @@ def test_the_copy_is_seen_in_its_photos_without_the_model_it_was_copied_from(
     window, saved, tmp_path
 ) -> None:
     (model,) = window.studio.session.of(Model)
-    assert f"Copy the 12 photos of {model.name} as well?" in copy(window, Button.No)[0]
+    question = copy(window, Button.No)[0]
+    assert figures(question) == [12]
+    assert model.name in question
     wait(lambda: in_the_project(window), "the copy", 60.0)
     shutil.rmtree(tmp_path / "models")
     found = photos_of_the_model(window)

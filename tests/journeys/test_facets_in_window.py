@@ -13,12 +13,13 @@ from PySide6.QtWidgets import QLabel
 
 from tests import driver
 from tests.extraction.test_facets_with_levels import at_two_levels
-from tests.messages import by_code
+from tests.messages import by_code, figures, shown_codes
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.geometry.patches import has_id
 from vomstudio.paths import resource
 from vomstudio.ui.common import theme
+from vomstudio.ui.surface.facet_words import share_in_words
 from vomstudio.ui.surface.facets_panel import FacetsPanel
 
 
@@ -58,8 +59,10 @@ def test_facets_are_found_looked_at_accepted_and_taken_back(window, panel) -> No
     find(window, panel)
     assert dict(studio.records) == before
     said = panel.said.text()
-    assert "facets to decide upon" in panel.summary.text()
-    assert "0 % in accepted ones (30 % recommended)" in said
+    found = panel._facets.found
+    assert figures(panel.summary.text())[0] == len(panel._facets.open)
+    shares = [100.0 * found.share(each) for each in (panel._facets.open, ())]
+    assert figures(said)[:2] == pytest.approx(shares, abs=0.5)
     # The most doubtful stand first.
     rows = [values for (values, _) in panel.table.numbers.rows]
     assert [row[0] for row in rows] == sorted((row[0] for row in rows), reverse=True)
@@ -108,7 +111,7 @@ def test_facets_are_found_looked_at_accepted_and_taken_back(window, panel) -> No
     assert [*map(id, studio.measured(others).values())] == [*map(id, measured)]
     assert not panel._facets.open
     assert not panel.accept_all.isEnabled()
-    assert "There is no facet" in panel.accept_all.toolTip()
+    assert "facets.none-open" in shown_codes(panel.accept_all.toolTip())
     # Nothing is left to be coloured.
     driver.wait(lambda: scale(window) is None, "the photo texture once all is decided")
     studio.undo()
@@ -177,7 +180,7 @@ def test_thresholds_are_tried_on_the_part_in_view(window, panel) -> None:
     driver.wait(lambda: panel._facets.found is not None, "facets of the part", 60.0)
     first = panel._facets.found
     assert not first.whole
-    assert "part of the model" in panel.said.text()
+    assert share_in_words(first, (), ()) in panel.said.text()
     panel.limits.fields["angle_deg"].setFocus()
     panel.limits.fields["angle_deg"].selectAll()
     QTest.keyClicks(panel.limits.fields["angle_deg"], "8")
@@ -191,17 +194,17 @@ def test_thresholds_are_tried_on_the_part_in_view(window, panel) -> None:
     # A threshold that nothing meets is no fault.
     panel.limits.fields["min_area_m2"].setValue(5000.0)
     driver.wait(lambda: panel._facets.found.told.count == 0, "no facets", 60.0)
-    assert "No facet was found" in panel.said.text()
+    assert str(panel._facets.found.told.warnings[0]) in panel.said.text()
     assert not panel.accept_all.isEnabled()
 
 
 @pytest.mark.full
 def test_stopped_in_the_middle_nothing_is_changed(window, panel) -> None:
-    before = dict(window.studio.records)
+    before, start = dict(window.studio.records), panel.start.text()
     driver.click(panel.start, panel.start.rect().center())
     driver.click(panel.start, panel.start.rect().center())
-    assert panel.start.text() == "Find on all"
-    assert "Nothing was changed" in panel.said.text()
+    assert panel.start.text() == start
+    assert "job.stopped" in shown_codes(panel.said.text())
     assert dict(window.studio.records) == before
     # And it can be asked again.
     find(window, panel)

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QPushButton, QWidget
 
 from tests import driver
 from tests.jobs import odd_jobs
+from tests.messages import shown_codes
 from vomstudio.failures import crashes, exception_hooks, log
 from vomstudio.io.settings import read_settings
 from vomstudio.jobs.job import Job, Nothing
@@ -229,12 +230,12 @@ def test_a_mistake_in_a_worker_is_shown_and_the_next_job_is_done(
     have_done(task)
     is_said(window, f"an internal error occurred ({words}")
     assert "Looking closely" in window.message_bar.text
-    assert "Your project is unchanged" in window.message_bar.text
+    assert "job.internal-error" in shown_codes(window.message_bar.text)
     have_done(odd_jobs.IDLE)
     assert ended[-1] == Nothing()
     assert in_log in log.path().read_text()
     if task in (odd_jobs.ABORT, odd_jobs.SEGFAULT):
-        assert "Fatal Python error" in compose_report(window)
+        assert "Fatal Python" in compose_report(window)
 
 
 def test_an_error_in_a_quiet_job_is_not_lost(odd_workers, window):
@@ -246,8 +247,9 @@ def test_an_error_in_a_quiet_job_is_not_lost(odd_workers, window):
 
 
 def test_what_qt_warns_of_is_in_the_log(window):
-    qWarning("a widget is not well")
-    assert "WARNING vomstudio.qt: a widget is not well" in log.path().read_text()
+    warning = "a widget is not well"
+    qWarning(warning)
+    assert f"WARNING vomstudio.qt: {warning}" in log.path().read_text()
 
 
 def test_the_report_is_written_without_places_and_names(
@@ -298,7 +300,9 @@ def test_a_crash_of_the_last_run_is_said_at_the_next_start(hooked, qtbot):
         window.studio.notice.connect(lambda notice: window.said.append(notice.text))
         notices.begin()
         is_said(window, "crashed when it last ran")
-        assert "Fatal Python error: Aborted" in compose_report(window)
+        written = compose_report(window)
+        assert "Fatal Python" in written
+        assert "Aborted" in written
     finally:
         notices.close()
         driver.dismiss(window)

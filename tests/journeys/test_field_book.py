@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
@@ -87,14 +88,14 @@ def test_a_field_book_is_imported_lassoed_on_the_net_and_drawn(
     figure = tmp_path / "net.svg"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(figure), ""))
     window.actions_table.all["export_net"].trigger()
-    assert "Bedding (compass), poles (n = 3)" in figure.read_text()
+    assert re.search(r"Bedding \(compass\).*\(n = 3\)", figure.read_text())
     chosen_file = tmp_path / "for_orient"
     monkeypatch.setattr(
         QFileDialog, "getSaveFileName", lambda *_: (str(chosen_file), "Orient (*.tsv)")
     )
     window.actions_table.all["export_program"].trigger()
     written = chosen_file.with_suffix(".tsv").read_text("utf-8").splitlines()
-    assert written[0].startswith("Station\tX\tY\tZ\tDip Direction")
+    assert written[0].split("\t")[:5] == ["Station", "X", "Y", "Z", "Dip Direction"]
     assert len(written) > 3
     studio.undo()
     assert not studio.session.of(Reading)

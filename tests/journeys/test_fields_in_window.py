@@ -11,6 +11,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
 from tests import driver
+from tests.messages import shown_codes
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Frame, Model
@@ -124,7 +125,7 @@ def test_the_distance_to_a_plane_follows_the_feature(window, panel, picks) -> No
     studio, model = window.studio, driver.model(window)
     choose(panel, "plane")
     assert not panel.start.isEnabled()
-    assert "trace or patch" in panel.start.toolTip()
+    assert "selection.no-trace-or-patch" in shown_codes(panel.start.toolTip())
     points = next(iter(picks.values()))
     trace = Trace("t1", "B01", "bedding", model.id, model.content_hash, tuple(map(tuple, points)))
     assert studio.attempt(edits.add_trace, trace)
@@ -218,7 +219,7 @@ def test_stopped_in_the_middle_it_can_be_asked_again(window, panel) -> None:
     assert panel.start.text() == "Stop"
     driver.click(panel.start, panel.start.rect().center())
     assert panel.start.text() == "Show"
-    assert "Nothing was changed" in panel.figures.text()
+    assert "job.stopped" in shown_codes(panel.figures.text())
     assert shown(window) is None
     show(window, panel, "dip", "dip")
 

@@ -10,6 +10,7 @@ from PySide6.QtTest import QTest
 from tests import driver
 from tests.driver import click, drag, key, move, wait
 from tests.journeys.test_in_photos import points_of, sample, shown, spot, traced  # noqa: F401
+from tests.messages import shown_codes
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.tools.trace import TraceTool
 from vomstudio.ui.interpret.tool_panels.trace import TracePanel
@@ -115,6 +116,6 @@ def test_the_box_says_why_photos_cannot_be_followed_in(bed):
     assert side.in_photos.check.isEnabled()
     side.follow_box.setCurrentIndex(side.follow_box.findData("curvature"))
     assert not side.in_photos.check.isEnabled()
-    assert "Photos show colours" in side.in_photos.check.toolTip()
+    assert "follow.not-in-photos" in shown_codes(side.in_photos.check.toolTip())
     side.follow_box.setCurrentIndex(0)
-    assert "Choose what is followed" in side.in_photos.check.toolTip()
+    assert "follow.no-cost" in shown_codes(side.in_photos.check.toolTip())

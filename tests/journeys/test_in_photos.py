@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QApplication
 
 from tests import driver
 from tests.driver import click, drag, key, look_at, move, wait
+from tests.messages import shown_codes
 from vomstudio.document import edits
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.kinds.trace import Trace
@@ -235,7 +236,7 @@ def test_photos_that_have_moved_are_found_again_by_their_folder(window, sample, 
     window.actions_table.run("show_in_photos")
     panel = window.in_photos
     wait(lambda: panel.names, "the list", 60.0)
-    assert "Choose their folder" in panel.canvas.message
+    assert "photo.none-found" in shown_codes(panel.canvas.message)
     button = panel._offers["find_photos"]
     assert button.isVisible()
     driver.keep_picture(window, "in-photos-6-moved")

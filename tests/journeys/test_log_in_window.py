@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QApplication, QComboBox, QFileDialog
 
 from tests import driver
 from tests.driver import LEFT, NONE, wait
+from tests.messages import shown_codes
 from vomstudio.cli.common.entry import main
 from vomstudio.document import edits
 from vomstudio.document.kinds.dimension import Dimension
@@ -78,7 +79,7 @@ def test_boundaries_are_clicked_and_the_log_is_written(
     panel = panel_of(window)
     settle(panel)
     assert panel.answered is None
-    assert "Pick the boundaries" in panel.said.text()
+    assert "bed.no-line" in shown_codes(panel.said.text())
     assert not panel.copy.isEnabled()
     beds = beds_in_turn(picks)
     driver.look_at(window, np.concatenate(beds), 0.0, 10.0)

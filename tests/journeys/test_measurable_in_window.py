@@ -14,8 +14,9 @@ from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.geology.orientation import Plane
-from vomstudio.products.surface.measurable_map import measurable_map
+from vomstudio.products.surface.measurable_map import measurable_map, shares_in_words
 from vomstudio.ui.surface.fields_panel import FieldsPanel
+from vomstudio.ui.surface.measurable_plane import OF_SET
 
 
 @pytest.fixture
@@ -55,10 +56,13 @@ def test_a_typed_plane(window, panel) -> None:
     press(window, panel)
     wait_for(window, panel, "measurable, 110/40")
     assert [c.name for c in shown(window).categories][-1] == "good"
-    assert "would give a good plane" in panel.figures.text()
+    said = panel.figures.text()
     mesh = window.studio.models[driver.model(window).id].data
-    found = measurable_map(mesh, Plane(110, 40), MeasurableOptions(length_m=4.0)).as_fields()
+    told = measurable_map(mesh, Plane(110, 40), MeasurableOptions(length_m=4.0))
+    found = told.as_fields()
     assert np.array_equal(values(window, "measurable"), found["measurable"], equal_nan=True)
+    for line in shares_in_words(told):
+        assert line in said
     driver.keep_picture(window, "measurable-typed")
     # The other field of the map needs no work.
     choose(panel, "expected_error")
@@ -86,7 +90,7 @@ def test_of_the_selected_feature_and_of_its_set(window, panel, picks) -> None:
     source = panel.measured.source
     driver.wait(lambda: source.count() == 3, "set and feature")
     next_of(source)
-    assert source.currentText() == "mean of set S0"
+    assert source.currentData() == f"{OF_SET}S0"
     panel.measured.length.setValue(4.0)
     press(window, panel)
     fits = [studio.measured([f"t{i}"])[f"t{i}"].plane for i in range(3)]

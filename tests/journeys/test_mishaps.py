@@ -18,13 +18,12 @@ from PySide6.QtWidgets import QPushButton
 from tests import driver
 from tests.driver import key, wait
 from tests.journeys.recorded import on_screen
-from tests.messages import shown_codes
+from tests.messages import refused, shown_codes, shown_values
 from tests.samples import ZIGZAG
 from tests.small_disk import fill, small_disk
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import FeatureType, Frame, Model
-from vomstudio.errors import InputError
 from vomstudio.files.lock import ProjectLock
 from vomstudio.io.models.opening import file_hash, read_model
 from vomstudio.io.project.folder import Project
@@ -56,8 +55,7 @@ def test_a_worker_killed_while_it_reads_a_model_is_said_and_the_next_try_succeed
     jobs = driver.begin_reading(window, tmp_path)
     os.kill(jobs.visible()[0].worker._process.pid, signal.SIGKILL)
     wait(lambda: not jobs.visible(), "the end of the job")
-    assert "ended unexpectedly" in window.message_bar.text
-    assert "close other programs" in window.message_bar.text
+    assert window.message_bar.notice.code == "job.worker-died"
     assert window.message_bar.isVisible()
     assert window.isVisible()
     driver.open_outcrop(window, outcrop)
@@ -118,14 +116,15 @@ def test_work_goes_on_beside_a_full_disk_and_is_written_when_there_is_space(
             if window.studio.project.journal.waits:
                 break
         assert window.studio.project.journal.waits, "the disk was never full"
-        assert "is full" in window.message_bar.text
-        assert "in memory only" in window.message_bar.text
+        notice = window.message_bar.notice
+        assert notice.code == "project.steps-in-memory"
+        assert {"journal.disk-full"} <= shown_codes(notice.text)
         count = len(driver.traces(window))
         key(window, Qt.Key.Key_Z, driver.CTRL)
         assert len(driver.traces(window)) == count - 1
         filler.unlink()
         assert bed_on_model(window, 9.0, "after").name == "after"
-        assert "on the disk again" in window.message_bar.text
+        assert window.message_bar.notice.code == "project.on-disk-again"
         after = on_screen(window.studio)
         assert [t.name for t in read_replay(disk / "cliff.vom").records.values()
                 if isinstance(t, Trace)] == [t[0] for t in after["traces"]]  # fmt: skip
@@ -195,12 +194,14 @@ def test_a_project_that_cannot_be_written_is_opened_worked_on_and_saved_elsewher
         cache = window.studio.project.cache
         assert any(cache.glob("model-*/meta.json"))
         assert window.studio.project.folder == folder
-        assert f"{folder}: The disk of the project is read-only." in window.message_bar.text
+        assert window.message_bar.notice.code == "journal.disk-read-only"
+        assert str(folder) in window.message_bar.text
         assert "Save as" in [b.text() for b in window.message_bar.findChildren(QPushButton)][-1]
-        assert window.windowTitle().startswith("cliff (cannot be written) – ")
+        assert window.windowTitle().startswith("cliff (cannot ")
         assert not window.studio.worth_asking
         assert window.studio.attempt(edits.add_type, COAL)
-        assert window.windowTitle().startswith("cliff* (in memory only) – ")
+        assert window.windowTitle().startswith("cliff* (")
+        assert " memory " in window.windowTitle()
         assert window.studio.worth_asking
         assert not window.files.attempt(window.studio.save)
         assert "read-only" in window.message_bar.text
@@ -234,9 +235,9 @@ def test_a_project_whose_disk_becomes_writable_is_written_and_locked_from_then_o
             assert window.studio.attempt(edits.add_type, other)
             assert COAL.id not in read_replay(folder).records
         assert window.studio.attempt(edits.add_type, replace(COAL, id="third", name="third"))
-        assert "on the disk again" in window.message_bar.text
+        assert window.message_bar.notice.code == "project.on-disk-again"
         assert {COAL.id, "other", "third"} <= set(read_replay(folder).records)
-        with pytest.raises(InputError, match="another window"):
+        with refused("project.locked"):
             Project.open(folder)
         window.studio.new_project()
 
@@ -252,7 +253,7 @@ def test_saving_under_a_taken_name_is_refused_and_the_project_stays_what_it_was(
     before = window.studio.project.folder
     for name in ("file.vom", "full.vom"):
         assert not window.files.attempt(lambda name=name: window.studio.save_as(tmp_path / name))
-        assert "Choose another name" in window.message_bar.text
+        assert window.message_bar.notice.code in ("file.exists", "folder.not-empty")
         assert window.studio.project.folder == before
     assert bed_on_model(window) is not None
     assert [p.name for p in tmp_path.glob("*.part")] == []
@@ -268,7 +269,7 @@ def test_a_project_is_open_in_one_window_at_a_time(window, qtbot, outcrop, tmp_p
     other = driver.make_window([tmp_path / "cliff.vom"])
     try:
         assert other.studio.project.untitled
-        assert "open in another window" in other.message_bar.text
+        assert other.message_bar.notice.code == "project.locked"
         assert str(os.getpid()) in other.message_bar.text
         assert bed_on_model(window, 1.0) is not None
         window.studio.session.save()
@@ -348,7 +349,7 @@ def test_a_model_that_is_gone_is_said_its_features_stay_and_it_can_be_located(pr
     model_id = driver.model(window).id
     window.studio.locate_model(model_id, wrong)
     loaded(window)
-    assert "not the file on which" in window.message_bar.text
+    assert window.message_bar.notice.code == "model.other-file"
     assert window.studio.models == {}
     window.studio.locate_model(model_id, moved / "outcrop.obj")
     driver.settled(window)
@@ -418,7 +419,7 @@ def test_a_damaged_first_row_leaves_a_window_that_works(project):
     db.commit()
     db.close()
     window = reopened(folder)
-    assert any("could not be read" in s for s in sentences(window))
+    assert any("project.parts-left-out" in shown_codes(s) for s in sentences(window))
     shows_the_bed(window)
     assert len(window.net.contents().sets) == 1
     driver.settled(window)
@@ -446,9 +447,12 @@ def test_what_was_left_out_is_what_the_bar_says_last(project):
     db.close()
     window = reopened(folder)
     said = sentences(window)
-    assert any("Unsaved work was restored" in s for s in said)
-    assert sum("was left out" in s for s in said) == 2
-    assert "2 parts of the project could not be read" in window.message_bar.text
+    assert any("project.recovered" in shown_codes(s) for s in said)
+    left_out = [s for s in said if "project.parts-left-out" in shown_codes(s)]
+    counts = [shown_values(s, "project.parts-left-out")["count"][-1] for s in left_out]
+    assert counts == ["1", "1", "2"]
+    notice = window.message_bar.notice
+    assert (notice.code, notice.message.values["count"]) == ("project.parts-left-out", 2)
     assert f"row {last - 1} " in window.message_bar.text
     driver.settled(window)
     driver.keep_picture(window, "mishap-damaged-rows")
@@ -475,7 +479,7 @@ def test_what_is_no_project_is_refused_and_the_open_one_stays(window, tmp_path, 
 def test_settings_that_cannot_be_read_are_said_and_defaults_are_used(own_folders, qtbot):
     (own_folders / "settings.toml").write_text("notation = [not toml")
     window = driver.make_window()
-    assert "defaults are used" in window.message_bar.text
+    assert "settings.unreadable" in shown_codes(window.message_bar.text)
     assert window.studio.settings.notation == "dipdir/dip"
     driver.dismiss(window)
 
@@ -520,13 +524,13 @@ def test_what_is_said_of_a_path_stands_in_front_of_the_offer_to_restore(own_fold
     (tmp_path / "bad.vom").mkdir()
     window = driver.make_window([tmp_path / "bad.vom"])
     assert "bad.vom" in window.message_bar.text
-    (offer,) = [said for said in sentences(window) if "was open when" in said]
-    assert "1 older project" in offer
+    (offer,) = [s for s in sentences(window) if "project.unclosed" in shown_codes(s)]
+    assert shown_values(offer, "project.older-unclosed") == {"count": "1"}
     driver.dismiss(window)
     # What is opened anyway is not offered.
     window = driver.make_window([tmp_path / "asked.vom"])
-    assert window.message_bar.text.startswith("left was open when")
-    assert "older project" not in window.message_bar.text
+    assert shown_codes(window.message_bar.text) == {"project.unclosed"}
+    assert window.message_bar.text.startswith("left ")
     driver.dismiss(window)
 
 
@@ -581,7 +585,7 @@ def test_no_place_for_a_new_project_is_said_and_the_open_one_stays(window, monke
     before = window.studio.project
     window.actions_table.run("new")
     assert window.studio.project is before
-    assert "cannot be created" in window.message_bar.text
+    assert window.message_bar.notice.code == "folder.not-created"
 
 
 @pytest.mark.full

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from PySide6.QtWidgets import QFileDialog, QListWidget, QMessageBox, QToolButton
 
 from tests import driver
 from tests.journeys.test_photos import looked_at
-from tests.messages import shown_codes
+from tests.messages import figures, shown_codes, shown_values
 from vomstudio.paths import resource
 from vomstudio.ui.survey.reconstruct_dialog import ReconstructDialog
 
@@ -71,7 +72,7 @@ def test_control_beside_the_photos_is_found_and_its_frame_proposed(window, sampl
     window.open_path(sample)
     looked_at(window)
     settled(window)
-    assert "registered by ground control in EPSG:" in findings(window)
+    assert shown_values(findings(window), "control.registers")["crs"].startswith("EPSG:")
     driver.keep_picture(window, "control-found")
     dialog = open_dialog(window)
     assert dialog.by_control.isChecked()
@@ -80,7 +81,7 @@ def test_control_beside_the_photos_is_found_and_its_frame_proposed(window, sampl
     assert "EPSG:32633 stated in control.csv" in dialog._crs_words.text()
     assert "check point" in dialog.verdict.text()
     assert dialog.start.isEnabled()
-    assert "GB of free memory" in dialog.memory.text()
+    assert re.search(r"\d GB ", dialog.memory.text())
     driver.keep_picture(dialog, "model-settings")
     # The cameras' GPS instead.
     tick(dialog.by_gps)
@@ -104,12 +105,13 @@ def test_marks_that_are_too_few_are_counted_before_the_work(window, sample) -> N
     settled(window)
     # Nobody asked for these files.
     assert window.survey.settings.control is None
-    assert "control.csv beside the photos is not used" in findings(window)
+    said = shown_values(findings(window), "control.not-used")
+    assert said["table"] == "control.csv"
     assert "control.too-few" in shown_codes(findings(window))
     assert window.survey.why_not_make() is None
     dialog = open_dialog(window)
     tick(dialog.by_control)
-    assert "Choose the file" in dialog.verdict.text()
+    assert "control.no-file" in shown_codes(dialog.verdict.text())
     assert not dialog.start.isEnabled()
     retype(dialog.control, str(sample.parent / "control.csv"))
     driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
@@ -131,12 +133,13 @@ def test_a_crs_that_is_none_is_said_and_threads_change_the_memory(window, sample
     dialog = open_dialog(window)
     retype(dialog.crs, "EPSG:4326")
     driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
-    assert "no east and north in metres" in dialog._crs_words.text()
+    assert "frame.not-projected" in shown_codes(dialog._crs_words.text())
     assert not dialog.start.isEnabled()
     retype(dialog.crs, "32612")
     driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
     settled(window)
-    assert "which is in EPSG:32633" in dialog.verdict.text()
+    said = shown_values(dialog.verdict.text(), "frame.other-crs")
+    assert said["stated"] == "EPSG:32633"
     assert not dialog.start.isEnabled()
     retype(dialog.crs, "")
     dialog.threads.setFocus()
@@ -144,7 +147,7 @@ def test_a_crs_that_is_none_is_said_and_threads_change_the_memory(window, sample
     QTest.keyClicks(dialog.threads, "1")
     driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
     settled(window)
-    assert "Depth maps and point cloud need up to" in dialog.memory.text()
+    assert len(figures(dialog.memory.text())) == 2
     assert window.survey.settings.threads == 1
     dialog.close()
 
@@ -179,7 +182,7 @@ def test_a_model_is_placed_by_micmac_control_and_found_again_where_it_is_saved(
     retype(dialog.marks, str(tmp_path / "marks.xml"))
     driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
     settled(window)
-    assert "Usable: 6 control points, 0 check points" in dialog.verdict.text()
+    assert figures(dialog.verdict.text())[:2] == [6, 0]
     assert dialog.start.isEnabled()
     driver.keep_picture(dialog, "model-settings-micmac")
     QTest.mouseClick(dialog.start, Qt.MouseButton.LeftButton)
@@ -225,7 +228,7 @@ def test_marks_that_are_written_later_are_taken_up(window, sample) -> None:
     window.survey.control_written()
     settled(window)
     assert window.survey.settings.control == sample.parent / "control.csv"
-    assert "registered by ground control" in findings(window)
+    assert "control.registers" in shown_codes(findings(window))
 
 
 def test_another_folder_of_the_same_name_gets_a_model_of_its_own(window, sample, tmp_path) -> None:
@@ -249,7 +252,7 @@ def test_a_reconstruction_without_a_name_is_asked_about_and_kept(window) -> None
     seen: list[str] = []
     driver.answer(QMessageBox.StandardButton.Discard, seen)
     window.close()
-    assert "Save the changes to untitled?" in seen[0]
+    assert "untitled" in seen[0]
     assert stage.is_dir()
 
 

@@ -13,7 +13,8 @@ from PySide6.QtTest import QTest
 
 from tests import driver
 from tests.driver import click, drag, move, wait
-from tests.messages import shown_codes
+from tests.messages import figures, shown_codes, shown_values
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.pixel_areas import stroke_area
 from vomstudio.io.control.control_files import read_control, read_marks
 from vomstudio.io.photos.cameras_file import Cameras, write_cameras
@@ -154,7 +155,8 @@ def test_a_mask_of_the_user_is_shown_and_put_aside_before_it_is_changed(looked_a
     looked_at.survey.open(photos)
     wait(lambda: looked_at.survey.exports.foreign == ["HL_2042_mask.png"], "the photos")
     wait(lambda: not looked_at.survey.reading, "the check")
-    assert "changed files beside the photos: HL_2042_mask.png" in looked_at.message_bar._text.text()
+    notice = looked_at.message_bar.notice
+    assert notice.message == Finding("photo.files-changed", files="HL_2042_mask.png")
     looked_at.actions_table.run("take_in_photos")
     wait(lambda: looked_at.survey.rows[1].mask, "the mask")
     assert not looked_at.survey.exports.foreign
@@ -180,15 +182,15 @@ def test_what_cannot_be_written_beside_the_photos_is_kept_in_the_project(
     keep = photo_exports.keep_mask
 
     def refused(place, used, found):
-        raise TargetError("no permission to write here; choose another folder.", file=place)
+        raise TargetError(Finding("disk.no-permission"), file=place)
 
     monkeypatch.setattr(photo_exports, "keep_mask", refused)
     photo = open_by_double_click(looked_at, 0)
     press(photo, Qt.Key.Key_B)
     click(photo.canvas, on(photo, 600, 600))
     wait(lambda: photo.survey.exports.problem, "the problem")
-    assert "saved in the project" in photo.bar._text.text()
-    assert "no permission" in photo.bar._text.text()
+    assert photo.bar.notice.code == "mask.files-outdated"
+    assert "disk.no-permission" in shown_codes(photo.bar.notice.text)
     assert photo.close()
     assert not (photos / "HL_2041_mask.png").exists()
     again = open_by_double_click(looked_at, 0)
@@ -208,7 +210,7 @@ def test_a_mask_that_cannot_be_written_waits_in_memory_with_its_step(looked_at, 
     from vomstudio.io.project import assets
 
     def refused(path, data, *, force=False):
-        raise TargetError("The disk is full. Free some space.", file=path)
+        raise TargetError(Finding("disk.full"), file=path)
 
     photo = open_by_double_click(looked_at, 0)
     with monkeypatch.context() as full:
@@ -216,7 +218,7 @@ def test_a_mask_that_cannot_be_written_waits_in_memory_with_its_step(looked_at, 
         press(photo, Qt.Key.Key_B)
         click(photo.canvas, on(photo, 600, 600))
         assert not photo.masks.used(NAMES[0])[600, 600]
-        assert "in memory only" in looked_at.message_bar.text
+        assert looked_at.message_bar.notice.code == "project.steps-in-memory"
         assert looked_at.studio.project.journal.waits
     click(photo.canvas, on(photo, 300, 300))
     assert not looked_at.studio.project.journal.waits
@@ -243,7 +245,9 @@ def test_parts_are_joined_by_points_and_a_polygon_is_closed_by_a_double_click(lo
     assert photo.marks.marking.labels == ("tie1",)
     said = photo.points.missing.text()
     assert {"join.few-markers", "join.begun-markers"} <= shown_codes(said)
-    assert "tie1 (0 in the model, 1 in component 2)" in said
+    markers = shown_values(said, "join.begun-markers")["markers"]
+    assert markers.startswith("tie1 ")
+    assert figures(markers) == [1, 0, 1, 2]
     rows = [photo.list.item(i).text() for i in range(4)]
     assert sum("component 2" in text for text in rows) == 2
     # One mark leaves a line in the other photo of its part.
@@ -353,7 +357,7 @@ def test_control_points_are_imported_and_what_is_missing_is_said(looked_at, phot
     chosen[0] = str(resource("sample", "marks.csv"))
     photo.actions_table.run("import_marks")
     assert "control.too-few" not in shown_codes(photo.points.missing.text())
-    assert "Marks in photos that are not in this folder are kept" in photo._status.text()
+    assert "marks.other-photos" in shown_codes(photo._status.text())
     assert window.survey.tables() == (photos / "control.csv", photos / "marks.csv")
     photo.points.choose(known[0].label)
     driver.pause(100)
@@ -430,11 +434,12 @@ def test_nothing_is_taken_back_or_closed_while_masks_are_drawn_in_many_photos(lo
     saved(photo)
     assert not photo.masks.used(last)[900, 900]
     assert not photo.masks.used(last)[300, 300]
-    assert "The shape was drawn in 3 more photos." in photo._status.text()
+    assert shown_values(photo._status.text(), "mask.repeated") == {"count": "3"}
     driver.pause(100)
-    assert "The shape was drawn in 3 more photos." in photo._status.text(), "it stays"
+    assert shown_values(photo._status.text(), "mask.repeated") == {"count": "3"}, "it stays"
     press(photo, Qt.Key.Key_V)
-    assert "Drag to pan" in photo._status.text()
+    assert "mask.repeated" not in shown_codes(photo._status.text())
+    assert photo._status.text().endswith(photo._hint())
     assert photo.close()
 
 

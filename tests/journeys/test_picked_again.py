@@ -12,6 +12,7 @@ from PySide6.QtTest import QTest
 
 from tests import driver
 from tests.driver import LEFT, NONE, wait
+from tests.messages import shown_codes
 from vomstudio.cli.common.entry import main
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.ui.analyse.repeats_panel import RepeatsPanel
@@ -53,7 +54,7 @@ def three(window, outcrop, picks):
     panel = window.findChild(RepeatsPanel)
     assert not panel.visibleRegion().isEmpty()
     settle(panel)
-    assert "Nothing was picked again yet" in panel.figures.empty
+    assert "repeats.none" in shown_codes(panel.figures.empty)
     assert not panel.figures.toPlainText()
     panel.interpreter.setFocus()
     QTest.keyClicks(panel.interpreter, "AB")

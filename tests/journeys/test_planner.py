@@ -8,8 +8,9 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox, QToolButton
 
 from tests import driver
+from tests.messages import shown_codes, shown_values
 from vomstudio.ui.shell.command_palette import CommandPalette
-from vomstudio.ui.survey.planner_dialog import PlannerDialog
+from vomstudio.ui.survey.planner_dialog import _FIELDS, PlannerDialog
 
 
 def retype(field, text: str) -> None:
@@ -88,7 +89,7 @@ def test_the_target_may_be_a_gsd_or_a_plane(planner) -> None:
     settled(planner)
     planner.target.setFocus()
     QTest.keyClick(planner.target, Qt.Key.Key_Down)
-    assert planner.target.currentText() == "Ground sampling distance"
+    assert planner.target.currentData() == "gsd_m"
     settled(planner)
     # The same plan, said in another quantity: 30 m are 6 mm.
     assert planner.value.text() == "6"
@@ -107,21 +108,25 @@ def test_the_target_may_be_a_gsd_or_a_plane(planner) -> None:
 def test_what_cannot_be_planned_is_said_and_mended(planner) -> None:
     retype(planner.camera.lineEdit(), "no such camera")
     settled(planner)
-    assert "is not in the table" in planner.problem.text()
+    assert "plan.unknown-camera" in shown_codes(planner.problem.text())
     retype(planner.camera.lineEdit(), "NIKON D90")
     settled(planner)
-    assert "interchangeable lenses" in planner.problem.text()
+    assert "plan.no-focal-length" in shown_codes(planner.problem.text())
     retype(planner.focal, "35")
     settled(planner)
     assert planner.plan is not None
     assert planner.plan.camera.focal_mm == 35.0
     retype(planner.height_, "-3")
     settled(planner)
-    assert planner.problem.text().startswith("Height of the outcrop: ")
-    assert "positive number" in planner.problem.text()
+    field = f"{_FIELDS['--height']}: "
+    assert planner.problem.text().startswith(field)
+    assert "number.not-positive" in shown_codes(planner.problem.text())
     retype(planner.height_, "x")
     settled(planner)
-    assert planner.problem.text() == "Height of the outcrop: “x” is not a number."
+    assert planner.problem.text().startswith(field)
+    assert shown_values(planner.problem.text().removeprefix(field), "number.invalid") == {
+        "text": "x"
+    }
     retype(planner.camera.lineEdit(), "a" * 5000)
     settled(planner)
     assert planner.plan is None

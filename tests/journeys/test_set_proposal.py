@@ -9,6 +9,7 @@ from PySide6.QtTest import QTest
 
 from tests import driver
 from tests.geology.test_set_proposals import CASES, cluster, scatter
+from tests.messages import shown_codes, shown_values
 from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.geology.orientation import normals_to_planes
@@ -91,11 +92,11 @@ def test_rejecting_changes_nothing_and_seeds_take_the_place_of_a_number(window, 
     driver.click(panel.reject, panel.reject.rect().center())
     assert panel.proposed is None
     assert not panel.accept.isEnabled()
-    assert panel.accept.toolTip() == "There is no proposal to accept."
+    assert "sets.no-proposal" in shown_codes(panel.accept.toolTip())
     assert dict(window.studio.records) == before
     QTest.keyClicks(panel.seeds, ", 95")
     QTest.keyClick(panel.seeds, Qt.Key.Key_Return)
-    assert "is no plane" in panel.said.text()
+    assert shown_codes(panel.said.text())
 
 
 @pytest.mark.full
@@ -104,10 +105,10 @@ def test_planes_with_a_set_keep_it_unless_asked_for(window, panel) -> None:
     driver.wait(lambda: panel.proposed is not None, "the proposal", 60.0)
     mine = [f"r{i}" for i in range(250)]
     assert studio.attempt(edits.set_attributes, mine, set_name="J1")
-    assert panel.said.text() == "The planes have changed; propose again."
+    assert "sets.planes-changed" in shown_codes(panel.said.text())
     driver.click(panel.start, panel.start.rect().center())
     driver.wait(lambda: panel.proposed is not None, "the proposal", 60.0)
-    assert "250 planes have a set already and are left out." in panel.said.text()
+    assert shown_values(panel.said.text(), "sets.left-out") == {"count": "250"}
     # Their name is not given twice.
     assert panel.table.item(0, 0).text() == "J2"
     driver.click(panel.accept, panel.accept.rect().center())

@@ -11,7 +11,9 @@ from PySide6.QtTest import QTest
 
 from tests import driver
 from tests.extraction.planes_by_construction import angle_deg, axes_of, normal_of
+from tests.messages import shown_codes
 from tests.products.test_surface import ATTITUDE, grooves, mesh_over, self_affine
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.kinds.trace import Trace
@@ -65,12 +67,12 @@ def dialog(window, kind):
 
 def test_a_patch_shows_its_deviations_and_is_trimmed(face) -> None:
     window, studio = face, face.studio
-    assert "patch" in window.actions_table.why_not("patch_surface")
+    assert window.actions_table.why_not("patch_surface") == Finding("selection.no-patch")
     studio.selection.set(["p1"])
     assert window.actions_table.why_not("patch_surface") is None
     window.actions_table.run("patch_surface")
     shown = dialog(window, SurfaceDialog)
-    assert shown.show_button.toolTip() == "The patch is being looked at."
+    assert "patch.pending" in shown_codes(shown.show_button.toolTip())
     driver.wait(lambda: shown.found is not None, "the figures")
     assert not shown.picture.pixmap().isNull()
     driver.keep_picture(shown, "surface-dialog")
@@ -120,12 +122,12 @@ def test_the_smoothest_direction_of_a_trimmed_patch_is_that_of_its_grooves(face)
 @pytest.mark.full
 def test_a_plane_is_carried_on_and_its_band_painted(face, tmp_path) -> None:
     window, studio = face, face.studio
-    assert "plane" in window.actions_table.why_not("extend_plane")
+    assert window.actions_table.why_not("extend_plane") == Finding("selection.no-plane")
     studio.selection.set(["t1"])
     assert window.actions_table.why_not("extend_plane") is None
     window.actions_table.run("extend_plane")
     shown = dialog(window, ExtendDialog)
-    assert shown.save_button.toolTip() == "Show the plane on the outcrop first."
+    assert "extension.missing" in shown_codes(shown.save_button.toolTip())
     thickness = shown.limits.fields["thickness_m"]
     thickness.setFocus()
     thickness.selectAll()
@@ -144,7 +146,8 @@ def test_a_plane_is_carried_on_and_its_band_painted(face, tmp_path) -> None:
     shown.save_to(path)
     assert path.read_text().splitlines()[3] == "bed,line,x,y,z,error95_m"
     lines = window.viewport.features
-    assert {"extended plane:edges", "extended plane:traces"} <= lines.drawings.keys()
+    drawn = {key.partition(":")[2] for key in lines.drawings if key.startswith("extended plane:")}
+    assert {"edges", "traces"} <= drawn
     driver.click(shown.painted, QPoint(10, shown.painted.height() // 2))
     assert studio.display.mode == "textured"
     driver.settled(window)

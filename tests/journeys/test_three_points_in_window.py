@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QApplication, QFileDialog
 
 from tests import driver
 from tests.driver import LEFT, NONE, wait
+from tests.messages import shown_codes
 from vomstudio.cli.common.entry import main
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
@@ -74,7 +75,8 @@ def test_bennisons_seam_is_typed_and_added(window, tmp_path, monkeypatch, capfd)
     settle(panel)
     assert panel.found is not None, panel.said.text()
     assert panel.found.dip_deg == pytest.approx(7.37, abs=0.005)
-    assert "Nothing is known of its error" in panel.said.text()
+    assert panel.found.max_error95_deg is None
+    assert "three-points.no-error" in shown_codes(panel.said.text())
     QTest.keyClicks(panel.sigma, "5")
     settle(panel)
     assert "± " in panel.said.text()
@@ -105,7 +107,8 @@ def test_what_is_no_plane_is_said(window, tmp_path, monkeypatch) -> None:
     assert "one line" in panel.said.text()
     type_cell(panel, 1, 2, "deep")
     settle(panel)
-    assert "“deep” is not a number" in panel.said.text()
+    assert panel.said.text().startswith("Row 2: “deep” ")
+    assert "number.invalid" in shown_codes(panel.said.text())
     table = tmp_path / "wells.csv"
     table.write_text("name,x,y,z\n" + "".join(f"w,{','.join(row)}\n" for row in BENNISON))
     monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: (str(table), ""))

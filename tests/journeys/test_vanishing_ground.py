@@ -62,8 +62,8 @@ def said_and_saved(window, words: str, target: Path, monkeypatch, picture: str) 
     assert [t.name for t in driver.traces(window)] == ["first", "second", "third"]
     assert window.table.model.rowCount() == 3
     assert words in window.message_bar.text
-    assert "in memory only" in window.message_bar.text
-    assert "in memory only" in window.windowTitle()
+    assert window.message_bar.notice.code == "project.steps-in-memory"
+    assert " memory " in window.windowTitle()
     driver.keep_picture(window, f"ground-{picture}")
     # Saving is not said where nothing is saved.
     failure = studio.project.write_failure
@@ -75,7 +75,7 @@ def said_and_saved(window, words: str, target: Path, monkeypatch, picture: str) 
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(target), ""))
     press(window, "Save as")
     assert studio.project.folder == target
-    assert "in memory only" not in window.windowTitle()
+    assert " memory " not in window.windowTitle()
     assert not studio.session.dirty
     assert beds(target) == ["first", "second", "third"]
     for _ in range(3):
@@ -177,7 +177,7 @@ def test_masks_are_drawn_though_the_folder_is_gone(looked_at, tmp_path, monkeypa
     used = photo.masks.used(NAMES[0])
     assert not used[100, 500]
     assert not used[600, 500]
-    assert "in memory only" in window.message_bar.text
+    assert window.message_bar.notice.code == "project.steps-in-memory"
     driver.keep_picture(photo, "ground-mask-photo")
     driver.keep_picture(window, "ground-mask")
     press_in(photo, Qt.Key.Key_Z, driver.CTRL)

@@ -8,6 +8,7 @@ from PySide6.QtCore import QPoint, Qt
 
 from tests import driver
 from tests.driver import click, drag, key, wait
+from vomstudio.core.findings import Finding
 from vomstudio.extraction.selecting.looking import count_of
 from vomstudio.tools.select import SelectTool
 
@@ -67,11 +68,11 @@ def test_each_change_of_the_view_is_gone_back_and_forth(opened):
     for wanted in reversed(seen[:-1]):
         back(opened)
         assert np.allclose(view(opened), wanted, atol=1e-9)
-    assert "no earlier view" in opened.actions_table.all["view_back"].toolTip()
+    assert opened.actions_table.why_not("view_back") == Finding("view.no-earlier")
     for wanted in seen[1:]:
         forward(opened)
         assert np.allclose(view(opened), wanted, atol=1e-9)
-    assert "no later view" in opened.actions_table.all["view_forward"].toolTip()
+    assert opened.actions_table.why_not("view_forward") == Finding("view.no-later")
 
 
 def test_a_view_that_has_not_come_to_rest_is_gone_back_from_at_once(opened):

@@ -11,7 +11,9 @@ import pytest
 from PIL import Image
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
+from tests.messages import by_code
 from tests.tiers import first_in_default_tier
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.rendering.prepare import events, preparation
@@ -39,11 +41,11 @@ def show(scene: Scene, model_id: str, data: Mesh | PointCloud, to_world=None) ->
     bounds = preparation.finite_bounds(points, stop)
     origin = np.round(bounds.mean(axis=0))
     scene.add_model(model_id, data, np.eye(4) if to_world is None else to_world, bounds, origin)
-    told: list[str] = []
+    told: list[Finding] = []
 
     def emit(event: events.Event) -> None:
         if isinstance(event, events.Problem):
-            told.append(event.text)
+            told.append(event.finding)
         else:
             scene.take(model_id, event)
 
@@ -419,8 +421,9 @@ def test_a_texture_that_cannot_be_read_is_told_and_the_surface_is_still_there(
     torn.write_bytes(b"\xff\xd8\xff\xe0 this is no picture")
     told = show(scene, "w", wall(textures=[good, torn, tmp_path / "absent.png"]))
     assert len(told) == 2
-    assert any("torn.jpg" in t for t in told)
-    assert any("absent.png" in t and "not found" in t for t in told)
+    found = by_code(told)
+    assert found["display.texture-damaged"]["file"].endswith("torn.jpg")
+    assert found["display.texture-unreadable"]["file"].endswith("absent.png")
     scene.camera.fit(scene.corners(), SIZE)
     picture = rest(scene)
     assert (np.abs(picture - picture[2, 2]).max(axis=2) > 10).mean() > 0.4
@@ -433,8 +436,9 @@ def test_a_texture_too_large_for_the_card_is_reduced_and_told(tmp_path: Path) ->
     Image.new("RGB", (600, 300), (90, 120, 30)).save(path)
     texture = load_texture(path, 256)
     assert max(texture.levels[0].tiles[0].shape[:2]) <= 256
-    assert "600 × 300" in texture.note
-    assert load_texture(path, 1024).note == ""
+    assert texture.note.code == "display.texture-reduced"
+    assert (texture.note.values["width"], texture.note.values["height"]) == (600, 300)
+    assert load_texture(path, 1024).note is None
     # One side is shorter than the reduction.
     Image.new("RGB", (3, 2000), (90, 120, 30)).save(path)
     assert load_texture(path, 256).levels[0].width == 1

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.io.models.test_copc import N, make
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.brush import CloudSurface
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.streaming.octree import View
@@ -60,7 +61,7 @@ class Sink:
         self.stop = threading.Event()
         self.nodes: dict[int, NodeReady] = {}
         self.shown: tuple[int, ...] = ()
-        self.problems: list[str] = []
+        self.problems: list[Finding] = []
         self.most = 0
         self.done = -1
         self.streamer: NodeStream | None = None
@@ -78,7 +79,7 @@ class Sink:
                 del self.nodes[row]
                 event.nodes.let_go(row, piece)
         elif isinstance(event, Problem):
-            self.problems.append(event.text)
+            self.problems.append(event.finding)
         elif isinstance(event, StreamStarted):
             self.streamer = event.streamer
         elif isinstance(event, ViewDone):
@@ -201,7 +202,8 @@ def test_a_damaged_node_is_said_once_and_the_others_are_shown(tmp_path: Path, cl
     sink.look(from_above(x, y, 40.0))
     sink.look(from_above(x, y, 41.0))
     assert len(sink.problems) == 1
-    assert "bad.copc.laz" in sink.problems[0]
+    assert sink.problems[0].code == "display.part-missing"
+    assert "bad.copc.laz" in sink.problems[0].message
     assert len(sink.nodes) > len(cloud.store.first)
 
 

@@ -15,6 +15,7 @@ from PySide6.QtGui import QImage, QMouseEvent, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMainWindow
 
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.geometry.plane_discs import disc
@@ -55,7 +56,7 @@ class Stage:
         self.window.resize(*size)
         self.events: list[PointerEvent] = []
         self.stages: list[tuple[str, str]] = []
-        self.problems: list[str] = []
+        self.problems: list[Finding] = []
         self.first: list[float] = []
         self.view.pointer.connect(self.events.append)
         self.view.model_stage.connect(lambda m, s: self.stages.append((m, s)))
@@ -440,7 +441,8 @@ def test_a_model_can_be_hidden_and_moved(stage: Stage) -> None:
 def test_a_missing_texture_is_told_in_one_sentence(stage: Stage, tmp_path: Path) -> None:
     stage.show("w", wall(texture=tmp_path / "absent.jpg"))
     assert len(stage.problems) == 1
-    assert "absent.jpg" in stage.problems[0]
+    assert stage.problems[0].code == "display.texture-unreadable"
+    assert stage.problems[0].values["file"].endswith("absent.jpg")
 
 
 def test_windows_opened_and_closed_many_times_leave_no_thread(qapp: QApplication) -> None:

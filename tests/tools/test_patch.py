@@ -373,10 +373,10 @@ def test_what_cannot_be_written_is_not_done(tool, context):
     from vomstudio.errors import TargetError
 
     stroke(tool, (1.0, 1.0))
-    context.journal.refuse = TargetError("the disk is full")
+    context.journal.refuse = TargetError(Finding("disk.full"))
     stroke(tool, (2.0, 1.0))
     assert ids(tool.current) == within((1.0, 1.0))
-    assert "the disk is full" in str(context.said[-1])
+    assert context.said[-1].code == "disk.full"
     assert not tool.open
 
 

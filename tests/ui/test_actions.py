@@ -9,6 +9,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit, QToolButton
 
 from tests import driver
+from tests.messages import shown_codes
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Frame
@@ -16,6 +17,7 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.tools.trace import TraceTool
 from vomstudio.ui.interpret.tool_panels.trace import TracePanel
 from vomstudio.ui.shell.command_palette import CommandPalette
+from vomstudio.workspace.history import step_words
 
 
 def beds(studio) -> None:
@@ -91,10 +93,11 @@ def test_no_button_is_mute(window):
 
 def test_undo_and_redo_say_what_they_would_take_back(window, studio):
     beds(studio)
-    tip = window.actions_table.all["undo"].toolTip()
-    assert "Undo Bedding trace B03" in tip
+    step = step_words(studio.undo_label)
+    assert "B03" in step
+    assert f"Undo {step}" in window.actions_table.all["undo"].toolTip()
     studio.undo()
-    assert "Redo Bedding trace B03" in window.actions_table.all["redo"].toolTip()
+    assert f"Redo {step}" in window.actions_table.all["redo"].toolTip()
 
 
 def test_a_click_of_an_open_trace_is_undone_before_older_edits(window, studio):
@@ -160,7 +163,7 @@ def test_the_palette_says_why_not_and_chooses_only_what_can_run(window, qtbot):
     qtbot.addWidget(palette)
     palette.show()
     QTest.keyClicks(palette._words, "redo")
-    assert "There is nothing to redo." in words_of(palette)[0]
+    assert "edit.nothing-to-redo" in shown_codes(words_of(palette)[0])
     assert palette.chosen is None
     palette._words.clear()
     runnable = {n for n, a in window.actions_table.all.items() if a.isEnabled()}
@@ -254,7 +257,8 @@ def test_along_beta_is_the_axis_of_the_bedding_only(window, studio):
     assert looks.at[0] == looks.at[1]
     window.view_panel.only_selected.setChecked(True)
     assert not window.view_panel._buttons["beta"].isEnabled()
-    assert "selected bedding planes" in window.view_panel._buttons["beta"].toolTip()
+    tip = window.view_panel._buttons["beta"].toolTip()
+    assert "fold.needs-selected-planes" in shown_codes(tip)
 
 
 def test_from_the_other_side_is_the_opposite_direction(window):
@@ -333,7 +337,7 @@ def test_a_selection_counts_and_the_status_line_says_what_a_click_does(window, s
     assert window.status_line._selected.text() == "3 selected"
     assert window.status_line._hint.text().startswith("Navigate: ")
     studio.activate("trace")
-    assert window.status_line._hint.text().startswith("Trace: click along")
+    assert window.status_line._hint.text() == studio.tool.hint()
 
 
 # --- panels ---------------------------------------------------------------------------------

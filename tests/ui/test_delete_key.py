@@ -8,6 +8,7 @@ from PySide6.QtTest import QTest
 
 from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.core.findings import Finding
 from vomstudio.document.kinds.trace import Trace
 
 
@@ -52,7 +53,7 @@ def test_what_a_list_hides_by_its_filter_is_not_deleted_there(window, studio, wh
     view.setFocus()
     QTest.keyClick(view, Qt.Key.Key_Delete)
     assert sorted(t.id for t in studio.session.of(Trace)) == ["t0", "t1", "t2"]
-    assert "3 selected features were not deleted" in studio.notices[-1].text
+    assert studio.notices[-1].message == Finding("delete.hidden-left", count=3)
     # All of what is selected is hidden now.
     line.setText("X")
     view.setFocus()
@@ -74,6 +75,6 @@ def test_elsewhere_all_that_is_selected_goes_and_what_a_filter_hides_is_told(win
     window.setFocus()
     window.actions_table.run("delete")
     assert not studio.session.of(Trace)
-    assert "2 of the deleted features are hidden by a filter" in studio.notices[-1].text
+    assert studio.notices[-1].message == Finding("delete.hidden-deleted", count=2)
     studio.undo()
     assert len(studio.session.of(Trace)) == 3

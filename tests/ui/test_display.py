@@ -134,9 +134,9 @@ def test_the_field_panel_goes_back_to_the_colours_of_a_cloud(window, studio):
 def test_actions_say_why_they_cannot_be(window, studio):
     attach(studio, cloud())
     actions = window.actions_table.all
-    assert "A point cloud has no triangles." in actions["display_wireframe"].toolTip()
+    assert "display.cloud-without-faces" in shown_codes(actions["display_wireframe"].toolTip())
     assert "display.no-colours" in shown_codes(actions["display_colors"].toolTip())
-    assert "Eye-dome lighting shows its shape" in actions["display_lit"].toolTip()
+    assert "display.cloud-not-lit" in shown_codes(actions["display_lit"].toolTip())
     assert actions["display_eye_dome"].isEnabled()
 
 
@@ -188,7 +188,9 @@ def test_a_field_that_is_no_longer_there_is_named(window, studio):
     style = FieldStyle("distance to a plane", -0.052350204440, 1234567.891)
     studio.display.show_field("m1", style)
     panel.refresh()
-    assert panel.field.currentText() == "distance to a plane: not there, calculate it again"
+    assert panel.field.currentData() == style.name
+    assert panel.field.currentText() != style.name
+    assert panel.field.currentText().startswith(style.name)
     assert panel.low.text() == "-0.0523502"
     assert panel.high.text() == "1234567.891"
     assert panel.low.cursorPosition() == 0

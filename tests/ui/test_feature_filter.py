@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from tests.messages import refused, shown_codes
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
@@ -90,19 +91,20 @@ def test_lengths_may_have_a_unit(studio):
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
+    ("text", "code", "values"),
     [
-        ("dip>steep", "Write a number, such as dip>30"),
-        ("dip>", "is incomplete"),
-        ("dip>30..40", "a range is written"),
-        ("slope>30", "no column “slope”"),
-        ("type>joint", "text cannot be compared by size"),
-        ("overturned:perhaps", "overturned:yes"),
-        ("dip>3kg", "cannot be read"),
+        ("dip>steep", "filter.needs-number", {"name": "dip"}),
+        ("dip>", "filter.needs-number", {"name": "dip"}),
+        ("dip>30..40", "filter.needs-number", {"condition": "dip>30..40"}),
+        ("slope>30", "filter.similar-column", {"name": "slope"}),
+        ("zzzz>30", "filter.unknown-column", {"name": "zzzz"}),
+        ("type>joint", "filter.text-has-no-size", {"condition": "type>joint"}),
+        ("overturned:perhaps", "filter.needs-yes-or-no", {"name": "overturned"}),
+        ("dip>3kg", "filter.needs-number", {"condition": "dip>3kg"}),
     ],
 )
-def test_what_cannot_be_read_is_said_with_what_is_wanted(text, says):
-    with pytest.raises(UsageError, match=says):
+def test_what_cannot_be_read_is_said_with_what_is_wanted(text, code, values):
+    with refused(code, UsageError, **values):
         parse_filter(text)
 
 
@@ -116,7 +118,7 @@ def test_the_line_keeps_the_last_filter_while_a_condition_is_unfinished(window, 
     panel._filter.setText("dip>45 dip<")
     assert panel._sorted.rowCount() == 1
     assert panel._filter.problem.isVisible()
-    assert "incomplete" in panel._filter.problem.text()
+    assert "filter.needs-number" in shown_codes(panel._filter.problem.text())
     panel._filter.clear()
     assert panel._sorted.rowCount() == 2
     assert not panel._filter.problem.isVisible()

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication
 
 from tests import driver
 from tests.driver import click
-from tests.messages import shown_codes
+from tests.messages import shown_codes, shown_values
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
 from vomstudio.document.records import DEFAULT_TYPES, FeatureType
@@ -93,7 +93,7 @@ def test_a_type_in_use_is_kept_and_the_dialog_says_why(studio, dialog):
     dialog.select("fault")
     press(dialog.remove_button)
     assert "Fault" in kinds(studio)
-    assert "1 feature has the type Fault" in dialog.says.text()
+    assert shown_values(dialog.says.text(), "type.in-use") == {"count": "1", "type": "Fault"}
     studio.attempt(edits.set_attributes, ["t1"], type_id="joint")
     dialog.select("fault")
     press(dialog.remove_button)
@@ -226,7 +226,7 @@ def test_the_menu_of_a_type_changes_its_colour_and_refuses_to_remove_it(window, 
     colors["Orange"].trigger()
     assert studio.records["bedding"].color == "#e69f00"
     by_text["Re&move type"].trigger()
-    assert "Give it another type first" in studio.notices[-1].text
+    assert studio.notices[-1].code == "type.in-use"
     by_text["&Select its features"].trigger()
     assert studio.selection.ids == ("t1",)
 
@@ -258,7 +258,7 @@ def test_sets_overturned_beds_and_notes_are_seen_in_the_tree(window, studio):
     item = window.tree._items["t2"]
     assert not window.tree.tree.isColumnHidden(2)
     assert item.text(2) == "limb A"
-    assert "covered by scree" in item.toolTip(0)
+    assert studio.records["t2"].notes in item.toolTip(0)
     assert "Overturned" in item.toolTip(1)
     verdict = studio.measured(["t2"])["t2"].verdict
     findings = {each.code for each in (*verdict.reasons, *verdict.notes)}

@@ -13,6 +13,8 @@ from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.interpret.tool_panels.trace import TracePanel
 
+HINT, WARNING = "click on the outcrop", "the disk is full"
+
 
 @pytest.mark.full
 def test_a_message_leaves_the_view_its_place(window, studio):
@@ -27,13 +29,13 @@ def test_a_message_leaves_the_view_its_place(window, studio):
 
 
 def test_a_hint_gives_way_and_does_not_hide_a_warning(window, studio):
-    studio.hint("click on the outcrop")
-    assert window.message_bar.text == "click on the outcrop"
+    studio.hint(HINT)
+    assert window.message_bar.text == HINT
     studio.tool_changed()
     assert not window.message_bar.isVisible()
-    studio.warn("the disk is full")
-    studio.hint("click on the outcrop")
-    assert window.message_bar.text == "the disk is full"
+    studio.warn(WARNING)
+    studio.hint(HINT)
+    assert window.message_bar.text == WARNING
     studio.tool_changed()
     assert window.message_bar.isVisible()
 
@@ -42,9 +44,9 @@ def test_messages_that_nobody_has_closed_are_counted_and_shown_at_a_click(window
     bar = window.message_bar
     earlier = bar._earlier
 
-    studio.hint("click on the outcrop")
-    studio.warn("the disk is full")
-    studio.warn("the disk is full")
+    studio.hint(HINT)
+    studio.warn(WARNING)
+    studio.warn(WARNING)
     assert not earlier.isVisible()
     studio.warn("a photo is damaged")
     assert earlier.isVisible()
@@ -57,7 +59,7 @@ def test_messages_that_nobody_has_closed_are_counted_and_shown_at_a_click(window
     QApplication.processEvents()
     assert window.docks["messages"].isVisible()
     said = [window.messages.item(i).text() for i in range(window.messages.count())]
-    assert sum("the disk is full" in text for text in said) == 2
+    assert sum(WARNING in text for text in said) == 2
 
     bar.hide()
     studio.warn("the model is gone")

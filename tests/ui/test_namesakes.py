@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
 
@@ -16,8 +17,8 @@ def reading(number: int, name: str = "") -> Reading:
 
 @pytest.mark.full
 def test_a_rename_to_a_name_that_is_there(studio: Any) -> None:
-    said: list[str] = []
-    studio.workspace.notices.told.connect(lambda notice: said.append(notice.text))
+    said: list[Finding] = []
+    studio.workspace.notices.told.connect(lambda notice: said.append(notice.message))
     for number in range(3):
         studio.attempt(edits.add_features, [reading(number)])
     assert not said
@@ -26,19 +27,19 @@ def test_a_rename_to_a_name_that_is_there(studio: Any) -> None:
     studio.attempt(edits.set_attributes, ["r1"], name="alone")
     assert not said
     studio.attempt(edits.set_attributes, ["r1"], name=names[0])
-    (sentence,) = said
-    assert names[0] in sentence
-    assert "Rename" in sentence
+    (finding,) = said
+    assert finding.code == "feature.same-names"
+    assert finding.values["names"] == names[0]
     assert [f.name for f in studio.session.features()] == [names[0], names[0], names[2]]
     studio.undo()
     studio.attempt(edits.set_attributes, ["r2"], notes="the same bed")
-    assert len(said) == 1 or all("more than one feature" not in s for s in said[1:])
+    assert [each.code for each in said] == ["feature.same-names", "edit.undone"]
 
 
 def test_an_import_of_names_that_come_twice(studio: Any) -> None:
-    said: list[str] = []
-    studio.workspace.notices.told.connect(lambda notice: said.append(notice.text))
+    said: list[Finding] = []
+    studio.workspace.notices.told.connect(lambda notice: said.append(notice.message))
     studio.attempt(edits.add_features, [reading(1, "A"), reading(2, "A"), reading(3, "B")])
-    (sentence,) = said
-    assert "1 name belongs" in sentence
-    assert ": A." in sentence
+    (finding,) = said
+    assert (finding.code, finding.values["count"]) == ("feature.same-names", 1)
+    assert finding.values["names"] == "A"

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit
 
 from tests import driver
 from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.errors import DocumentError
@@ -353,7 +354,7 @@ def test_no_view_changes_where_the_journal_cannot_be_written(window, studio, mon
     real = studio.project.journal.append
 
     def full(*args, **values):
-        raise DocumentError("the project's journal cannot be written (disk full)")
+        raise DocumentError(Finding("journal.not-written", reason="disk full"))
 
     monkeypatch.setattr(studio.project.journal, "append", full)
     model = window.table.model
@@ -368,7 +369,7 @@ def test_no_view_changes_where_the_journal_cannot_be_written(window, studio, mon
         studio.notices.clear()
         do()
         assert look() == before
-    assert "cannot be written" in window.message_bar.text
+    assert window.message_bar.notice.code == "journal.not-written"
     monkeypatch.setattr(studio.project.journal, "append", real)
     window.actions_table.run("delete")
     assert window.table.model.rowCount() == 0
@@ -377,13 +378,16 @@ def test_no_view_changes_where_the_journal_cannot_be_written(window, studio, mon
 def test_the_row_is_written_before_any_view_hears_of_it(window, studio):
     add_cliff(studio)
     rows_at_signal = []
-    studio.edited.connect(
-        lambda edit: rows_at_signal.append([r.label for r in studio.project.journal.rows()][-1])
-    )
+
+    def note(edit) -> None:
+        row = list(studio.project.journal.rows())[-1]
+        rows_at_signal.append((row.kind, row.label == edit.label))
+
+    studio.edited.connect(note)
     add_bed(studio, "t1", "first")
     studio.attempt(edits.delete, ["t1"])
     studio.undo()
-    assert rows_at_signal == ["Add bedding trace first", "Delete first", "Delete first"]
+    assert rows_at_signal == [("do", True), ("do", True), ("undo", True)]
 
 
 # --- trace panel ---------------------------------------------------------------------------------
@@ -433,7 +437,7 @@ def test_a_draft_that_cannot_be_read_is_said(window, studio, tmp_path):
     studio.save_as(tmp_path / "p.vom")
     studio.new_project()
     studio.open_project(tmp_path / "p.vom")
-    assert any("unfinished feature could not be read" in n.text for n in studio.notices)
+    assert "tool.draft-unreadable" in [notice.code for notice in studio.notices]
     assert not studio.tool_of(TraceTool).open
 
 

@@ -8,6 +8,7 @@ from PySide6.QtTest import QTest
 
 from tests import driver
 from tests.geometry.test_brush import centre_of, grid
+from tests.messages import shown_codes
 from tests.ui.conftest import add_bed, add_open_cliff
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
@@ -156,7 +157,8 @@ def test_only_a_patch_is_continued_by_the_brush(window, painting):
     assert window.actions_table.all["continue_patch"].isEnabled()
     del painting.models["m1"]
     window.actions_table.refresh()
-    assert "model of the patch is not open" in window.actions_table.all["continue_patch"].toolTip()
+    tip = window.actions_table.all["continue_patch"].toolTip()
+    assert "model.not-open" in shown_codes(tip)
 
 
 def test_the_table_and_the_tree_have_the_patch(window, painting):

@@ -7,10 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from tests.messages import refused, shown_codes
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document.edits import new_id
 from vomstudio.document.photo_edits import add_photo_set
 from vomstudio.document.records import PhotoSet
-from vomstudio.errors import InputError, TargetError
+from vomstudio.errors import TargetError
 from vomstudio.io.control import writing
 from vomstudio.io.control.control_files import crs_of, read_control, read_marks
 from vomstudio.io.control.points import ControlPoint, Mark
@@ -39,10 +41,10 @@ class Opened:
         self, studio: Studio, folder: Path, given: tuple[Path, Path] | None = None
     ) -> None:
         self.studio, self.folder = studio, folder
-        self.said: list[tuple[str, str]] = []
+        self.said: list[tuple[str, Message]] = []
         self.document = PhotoDocument(studio)
         self.exports = PhotoExports(self.document)
-        self.exports.said.connect(lambda text, level: self.said.append((level, text)))
+        self.exports.said.connect(lambda message, level: self.said.append((level, message)))
         self.document.look_at(folder)
         project = studio.project.folder
         own = tables_of(project, folder)
@@ -138,7 +140,7 @@ def test_a_folder_that_cannot_be_written_is_told_and_the_project_keeps_the_table
 
     def refused(path: Path, marks):
         if path.parent == folder:
-            raise TargetError("no permission to write here; choose another folder.", file=path)
+            raise TargetError(Finding("disk.no-permission"), file=path)
         return write(path, marks)
 
     monkeypatch.setattr(writing, "write_marks", refused)
@@ -146,7 +148,9 @@ def test_a_folder_that_cannot_be_written_is_told_and_the_project_keeps_the_table
     kept = opened.spare / "marks.csv"
     assert read_marks(kept) == [Mark("A", "a.jpg", 1.25, 2.5)]
     assert not opened.exports.problem
-    assert any("cannot be written" in text for _, text in opened.said)
+    assert [(level, message.code) for level, message in opened.said] == [
+        ("warning", "points.table-in-project")
+    ]
     assert opened.exports.table("marks.csv") == kept
     opened.said.clear()
     mark(opened.marks, "B")
@@ -158,13 +162,13 @@ def test_what_can_be_written_nowhere_stays_in_the_project_and_is_tried_again(
     opened, folder, monkeypatch
 ) -> None:
     def refused(path: Path, marks):
-        raise TargetError("the disk is full; free some space or write elsewhere.", file=path)
+        raise TargetError(Finding("disk.full"), file=path)
 
     with monkeypatch.context() as full:
         full.setattr(writing, "write_marks", refused)
         mark(opened.marks, "A")
-        assert "disk is full" in opened.exports.problem
-        assert "saved in the project" in opened.said[-1][1]
+        assert "disk.full" in shown_codes(opened.exports.problem)
+        assert opened.said[-1][1].code == "points.tables-outdated"
     assert opened.marks.marking.labels == ("A",)
     mark(opened.marks, "B")
     assert not opened.exports.problem
@@ -174,7 +178,7 @@ def test_what_can_be_written_nowhere_stays_in_the_project_and_is_tried_again(
 def test_a_table_that_cannot_be_read_is_put_aside_before_it_is_replaced(studio, folder) -> None:
     (folder / "marks.csv").write_text("label,photo,x,y\nA,a.jpg,left,2\n")
     opened = Opened(studio, folder)
-    assert "'left' is not a number." in opened.problems[0]
+    assert "table.not-a-number" in shown_codes(opened.problems[0])
     assert "left" in (folder / "marks.csv").read_text()
     mark(opened.marks, "B")
     assert read_marks(folder / "marks.csv") == [Mark("B", "a.jpg", 1.25, 2.5)]
@@ -271,8 +275,6 @@ def test_points_of_another_crs_are_not_mixed_in(opened, folder) -> None:
     other.write_text("# EPSG:32632\nlabel,x,y,z\nB,1,2,3\n")
     marks = opened.marks
     marks.import_points(one)
-    with pytest.raises(
-        InputError, match="EPSG:32632, but the points of the project are in EPSG:32633"
-    ):
+    with refused("control.other-crs", crs="EPSG:32632", project_crs="EPSG:32633"):
         marks.import_points(other)
     assert [p.label for p in read_control(folder / "control.csv")] == ["A"]

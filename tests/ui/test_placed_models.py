@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QLabel
 
+from tests.messages import figures
 from vomstudio.document import edits
 from vomstudio.document.records import UNDECLARED, Frame, Model, Registration
 from vomstudio.geometry.mesh import Mesh
@@ -31,6 +33,11 @@ def add(studio: Any, path: str) -> None:
     studio.models["m1"] = SimpleNamespace(data=MESH, resolution=RESOLUTION, warnings=())
 
 
+def rows(text: str) -> dict[str, str]:
+    """Return the values of the lines "name: value" of a text."""
+    return dict(line.split(": ", 1) for line in re.split(r"<br>|\n", text) if ": " in line)
+
+
 def texts(window: Any) -> str:
     return "\n".join(label.text() for label in window.properties.findChildren(QLabel))
 
@@ -38,12 +45,13 @@ def texts(window: Any) -> str:
 def test_properties_of_a_registered_model_are_in_metres(window: Any, studio: Any) -> None:
     add(studio, "wall.ply")
     studio.selection.set(["m1"])
-    assert "Scale: not known" in texts(window)
+    assert rows(texts(window))["Scale"] == "not known"
     assert "Resolution: 0.0800 units" in texts(window)
     assert studio.attempt(edits.set_registration, PLACED, ["m1"])
     shown = texts(window)
-    assert "Scale: metres; one unit of the file is 25.00 cm" in shown
-    assert "North: grid north of EPSG:32633" in shown
+    assert figures(rows(shown)["Scale"]) == [25.0]
+    assert rows(shown)["Scale"].endswith(" cm")
+    assert rows(shown)["North"].endswith("EPSG:32633")
     assert "Resolution: 2.00 cm" in shown
     studio.undo()
     assert "Resolution: 0.0800 units" in texts(window)

@@ -96,11 +96,10 @@ def test_a_reason_goes_and_the_own_tooltip_comes_back(qtbot) -> None:
     field = QLineEdit()
     qtbot.addWidget(field)
     field.setToolTip("A length.")
-    allow(field, "nothing is open")
-    assert not field.isEnabled()
-    assert field.toolTip() == "Not now: nothing is open"
-    allow(field, "it runs")
-    assert field.toolTip() == "Not now: it runs"
+    for reason in ("nothing is open", "it runs"):
+        allow(field, reason)
+        assert not field.isEnabled()
+        assert field.toolTip() == f"Not now: {reason}"
     allow(field, None)
     assert field.isEnabled()
     assert field.toolTip() == "A length."

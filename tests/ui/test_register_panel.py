@@ -12,7 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog
 
 from tests import driver
-from tests.messages import with_code
+from tests.messages import shown_codes, with_code
 from vomstudio.document import edits
 from vomstudio.document.kinds.control_point import ControlPoint
 from vomstudio.document.records import Frame, Model
@@ -143,7 +143,7 @@ def test_a_click_without_a_table_makes_a_point_whose_coordinates_are_typed(studi
     click(studio, MODEL[0])
     (point,) = studio.session.of(ControlPoint)
     assert (point.name, point.position) == ("C01", None)
-    assert "Type the coordinates" in panel.said.text()
+    assert "control.coordinates-missing" in shown_codes(panel.said.text())
     # The next click is another point; one that is chosen in the list is moved.
     click(studio, MODEL[1])
     assert [p.name for p in studio.session.of(ControlPoint)] == ["C01", "C02"]

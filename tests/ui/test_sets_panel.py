@@ -9,8 +9,9 @@ import pytest
 
 from tests import driver
 from tests.geology.test_set_proposals import cluster
-from tests.messages import shown_codes
+from tests.messages import figures, refused, shown_codes, shown_values
 from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.errors import DocumentError
@@ -41,33 +42,35 @@ def proposed(window, panel) -> str:
 
 
 def test_without_planes_the_command_says_so(window, panel) -> None:
-    assert window.actions_table.why_not("propose_sets") == "There are no planes yet."
+    assert window.actions_table.why_not("propose_sets") == Finding("planes.none")
 
 
 def test_two_planes_make_no_set(window, studio, panel) -> None:
     read(studio, [(10, 20), (30, 40)])
-    assert proposed(window, panel) == "Sets need at least 3 planes; there are 2 here."
+    said = proposed(window, panel)
+    assert shown_values(said, "sets.too-few-planes") == {"minimum": "3", "count": "2"}
     assert not panel.accept.isEnabled()
 
 
 def test_four_planes_of_no_set_are_no_set(window, studio, panel) -> None:
     read(studio, [(10, 20), (100, 80), (200, 40), (300, 70)])
-    assert "No set stands out" in proposed(window, panel)
+    assert "sets.none-distinct" in shown_codes(proposed(window, panel))
     assert not panel.accept.isEnabled()
 
 
 def test_parallel_planes_without_places_are_one_set(window, studio, panel) -> None:
     read(studio, [(90, 45)] * 10)
-    said = proposed(window, panel)
-    assert "parallel" in said
-    assert "No spacing: the planes have no coordinates in metres." in said
+    codes = shown_codes(proposed(window, panel))
+    assert {"sets.parallel", "sets.not-in-metres"} <= codes
     name, count, mean, kappa = (panel.table.item(0, i).text() for i in range(4))
     assert (name, count, mean.partition(" ± ")[0], kappa) == ("J1", "10", "090.00/45.00", "–")
     panel.count.setValue(3)
-    assert "sets.fewer" in shown_codes(proposed(window, panel))
+    proposed(window, panel)
+    assert len(panel.proposed.sets) == 1
+    assert figures(str(panel.proposed.found.warnings[0])) == [1, 3, 3]
     panel.accept.click()
     assert {r.set_name for r in studio.session.of(Reading)} == {"J1"}
-    assert proposed(window, panel).endswith("to propose anew among all.")
+    assert "sets.too-few-without-set" in shown_codes(proposed(window, panel))
 
 
 def test_what_a_selection_is_not_is_left_alone(window, studio, panel) -> None:
@@ -84,8 +87,8 @@ def test_one_edit_puts_features_in_several_sets(studio, panel) -> None:
     read(studio, [(90, 45)] * 3)
     edit = edits.put_in_sets(studio.records, {"r0": "A", "r1": "B", "r2": ""})
     assert edit.ids == {"r0", "r1"}
-    assert edit.label == "Put 2 features in 2 sets"
-    with pytest.raises(DocumentError, match="already"):
+    assert {id_: after.set_name for id_, after in edit.after.items()} == {"r0": "A", "r1": "B"}
+    with refused("edit.no-change", DocumentError):
         edits.put_in_sets(studio.records, {"r2": ""})
 
 
@@ -124,7 +127,7 @@ def test_what_was_picked_is_pooled_across_types_and_said_so(window, studio, pane
         add_bed(studio, f"b{i}", dip=0.5 + 0.01 * i, type_id="bedding" if i % 2 else "joint")
     read(studio, [(10, 20), (100, 80), (200, 40)])
     said = proposed(window, panel)
-    assert panel.of.currentText() == "All picked planes"
-    assert "Types are pooled" in said
+    assert panel.of.currentData() == ("picked", "")
+    assert "sets.types-pooled" in shown_codes(said)
     assert set(panel.proposed.of.ids) == {f"b{i}" for i in range(8)}
     assert panel.table.item(0, 1).text() == "8"

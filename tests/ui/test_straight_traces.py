@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from PySide6.QtWidgets import QApplication
@@ -53,11 +55,11 @@ def test_a_straight_trace_shows_its_band_and_the_sets_that_fit(beds, studio):
     for edge in band.edges:
         assert np.abs(edge[:, 1]).max() < np.sin(np.radians(2.0))
     said = beds.properties._about.text()
-    assert "contains the line 000/00" in said or "contains the line 180/00" in said
+    assert re.search(r"\b(000|180)/00\b", said)
     compatible = next(line for line in said.splitlines() if line.startswith("Compatible sets"))
     assert "east" in compatible
     assert "J" not in compatible
-    assert "As a plane of" in said
+    assert re.search(r"east .*\d+/\d+ ±", said)
     beds.net.canvas.grab()
     driver.keep_picture(beds, "straight_trace")
 

@@ -42,5 +42,6 @@ def test_two_beds_are_dragged_onto_an_empty_type(window, studio):
         wait(lambda: hand.poll() is not None, "the drag", 10.0)
         wait(lambda: studio.records["t0"].type_id == "fault", "the drop", 10.0)
     assert [studio.records[f"t{i}"].type_id for i in range(3)] == ["fault", "bedding", "fault"]
-    assert studio.session.undo_label == "Change type of 2 features"
     assert tree._items["t0"].parent() is tree._items["fault"]
+    studio.undo()
+    assert {studio.records[f"t{i}"].type_id for i in range(3)} == {"bedding"}, "one step"

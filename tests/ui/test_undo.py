@@ -6,9 +6,11 @@ import pytest
 from PySide6.QtWidgets import QApplication
 
 from tests.geometry.test_brush import centre_of, grid
+from tests.messages import figures, shown_codes, shown_values
 from tests.samples import ZIGZAG
 from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_open_cliff
+from vomstudio.core.findings import Finding
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
@@ -34,45 +36,51 @@ def dab(studio, face: int, kind: Pointer = Pointer.CLICK) -> None:
     studio.pointer(PointerEvent(kind, 0, 0, Button.LEFT, hit=hit))
 
 
-def run(window, name: str) -> str:
-    """Run a command as its key does; the status line afterwards."""
+def run(window, name: str) -> tuple[str, str]:
+    """Run a command as its key does; the code and the step in the status line afterwards."""
     window.actions_table.run(name)
     QApplication.processEvents()
-    return window.statusBar().currentMessage()
+    text = window.statusBar().currentMessage()
+    code = next((c for c in ("edit.undone", "edit.redone") if c in shown_codes(text)), "")
+    return code, shown_values(text, code)["edit"] if code else ""
 
 
-def texts(window) -> tuple[str, str]:
+def steps(window) -> tuple[str, str]:
+    """What Undo and Redo of the menu would take back and bring; "" if nothing."""
     actions = window.actions_table.all
-    return actions["undo"].text(), actions["redo"].text()
+    undo, redo = actions["undo"].text(), actions["redo"].text()
+    assert (undo[:5], redo[:5]) == ("&Undo", "&Redo")
+    return undo[5:].strip(), redo[5:].strip()
 
 
 # --- what is said ----------------------------------------------------------------------------
 def test_undo_and_redo_name_the_edit_in_menu_and_status_line(window, cliff):
     add_bed(cliff, "t1")
-    assert texts(window) == ("&Undo Bedding trace B01", "&Redo")
-    assert run(window, "undo") == "Undone: Bedding trace B01"
-    assert texts(window) == ("&Undo Open model cliff", "&Redo Bedding trace B01")
-    assert run(window, "redo") == "Redone: Bedding trace B01"
+    assert steps(window) == ("Bedding trace B01", "")
+    assert run(window, "undo") == ("edit.undone", "Bedding trace B01")
+    assert steps(window)[0].endswith(" cliff")
+    assert steps(window)[1] == "Bedding trace B01"
+    assert run(window, "redo") == ("edit.redone", "Bedding trace B01")
     cliff.selection.set(["t1"])
     cliff.delete_selected()
-    assert texts(window)[0] == "&Undo Delete B01"
-    assert run(window, "undo") == "Undone: Delete B01"
-    assert any(notice.text == "Undone: Delete B01" for notice in cliff.notices)
+    assert steps(window)[0] == "Delete B01"
+    assert run(window, "undo") == ("edit.undone", "Delete B01")
+    assert Finding("edit.undone", edit="Delete B01") in [each.message for each in cliff.notices]
 
 
 def test_a_measurement_is_named_as_what_it_is(window, cliff):
     cliff.activate("measure")
     for point in ZIGZAG[:2]:
         click(cliff, point)
-    assert run(window, "undo") == "Undone: Distance D01"
-    assert texts(window)[1] == "&Redo Distance D01"
+    assert run(window, "undo") == ("edit.undone", "Distance D01")
+    assert steps(window)[1] == "Distance D01"
 
 
 def test_an_ampersand_in_a_name_is_no_key_of_the_menu(window, cliff):
     add_bed(cliff, "t1", name="Smith & Sons")
     action = window.actions_table.all["undo"]
-    assert action.text() == "&Undo Bedding trace Smith && Sons"
-    assert "Undo Bedding trace Smith & Sons" in action.toolTip()
+    assert action.text().endswith(" Smith && Sons")
+    assert " Smith & Sons" in action.toolTip()
 
 
 def test_points_of_an_open_trace_are_named(window, cliff):
@@ -80,11 +88,11 @@ def test_points_of_an_open_trace_are_named(window, cliff):
     for point in ZIGZAG[:4]:
         click(cliff, point)
     tool = cliff.open_tool
-    assert run(window, "undo") == "Undone: Point 4"
+    assert run(window, "undo") == ("edit.undone", "Point 4")
     tool.move_vertex(0, (0.1, 0.0, 0.0))
-    assert run(window, "undo") == "Undone: Move a point"
+    assert run(window, "undo") == ("edit.undone", "Move a point")
     tool.delete_vertex(1)
-    assert run(window, "undo") == "Undone: Delete a point"
+    assert run(window, "undo") == ("edit.undone", "Delete a point")
     assert tool.vertices == ZIGZAG[:3]
 
 
@@ -94,7 +102,7 @@ def test_nothing_is_said_where_nothing_can_be_undone(window, studio):
     studio.undo()
     studio.redo()
     assert said == []
-    assert texts(window) == ("&Undo", "&Redo")
+    assert steps(window) == ("", "")
 
 
 # --- Esc is a step ---------------------------------------------------------------------------
@@ -120,18 +128,19 @@ def test_undo_right_after_esc_brings_the_open_picks_back(window, cliff, name, no
     run(window, "cancel")
     assert not tool.open
     assert cliff.session.draft is None
-    assert texts(window)[0] == f"&Undo Discard the open {noun}"
-    assert run(window, "undo") == f"Undone: Discard the open {noun}"
+    step = steps(window)[0]
+    assert step.endswith(f" {noun}")
+    assert run(window, "undo") == ("edit.undone", step)
     assert tool.open
     assert tool.vertices == ZIGZAG[:5]
     assert cliff.session.draft.state == draft, "a crash now would lose the picks"
     # Forth and back as often as one likes, and each point is still a step of its own.
-    assert run(window, "redo") == f"Redone: Discard the open {noun}"
+    assert run(window, "redo") == ("edit.redone", step)
     assert not tool.open
     run(window, "undo")
     run(window, "undo")
     assert tool.vertices == ZIGZAG[:4]
-    assert texts(window)[1] == "&Redo Point 5"
+    assert steps(window)[1] == "Point 5"
     run(window, "finish")
     assert cliff.session.features()[-1].vertices == ZIGZAG[:4]
 
@@ -143,24 +152,28 @@ def test_a_discarded_trace_lies_between_the_edits_before_and_after(window, cliff
         click(cliff, point)
     run(window, "cancel")
     add_bed(cliff, "t2")
-    assert run(window, "undo") == "Undone: Bedding trace B02"
-    assert run(window, "undo") == "Undone: Discard the open trace"
+    assert run(window, "undo") == ("edit.undone", "Bedding trace B02")
+    step = cliff.undo_label
+    assert step is not None
+    assert step.endswith(" trace")
+    assert run(window, "undo") == ("edit.undone", step)
     assert cliff.tool.vertices == ZIGZAG[:3]
     for left in (2, 1, 0):
         run(window, "undo")
         assert len(cliff.tool.vertices) == left
-    assert run(window, "undo") == "Undone: Bedding trace B01"
+    assert run(window, "undo") == ("edit.undone", "Bedding trace B01")
     assert not cliff.session.of(Trace)
 
 
 def test_undoing_the_only_point_does_not_bring_it_back_again(window, cliff):
     cliff.activate("trace")
     click(cliff, ZIGZAG[0])
-    assert run(window, "undo") == "Undone: Point 1"
-    assert texts(window) == ("&Undo Open model cliff", "&Redo Point 1")
-    assert run(window, "redo") == "Redone: Point 1"
+    assert run(window, "undo") == ("edit.undone", "Point 1")
+    assert steps(window)[0].endswith(" cliff")
+    assert steps(window)[1] == "Point 1"
+    assert run(window, "redo") == ("edit.redone", "Point 1")
     assert cliff.tool.vertices == ZIGZAG[:1]
-    assert texts(window) == ("&Undo Point 1", "&Redo")
+    assert steps(window) == ("Point 1", "")
 
 
 def test_the_only_point_comes_back_after_it_was_deleted(window, cliff):
@@ -175,7 +188,7 @@ def test_a_continued_trace_comes_back_as_continued(window, cliff):
     bed = add_bed(cliff, "t1")
     cliff.activate("trace")
     cliff.tool.continue_feature("t1")
-    assert texts(window)[0] == "&Undo Continue B01"
+    assert steps(window)[0] == "Continue B01"
     click(cliff, (6.0, 0.0, 3.0))
     run(window, "cancel")
     run(window, "undo")
@@ -190,7 +203,7 @@ def test_undo_ends_continuing_before_it_reaches_the_feature_itself(window, cliff
     add_bed(cliff, "t1")
     cliff.activate("trace")
     cliff.tool.continue_feature("t1")
-    assert run(window, "undo") == "Undone: Continue B01"
+    assert run(window, "undo") == ("edit.undone", "Continue B01")
     assert not cliff.tool.open
     assert "t1" in cliff.records
 
@@ -200,7 +213,7 @@ def test_esc_discards_nothing_of_a_continued_trace_that_was_not_changed(window, 
     cliff.activate("trace")
     cliff.tool.continue_feature("t1")
     run(window, "cancel")
-    assert run(window, "undo") == "Undone: Bedding trace B01"
+    assert run(window, "undo") == ("edit.undone", "Bedding trace B01")
 
 
 def test_the_tool_comes_back_with_its_feature(window, cliff):
@@ -219,7 +232,7 @@ def test_another_project_knows_nothing_of_what_was_discarded(window, cliff):
     click(cliff, ZIGZAG[0])
     run(window, "cancel")
     cliff.new_project()
-    assert texts(window) == ("&Undo", "&Redo")
+    assert steps(window) == ("", "")
     cliff.undo()
     assert cliff.open_tool is None
 
@@ -234,7 +247,7 @@ def test_undo_after_esc_brings_the_patch_back_into_the_brush(window, cliff):
     painted = tool.current
     run(window, "cancel")
     assert tool.current is None
-    assert run(window, "undo") == f"Undone: Delete {painted.name}"
+    assert run(window, "undo") == ("edit.undone", f"Delete {painted.name}")
     assert tool.current == painted
     dab(cliff, 1000)
     (patch,) = cliff.session.of(Patch)
@@ -250,7 +263,10 @@ def test_a_stroke_that_esc_discarded_is_painted_by_undo(window, cliff):
     assert not window.actions_table.all["undo"].isEnabled(), "a stroke is let go or kept first"
     run(window, "cancel")
     assert not cliff.session.of(Patch)
-    assert run(window, "undo") == "Undone: Discard the stroke"
+    step = cliff.undo_label
+    assert step is not None
+    assert step.endswith(" stroke")
+    assert run(window, "undo") == ("edit.undone", step)
     (patch,) = cliff.session.of(Patch)
     assert tool.current == patch
     run(window, "undo")
@@ -259,11 +275,12 @@ def test_a_stroke_that_esc_discarded_is_painted_by_undo(window, cliff):
 
 def test_what_was_undone_does_not_hide_what_the_next_click_does(window, cliff):
     add_bed(cliff)
-    assert run(window, "undo").startswith("Undone: ")
+    assert run(window, "undo")[0] == "edit.undone"
     cliff.activate("trace")
     assert window.statusBar().currentMessage() == ""
-    assert "click along a bed" in window.status_line._hint.text()
-    assert run(window, "redo").startswith("Redone: ")
+    assert window.status_line._hint.text() == cliff.tool.hint()
+    assert run(window, "redo")[0] == "edit.redone"
     click(cliff, ZIGZAG[0])
     assert window.statusBar().currentMessage() == ""
-    assert "1 of at least 3 points" in window.status_line._hint.text()
+    assert figures(cliff.tool.hint())[:2] == [1, 3]
+    assert window.status_line._hint.text() == cliff.tool.hint()

@@ -143,10 +143,11 @@ def test_photos_are_shown_among_photos_and_take_the_middle(window, tmp_path):
 
 def test_a_message_is_read_although_photos_have_the_middle(window, studio, tmp_path):
     press(window, 1)
-    studio.warn("The disk is full.", "error")
+    message = "The disk is full."
+    studio.warn(message, "error")
     driver.pause(50)
     bar = window.message_bar
-    assert bar.text == "The disk is full."
+    assert bar.text == message
     assert bar.visibleRegion().boundingRect().height() >= bar.sizeHint().height()
 
 

@@ -3,9 +3,9 @@ that were discarded, and edits of the document. Each says what it took back or b
 
 from __future__ import annotations
 
+from vomstudio.core.findings import Finding
 from vomstudio.tools.interaction_types import Discarded
 from vomstudio.tools.tool_context import Tool
-from vomstudio.words import tr
 from vomstudio.workspace.editing import Editing
 from vomstudio.workspace.notices import Notices
 from vomstudio.workspace.projects import Projects
@@ -86,20 +86,20 @@ class History:
             self.undo_edit()
             return
         if done:
-            self._notices.info(tr("Undone: {edit}", edit=step_words(label)))
+            self._notices.info(Finding("edit.undone", edit=step_words(label)))
 
     def undo_edit(self) -> None:
         """Undo the last edit of the document, whatever is unfinished on the outcrop: for what is
         drawn elsewhere, where that is not seen."""
         label = self._projects.session.undo_label
         if label is not None and self._editing.undo():
-            self._notices.info(tr("Undone: {edit}", edit=step_words(label)))
+            self._notices.info(Finding("edit.undone", edit=step_words(label)))
 
     def redo_edit(self) -> None:
         """Redo the last undone edit of the document, as `undo_edit` undoes it."""
         label = self._projects.session.redo_label
         if label is not None and self._editing.redo():
-            self._notices.info(tr("Redone: {edit}", edit=step_words(label)))
+            self._notices.info(Finding("edit.redone", edit=step_words(label)))
 
     def _bring_back(self, discarded: Discarded) -> bool:
         entry = self._discarded.pop()
@@ -146,7 +146,7 @@ class History:
             self.redo_edit()
             return
         if done:
-            self._notices.info(tr("Redone: {edit}", edit=step_words(label)))
+            self._notices.info(Finding("edit.redone", edit=step_words(label)))
 
 
 def step_words(label: str) -> str:

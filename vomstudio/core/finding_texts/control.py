@@ -399,4 +399,31 @@ TEXTS: dict[str, Entry] = {
             "The marks of the control points in photos are missing. Name their file with --marks."
         ),
     ),
+    "control.other-crs": (
+        "error",
+        to_translate(
+            "Its coordinates are in {crs}, but the points of the project are in "
+            "{project_crs}. Convert them to one CRS."
+        ),
+    ),
+    "control.registers": (
+        "info",
+        to_translate("The model will be registered by ground control in {crs}. {summary}"),
+    ),
+    "control.registers-locally": (
+        "info",
+        to_translate("The model will be registered by ground control in a local frame. {summary}"),
+    ),
+    "control.not-used": (
+        "warning",
+        to_translate("{table} beside the photos is not used: {reason}"),
+    ),
+    "control.no-file": (
+        "error",
+        to_translate("Choose the file of the control points."),
+    ),
+    "control.no-coordinates": (
+        "warning",
+        to_translate("Enter the coordinates of {label}. Without coordinates it is a tie point."),
+    ),
 }

@@ -207,4 +207,12 @@ TEXTS: dict[str, Entry] = {
             "median difference {median_deg:.0f}°."
         ),
     ),
+    "edit.undone": (
+        "info",
+        to_translate("Undone: {edit}"),
+    ),
+    "edit.redone": (
+        "info",
+        to_translate("Redone: {edit}"),
+    ),
 }

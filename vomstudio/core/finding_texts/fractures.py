@@ -106,4 +106,15 @@ TEXTS: dict[str, Entry] = {
             " the outlines.",
         ),
     ),
+    "fractures.no-mark": (
+        "error",
+        to_translate("Drag on the map to mark it, or type its numbers."),
+    ),
+    "fractures.no-cells": (
+        "error",
+        to_translate(
+            "No cell of {grid} is marked as done or empty. Mark what was inspected with the "
+            "tool Cells."
+        ),
+    ),
 }

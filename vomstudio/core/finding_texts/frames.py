@@ -248,4 +248,11 @@ TEXTS: dict[str, Entry] = {
             "Some features are outside the area of use of {crs}. Check the CRS of their models."
         ),
     ),
+    "place.invalid": (
+        "error",
+        to_translate(
+            "“{text}” is not a place. Enter latitude and longitude in degrees, such as "
+            "46.52, 11.35."
+        ),
+    ),
 }

@@ -128,4 +128,11 @@ TEXTS: dict[str, Entry] = {
             "and Ubuntu: sudo apt install {package})."
         ),
     ),
+    "program.crashed": (
+        "error",
+        to_translate(
+            "The program crashed when it last ran. Your work is in the journal. Please save "
+            "a report, so that the fault can be found."
+        ),
+    ),
 }

@@ -503,4 +503,44 @@ TEXTS: dict[str, Entry] = {
             "{count:,} pixels beyond 100 km cannot be heights and are left out.",
         ),
     ),
+    "display.texture-unreadable": (
+        "warning",
+        to_translate(
+            "The texture {file} cannot be read ({reason}). The surface is drawn without it."
+        ),
+    ),
+    "display.texture-too-large": (
+        "warning",
+        to_translate(
+            "The texture {file} has {width} × {height} pixels, more than can be drawn. The "
+            "surface is drawn without it."
+        ),
+    ),
+    "display.texture-reduced": (
+        "warning",
+        to_translate(
+            "The texture {file} has {width} × {height} pixels; the graphics card can draw "
+            "{limit} a side. It is shown at 1/{factor} of its resolution."
+        ),
+    ),
+    "display.texture-damaged": (
+        "warning",
+        to_translate("The texture {file} is damaged ({reason}). The surface is drawn without it."),
+    ),
+    "display.points-missing": (
+        "warning",
+        to_translate("No further points of a cloud can be loaded. {reason}"),
+    ),
+    "display.part-missing": (
+        "warning",
+        to_translate("A part of a cloud is not shown. {reason}"),
+    ),
+    "display.not-prepared": (
+        "warning",
+        to_translate("The model could not be prepared for drawing. {reason}"),
+    ),
+    "display.field-not-shown": (
+        "warning",
+        to_translate("The scalar field {field} cannot be shown. {reason}"),
+    ),
 }

@@ -48,4 +48,8 @@ TEXTS: dict[str, Entry] = {
             " UTM zone."
         ),
     ),
+    "number.invalid": (
+        "error",
+        to_translate("“{text}” is not a number. Correct it."),
+    ),
 }

@@ -257,4 +257,73 @@ TEXTS: dict[str, Entry] = {
             "The lens model {model} has {needed} parameters, and {given} are given. Correct them."
         ),
     ),
+    "points.tables-outdated": (
+        "warning",
+        to_translate(
+            "The points are saved in the project, but the tables beside the photos are not "
+            "up to date. {reason}"
+        ),
+    ),
+    "points.table-in-project": (
+        "warning",
+        to_translate(
+            "The folder of the photos cannot be written to. {table} is saved in the project "
+            "instead: {folder}"
+        ),
+    ),
+    "points.former-table": (
+        "info",
+        to_translate(
+            "{table} contained values that the project does not have. The former file is "
+            "kept as {copy}."
+        ),
+    ),
+    "mask.files-outdated": (
+        "warning",
+        to_translate("The masks are saved in the project, but not beside the photos. {reason}"),
+    ),
+    "mask.former-file": (
+        "info",
+        to_translate("The former mask is kept as {copy}."),
+    ),
+    "photo.none-found": (
+        "error",
+        to_translate("The photos were not found. Choose their folder with “Locate photos”."),
+    ),
+    "photo.not-shown": (
+        "error",
+        to_translate("{photo} cannot be shown: {reason}"),
+    ),
+    "photo.folder-missing": (
+        "warning",
+        to_translate(
+            "The photos {name} are no longer in {folder}. Choose their folder with New "
+            "model from photos."
+        ),
+    ),
+    "photo.files-changed": (
+        "warning",
+        to_translate(
+            "Another program has changed files beside the photos: {files}. They are not "
+            "used until you import them."
+        ),
+    ),
+    "marks.other-photos": (
+        "warning",
+        to_translate("Marks in photos that are not in this folder are kept: {photos}."),
+    ),
+    "mask.repeated": (
+        "info",
+        *to_translate_n(
+            "The shape was drawn in {count} more photo.",
+            "The shape was drawn in {count} more photos.",
+        ),
+    ),
+    "mask.size-differs": (
+        "info",
+        *to_translate_n(
+            "{count} photo of another size is unchanged.",
+            "{count} photos of another size are unchanged.",
+        ),
+    ),
 }

@@ -356,4 +356,8 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("None of the {count} planes can be fitted. The first: {reason}"),
     ),
+    "plane.model-not-open": (
+        "error",
+        to_translate("The plane was not picked on an open model. Open its model first."),
+    ),
 }

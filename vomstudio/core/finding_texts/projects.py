@@ -386,4 +386,43 @@ TEXTS: dict[str, Entry] = {
         to_translate("{count} reading is imported without position ({lines}). {reason}"),
         to_translate("{count} readings are imported without position ({lines}). {reason}"),
     ),
+    "compaction.not-done": (
+        "error",
+        to_translate(
+            "The project has not been compacted since it was opened, so there is nothing to undo."
+        ),
+    ),
+    "reading.north-missing": (
+        "error",
+        to_translate("Choose the north to which the azimuths refer."),
+    ),
+    "reading.declination-missing": (
+        "error",
+        to_translate(
+            "Enter the declination in degrees, east positive: it is printed on the map's "
+            "margin. Enter 0 if it was set on the compass."
+        ),
+    ),
+    "reading.far-from-model": (
+        "warning",
+        to_translate(
+            "The positions are {distance_m:,.0f} m away from the model. Check that they are "
+            "in its CRS."
+        ),
+    ),
+    "project.unsaved-found": (
+        "warning",
+        to_translate("Unsaved work was found that was open when the program last ended."),
+    ),
+    "project.unclosed": (
+        "warning",
+        to_translate("{project} was open when the program last ended. Its work can be restored."),
+    ),
+    "project.older-unclosed": (
+        "warning",
+        *to_translate_n(
+            "{count} older project was found as well.",
+            "{count} older projects were found as well.",
+        ),
+    ),
 }

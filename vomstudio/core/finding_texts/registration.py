@@ -805,4 +805,37 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("Points need three finite coordinates each, x, y, z, as an array (n, 3)."),
     ),
+    "line.value-missing": (
+        "info",
+        to_translate("Type what is known of the line in the list."),
+    ),
+    "registration.not-begun": (
+        "info",
+        to_translate(
+            "Read control points from a file, or click a point and type its coordinates. "
+            "Known lines and compass readings place the model in part."
+        ),
+    ),
+    "control.coordinates-missing": (
+        "info",
+        to_translate("Type the coordinates of the points in the list, or read them from a file."),
+    ),
+    "control.click-points": (
+        "info",
+        to_translate(
+            "Click the points on the outcrop: {found} of {count} are found. From three (two "
+            "if the model is upright) rings show the others."
+        ),
+    ),
+    "registration.with-reference": (
+        "info",
+        to_translate(
+            "With the registration of the other model it may be turned by "
+            "{rotation95_deg:.2f}° (95 %)."
+        ),
+    ),
+    "registration.without-reference": (
+        "info",
+        to_translate("The error of what it was fitted to is not in it."),
+    ),
 }

@@ -158,4 +158,83 @@ TEXTS: dict[str, Entry] = {
             " one, the spacing is larger and P32 smaller."
         ),
     ),
+    "sets.too-few-planes": (
+        "error",
+        *to_translate_n(
+            "Sets need at least {minimum} planes; there is {count} here. Pick more, or "
+            "choose others.",
+            "Sets need at least {minimum} planes; there are {count} here. Pick more, or "
+            "choose others.",
+        ),
+    ),
+    "sets.too-few-without-set": (
+        "error",
+        *to_translate_n(
+            "Sets need at least {minimum} planes, and {count} is without a set. Include "
+            "those that have one already.",
+            "Sets need at least {minimum} planes, and {count} are without a set. Include "
+            "those that have one already.",
+        ),
+    ),
+    "sets.replaced": (
+        "info",
+        *to_translate_n(
+            "{count} plane has a set already, which accepting replaces.",
+            "{count} planes have a set already, which accepting replaces.",
+        ),
+    ),
+    "sets.left-out": (
+        "info",
+        *to_translate_n(
+            "{count} plane has a set already and is left out.",
+            "{count} planes have a set already and are left out.",
+        ),
+    ),
+    "sets.types-pooled": (
+        "info",
+        to_translate("Types are pooled: {types}."),
+    ),
+    "sets.no-common-frame": (
+        "info",
+        to_translate(
+            "No spacing: the planes are on several models that have no common coordinates."
+        ),
+    ),
+    "sets.not-in-metres": (
+        "info",
+        to_translate("No spacing: the planes have no coordinates in metres."),
+    ),
+    "sets.partly-in-metres": (
+        "info",
+        *to_translate_n(
+            "{count} plane has no coordinates in metres. The spacing is that of the others.",
+            "{count} planes have no coordinates in metres. The spacing is that of the others.",
+        ),
+    ),
+    "sets.none-distinct": (
+        "info",
+        to_translate(
+            "No set stands out from an even scatter. A set needs at least {minimum} planes, "
+            "or a seed."
+        ),
+    ),
+    "sets.parallel": (
+        "info",
+        to_translate("Where all planes of a set are parallel, κ has no limit."),
+    ),
+    "sets.planes-changed": (
+        "info",
+        to_translate("The planes have changed. Propose sets again."),
+    ),
+    "sets.no-proposal": (
+        "info",
+        to_translate("There is no proposal. Propose sets first."),
+    ),
+    "repeats.not-begun": (
+        "info",
+        to_translate(
+            "Nothing was picked again yet. Choose Offer picks again: a tenth of the picks "
+            "shows how far one may be off."
+        ),
+    ),
 }

@@ -550,4 +550,47 @@ TEXTS: dict[str, Entry] = {
             " not parallel. The error of their mean was widened."
         ),
     ),
+    "displacement.no-pairs": (
+        "error",
+        to_translate(
+            "Select two traces of one bed, on both sides of the fault, and add them. More "
+            "pairs give a mean."
+        ),
+    ),
+    "displacement.no-fault": (
+        "error",
+        to_translate("Select a plane that was picked on the fault, and take it."),
+    ),
+    "displacement.not-a-rake": (
+        "error",
+        to_translate(
+            "{value:g} is not a rake from 0 to 180 degrees. Write a direction as trend and "
+            "plunge, such as 120/45."
+        ),
+    ),
+    "fold.needs-planes": (
+        "error",
+        to_translate(
+            "A fold axis needs at least {minimum} bedding planes; there are {count}. Measure more."
+        ),
+    ),
+    "fold.needs-selected-planes": (
+        "error",
+        to_translate(
+            "A fold axis needs at least {minimum} selected bedding planes; there are "
+            "{count}. Select more."
+        ),
+    ),
+    "three-points.too-few": (
+        "error",
+        to_translate(
+            "Pick three points or more of one surface on the outcrop, or type their coordinates."
+        ),
+    ),
+    "three-points.no-error": (
+        "info",
+        to_translate(
+            "Nothing is known of the error. State that of the points, or give more of them."
+        ),
+    ),
 }

@@ -294,9 +294,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "plan.no-focal-length": (
         "error",
-        to_translate(
-            "The {camera} has interchangeable lenses. Give the focal length with --focal MM."
-        ),
+        to_translate("The {camera} has interchangeable lenses. Give the focal length in mm."),
     ),
     "plan.fixed-aperture": (
         "warning",
@@ -435,5 +433,9 @@ TEXTS: dict[str, Entry] = {
     "video.unusual-rate": (
         "warning",
         to_translate("{fps:g} frames per second are unusual. Take 1 to 4."),
+    ),
+    "plan.no-camera": (
+        "error",
+        to_translate("Choose a camera, or a photo that was taken with it."),
     ),
 }

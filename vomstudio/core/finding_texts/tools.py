@@ -166,4 +166,46 @@ TEXTS: dict[str, Entry] = {
             "An unfinished feature with {count} points was restored. You can go on picking."
         ),
     ),
+    "tool.needs-patch-tool": (
+        "error",
+        to_translate("Choose the tool Patch first."),
+    ),
+    "slip.no-plane": (
+        "error",
+        to_translate("Choose the plane on which the line lies first."),
+    ),
+    "line.continued": (
+        "error",
+        to_translate("Attributes of a continued line are changed in Properties."),
+    ),
+    "follow.continued": (
+        "error",
+        to_translate("A continued feature is picked point by point."),
+    ),
+    "follow.no-cost": (
+        "error",
+        to_translate("Choose what is followed first."),
+    ),
+    "follow.not-in-photos": (
+        "error",
+        to_translate(
+            "Photos show colours and lightness. Choose one of these under Follow to follow "
+            "it in photos."
+        ),
+    ),
+    "follow.reading-cameras": (
+        "info",
+        to_translate("The cameras of the photos are being read. Wait until they are."),
+    ),
+    "follow.no-cameras": (
+        "error",
+        to_translate(
+            "No photos with known cameras are in use. Open the panel In the photos, or the "
+            "cameras of the model there."
+        ),
+    ),
+    "follow.no-network": (
+        "error",
+        to_translate("Choose the ONNX file of the network first."),
+    ),
 }

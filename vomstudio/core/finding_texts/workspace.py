@@ -281,4 +281,169 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate("Cells marked as empty contain features: {cells}. Correct the marks."),
     ),
+    "filter.unknown-column": (
+        "error",
+        to_translate(
+            "There is no column “{name}”. The tooltip lists all names. Put a word that "
+            "contains : in quotes."
+        ),
+    ),
+    "filter.similar-column": (
+        "error",
+        to_translate(
+            "There is no column “{name}”. Did you mean {similar}? The tooltip lists all "
+            "names. Put a word that contains : in quotes."
+        ),
+    ),
+    "filter.needs-word": (
+        "error",
+        to_translate("“{condition}” is incomplete. Write a word, such as {name}:{example}."),
+    ),
+    "filter.needs-yes-or-no": (
+        "error",
+        to_translate("“{condition}” cannot be read. Write {name}:yes or {name}:no."),
+    ),
+    "filter.needs-number": (
+        "error",
+        to_translate(
+            "“{condition}” cannot be read. Write a number, such as {name}>30 or {name}:20..45."
+        ),
+    ),
+    "filter.text-has-no-size": (
+        "error",
+        to_translate(
+            "“{condition}”: text cannot be compared by size. Write : (contains) or = (equals)."
+        ),
+    ),
+    "view.damaged": (
+        "warning",
+        to_translate("The view “{name}” is damaged and cannot be shown. Delete it."),
+    ),
+    "cameras.not-shown": (
+        "warning",
+        to_translate("The cameras of {model} cannot be shown. {reason}"),
+    ),
+    "display.crossed-limits": (
+        "warning",
+        to_translate("The lower limit must be below the upper one. The range is unchanged."),
+    ),
+    "model.far-away": (
+        "warning",
+        to_translate(
+            "{model} is {distance:.3g} {unit} away from the other models. Check its frame. "
+            "Whole model (Home) shows all of them."
+        ),
+    ),
+    "frame.undeclared": (
+        "warning",
+        *to_translate_n(
+            "The frame of {count} more model is not declared. Choose it in the project "
+            "tree, then Model > Declare frame.",
+            "The frames of {count} more models are not declared. Choose each in the project "
+            "tree, then Model > Declare frame.",
+        ),
+    ),
+    "model.moved": (
+        "warning",
+        to_translate("The model was moved or removed in the meantime. Import the file again."),
+    ),
+    "drawing.cancelled": (
+        "info",
+        to_translate("The drawing was not imported."),
+    ),
+    "file.unchanged": (
+        "warning",
+        to_translate("{reason} The file was left unchanged."),
+    ),
+    "delete.hidden-left": (
+        "info",
+        *to_translate_n(
+            "{count} selected feature was not deleted: the filter of this list hides it.",
+            "{count} selected features were not deleted: the filter of this list hides them.",
+        ),
+    ),
+    "delete.hidden-deleted": (
+        "info",
+        *to_translate_n(
+            "{count} of the deleted features is hidden by a filter in the list. Undo restores it.",
+            "{count} of the deleted features are hidden by a filter in the list. Undo "
+            "restores them.",
+        ),
+    ),
+    "photo.busy": (
+        "warning",
+        to_translate("The photo cannot be closed yet. {reason}"),
+    ),
+    "planes.none": (
+        "error",
+        to_translate("There are no planes yet. Measure some on the outcrop."),
+    ),
+    "selection.no-line": (
+        "error",
+        to_translate("Select a lineation or an intersection first."),
+    ),
+    "selection.no-patch": (
+        "error",
+        to_translate("Select one patch first."),
+    ),
+    "selection.no-plane": (
+        "error",
+        to_translate("Select one plane first."),
+    ),
+    "net.only": (
+        "info",
+        to_translate("{what}: only a net shows this. Choose a net as the view."),
+    ),
+    "selection.no-trace-or-patch": (
+        "error",
+        to_translate("Select a trace or patch whose plane is meant."),
+    ),
+    "field.plane-missing": (
+        "error",
+        to_translate("Type the plane as dip direction and dip, such as 315/38."),
+    ),
+    "model.no-other": (
+        "error",
+        to_translate("There is no other model in the project. Open one first."),
+    ),
+    "stable.no-points": (
+        "error",
+        to_translate("Click the points near which the rock has not moved."),
+    ),
+    "stable.no-box": (
+        "error",
+        to_translate("Set the clipping box in the outcrop's view first (View > Clipping box)."),
+    ),
+    "stable.no-model": (
+        "error",
+        to_translate("Choose the cloud or mesh of what has not moved."),
+    ),
+    "view.no-earlier": (
+        "error",
+        to_translate("There is no earlier view."),
+    ),
+    "view.no-later": (
+        "error",
+        to_translate("There is no later view."),
+    ),
+    "facets.none-open": (
+        "error",
+        to_translate("There is no facet to accept."),
+    ),
+    "patch.pending": (
+        "info",
+        to_translate("The patch is being analysed. Wait until it is."),
+    ),
+    "patch.plane-fits": (
+        "info",
+        to_translate("The plane fits all over, so nothing can be trimmed."),
+    ),
+    "extension.pending": (
+        "info",
+        to_translate("The plane is being extended. Wait until it is."),
+    ),
+    "extension.missing": (
+        "error",
+        to_translate("Show the plane on the outcrop first."),
+    ),
 }

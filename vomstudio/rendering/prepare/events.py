@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import CloudNodes, Piece, View
@@ -132,7 +133,7 @@ class LocatorReady:
 
 @dataclass(frozen=True)
 class Problem:
-    text: str
+    finding: Finding
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.core.threads import thread_pool
 from vomstudio.errors import VomError
 from vomstudio.failures.error_collector import ERRORS
@@ -27,7 +28,6 @@ from vomstudio.rendering.prepare.events import (
     Submit,
 )
 from vomstudio.rendering.view.scalars import FieldStyle
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from concurrent.futures import ThreadPoolExecutor
@@ -111,7 +111,7 @@ class ModelWork:
         submit = _submitter(self._streams, stop)
 
         def shape() -> None:
-            with self._reporting(emit, tr("The model could not be prepared for drawing.")):
+            with self._reporting(emit, "display.not-prepared"):
                 if isinstance(data, Mesh):
                     bounds = preparation.finite_bounds(data.vertices, stop)
                 elif data.arrangement is not None or isinstance(data, StreamedCloud):
@@ -130,7 +130,7 @@ class ModelWork:
                     preparation.prepare_cloud(data, origin, stop, emit, submit, budget)
 
         def pictures() -> None:
-            with self._reporting(emit, tr("The model could not be prepared for drawing.")):
+            with self._reporting(emit, "display.not-prepared"):
                 if isinstance(data, Mesh):
                     preparation.prepare_textures(data, texture_limit, stop, emit, whole_side)
 
@@ -155,8 +155,7 @@ class ModelWork:
         emit = self._emitter(model_id, self._stops[model_id], stop)
 
         def work() -> None:
-            problem = tr("The scalar field {field} cannot be shown.", field=style.name)
-            with self._reporting(emit, problem):
+            with self._reporting(emit, "display.field-not-shown", field=style.name):
                 preparation.prepare_field(data, style, to_world, proxies, parts, stop, emit)
 
         self._workers().submit(work)
@@ -178,7 +177,7 @@ class ModelWork:
         return emit
 
     @contextlib.contextmanager
-    def _reporting(self, emit: Emit, problem: str) -> Iterator[None]:
+    def _reporting(self, emit: Emit, code: str, **values: str) -> Iterator[None]:
         """Errors in a thread reach nobody by themselves: show and log them here."""
         try:
             yield
@@ -186,9 +185,9 @@ class ModelWork:
             pass
         except Exception as error:  # noqa: BLE001 - as above
             if not isinstance(error, VomError):
-                ERRORS.report(error, problem)
+                ERRORS.report(error, code)
             with contextlib.suppress(Stopped):
-                emit(Problem(f"{problem} {error}"))
+                emit(Problem(Finding(code, **values, reason=str(error))))
 
 
 def _submitter(pool: ThreadPoolExecutor, stop: threading.Event) -> Submit:

@@ -329,11 +329,11 @@ def prepare_textures(
             try:
                 seen[path] = load_texture(path, limit, whole_side)
                 reduced = seen[path]
-                if reduced is not None and reduced.note:
+                if reduced is not None and reduced.note is not None:
                     emit(Problem(reduced.note))
             except TextureProblem as error:
                 seen[path] = None
-                emit(Problem(str(error)))
+                emit(Problem(error.finding))
         emit(TextureReady(i, seen[path]))
     emit(TexturesDone())
 

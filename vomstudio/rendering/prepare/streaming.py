@@ -12,6 +12,7 @@ import threading
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, VomError
 from vomstudio.failures.error_collector import ERRORS
 from vomstudio.geometry.cloud import PointCloud
@@ -34,7 +35,6 @@ from vomstudio.rendering.prepare.events import (
 from vomstudio.rendering.view import spatial_blocks
 from vomstudio.rendering.view.camera import Camera, Eye
 from vomstudio.rendering.view.spatial_blocks import PointChunk
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 SHOWN_SHARE = 0.5
@@ -148,9 +148,7 @@ class Streamer:
             if not isinstance(error, VomError):
                 ERRORS.report(error, "while points of a cloud were read")
             try:
-                self._emit(
-                    Problem(tr("No further points of a cloud can be loaded. {error}", error=error))
-                )
+                self._emit(Problem(Finding("display.points-missing", reason=str(error))))
                 self._emit(ViewDone(turn))
             except Stopped:
                 pass
@@ -164,7 +162,7 @@ class Streamer:
                     self._fetch([row])
                 return
             if not self._broken:
-                self._emit(Problem(tr("A part of a cloud is not shown. {error}", error=error)))
+                self._emit(Problem(Finding("display.part-missing", reason=str(error))))
             self._broken.add(rows[0])
             return
         for row, piece in zip(rows, pieces, strict=True):

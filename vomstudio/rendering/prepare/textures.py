@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.untrusted.pictures import convert_to_rgb
 from vomstudio.words import tr
@@ -19,7 +20,11 @@ LARGEST_FILE_PIXELS = 1 << 30
 
 
 class TextureProblem(Exception):
-    """One sentence: which picture cannot be drawn and why."""
+    """A picture that cannot be drawn; `finding` states which and why."""
+
+    def __init__(self, finding: Finding) -> None:
+        super().__init__(finding.message)
+        self.finding = finding
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,12 +46,12 @@ class Level:
 class Texture:
     """levels[0] is the finest; each next one has half its side.
 
-    note : one sentence where the picture had to be reduced, else empty
+    note : finding about a picture that had to be reduced, else None
     """
 
     path: Path
     levels: tuple[Level, ...]
-    note: str = ""
+    note: Finding | None = None
 
 
 def open_picture(path: Path):  # type: ignore[no-untyped-def]
@@ -56,18 +61,13 @@ def open_picture(path: Path):  # type: ignore[no-untyped-def]
         picture = pictures.open_picture(path)
     except (InputError, OSError, ValueError, SyntaxError) as error:
         raise TextureProblem(
-            tr(
-                "The texture {file} cannot be read ({reason}). The surface is drawn without it.",
-                file=path,
-                reason=reason(error),
-            )
+            Finding("display.texture-unreadable", file=str(path), reason=reason(error))
         ) from error
     if picture.width * picture.height > LARGEST_FILE_PIXELS:
         raise TextureProblem(
-            tr(
-                "The texture {file} has {width} × {height} pixels, more than can be drawn. The "
-                "surface is drawn without it.",
-                file=path,
+            Finding(
+                "display.texture-too-large",
+                file=str(path),
                 width=picture.width,
                 height=picture.height,
             )
@@ -98,11 +98,11 @@ def load_texture(path: Path, limit: int, whole_side: int | None = None) -> Textu
     """Decode a picture, at most `limit` pixels a side, with its coarser levels; those of more than
     `whole_side` pixels a side come in quarters.
 
-    Raises TextureProblem with the sentence to show.
+    Raises TextureProblem with the finding to show.
     """
     from PIL import Image
 
-    note = ""
+    note: Finding | None = None
     with open_picture(path) as picture:
         width, height = picture.size
         factor = 1
@@ -110,10 +110,9 @@ def load_texture(path: Path, limit: int, whole_side: int | None = None) -> Textu
             factor *= 2
         try:
             if factor > 1:
-                note = tr(
-                    "The texture {file} has {width} × {height} pixels; the graphics card can draw "
-                    "{limit} a side. It is shown at 1/{factor} of its resolution.",
-                    file=path,
+                note = Finding(
+                    "display.texture-reduced",
+                    file=str(path),
                     width=width,
                     height=height,
                     limit=limit,
@@ -126,11 +125,7 @@ def load_texture(path: Path, limit: int, whole_side: int | None = None) -> Textu
                 image = image.reduce(left)
         except (OSError, ValueError, SyntaxError) as error:
             raise TextureProblem(
-                tr(
-                    "The texture {file} is damaged ({reason}). The surface is drawn without it.",
-                    file=path,
-                    reason=reason(error),
-                )
+                Finding("display.texture-damaged", file=str(path), reason=reason(error))
             ) from error
     # Each copy of a large texture is a gigabyte.
     del picture

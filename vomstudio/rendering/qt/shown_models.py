@@ -36,7 +36,7 @@ class ModelsShown(QObject):
 
     stage = Signal(str, str)
     """model id and "shown", "complete" or "pickable" """
-    problem = Signal(str)
+    problem = Signal(object)
     """One sentence about something that cannot be drawn as it should."""
     chunked = Signal(str)
     """model id: all of its pieces are there, and can be given other colours"""
@@ -175,7 +175,7 @@ class ModelsShown(QObject):
         while time.perf_counter() < until and (found := self.work.next()):
             model_id, event = found
             if isinstance(event, Problem):
-                self.problem.emit(event.text)
+                self.problem.emit(event.finding)
                 continue
             if isinstance(event, FieldReady):
                 self.colored.emit(model_id, event)

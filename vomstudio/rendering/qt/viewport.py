@@ -72,7 +72,7 @@ class Viewport(QWidget):
     first_frame = Signal()
     model_stage = Signal(str, str)
     """model id and "shown", "complete" or "pickable" """
-    problem = Signal(str)
+    problem = Signal(object)
     """One sentence about something that cannot be drawn as it should."""
     field_shown = Signal(str)
     """model id: the colours of its field are there, and `display.scale_of` tells them"""

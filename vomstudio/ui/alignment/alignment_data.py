@@ -17,6 +17,7 @@ import numpy.typing as npt
 from PySide6.QtCore import QObject
 from PySide6.QtGui import QImage
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, VomError
 from vomstudio.files.arrays import open_arrays
 from vomstudio.files.regular import is_regular
@@ -276,9 +277,7 @@ def _take(path: Path, prepare: Callable[[Arrays], Arrays]) -> Arrays:
         with open_arrays(path) as arrays:
             return prepare({name: arrays[name] for name in arrays.files})
     except (OSError, ValueError, EOFError) as error:
-        raise InputError(
-            tr("The data of the alignment cannot be read ({error}).", error=error)
-        ) from error
+        raise InputError(Finding("alignment.damaged", reason=str(error))) from error
     finally:
         with contextlib.suppress(OSError):
             path.unlink()

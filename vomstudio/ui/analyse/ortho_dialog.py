@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.core.findings import Finding
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.core.options import option_words
 from vomstudio.document.domains import domain_names
 from vomstudio.document.records import Model
@@ -269,7 +269,7 @@ class OrthoDialog(QDialog):
         place = model_words(self._studio, self._model())
         gsd = parse_number(self.gsd.text())
         if place is None or gsd is None:
-            self._studio.warn(tr("The file of the model was not found."))
+            self._studio.warn(Finding("model.file-missing", model=self._model().name))
             return
         out = Path(self.target.text()).expanduser()
         line, seen = self._direction, self._seen
@@ -301,12 +301,7 @@ class OrthoDialog(QDialog):
         model, studio = self._model(), self._studio
         path = studio.project.find_model(model)
         if path is None:
-            studio.warn(
-                tr(
-                    "The file of {model} was not found. Choose it with Model > Locate file.",
-                    model=model.name,
-                )
-            )
+            studio.warn(Finding("model.file-missing", model=model.name))
             return
         out = Path(self.target.text()).expanduser()
         view = view_directions.View(
@@ -377,4 +372,4 @@ def _show_result(studio: Studio, made: WrittenOrthophoto) -> None:
 
 def _show_failure(studio: Studio, event: Failed) -> None:
     if not event.cancelled:
-        studio.warn(event.message, "error")
+        studio.warn(finding_of(event.to_error()), "error")

@@ -41,7 +41,6 @@ from vomstudio.io.project.readings import (
 from vomstudio.registration.north import North, NorthCorrection, parse_angle, place_of
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.number_formatting import length
 from vomstudio.ui.common.widgets import ComboBox, Label, allow, rich_label, rich_lines
 from vomstudio.words import to_translate, tr, tr_n
 
@@ -378,25 +377,20 @@ class ReadingsDialog(QDialog):
         elif turn is not None:
             lines.append(turn.summary)
         elif self._north.currentData() is None:
-            lines.append(tr("Choose the north to which the azimuths refer."))
+            lines.append(Finding("reading.north-missing").message)
         elif not magnetic:
             lines.append(Finding("north.no-convergence").message)
         else:
-            asked = tr(
-                "Enter the declination at the place and date in degrees, east positive (0 if it "
-                "was set on the compass). It is printed on the map's margin or published by the "
-                "national survey."
-            )
-            lines.append(asked)
+            lines.append(Finding("reading.declination-missing").message)
         bold = lines[:]
         lines += [
             *map(str, self._guess.findings),
             *map(str, self._understood.findings),
-            *self._far(),
+            *map(str, self._far()),
         ]
         self._says.setText(rich_lines(lines, bold))
 
-    def _far(self) -> Sequence[str]:
+    def _far(self) -> Sequence[Finding]:
         if not self._place.has_position:
             return ()
         away = [
@@ -406,12 +400,7 @@ class ReadingsDialog(QDialog):
         ]
         if not away or min(away) < _FAR_M:
             return ()
-        return (
-            tr(
-                "The positions are {distance} away from the model. Check that they are in its CRS.",
-                distance=length(min(away)),
-            ),
-        )
+        return (Finding("reading.far-from-model", distance_m=min(away)),)
 
     # --- the answer --------------------------------------------------------------------------
     def accept(self) -> None:

@@ -9,6 +9,7 @@ from html import escape
 import numpy as np
 from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QPushButton
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import FeatureType, Repeatable, Typed, get
 from vomstudio.document.repeats import set_interpreter
@@ -236,10 +237,7 @@ class RepeatsPanel(SeenPanel):
 
 
 def _first_step() -> str:
-    return tr(
-        "Nothing was picked again yet. Choose Offer picks again: a tenth of the picks tells how "
-        "far one may be off."
-    )
+    return Finding("repeats.not-begun").message
 
 
 def figures_html(found: TableRepeats, names: dict[str, str]) -> str:

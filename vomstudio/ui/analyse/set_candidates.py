@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import FeatureType, Model, Typed
 from vomstudio.document.registration_errors import model_of, models_of, turns_of
@@ -16,7 +16,6 @@ from vomstudio.document.repeats import firsts
 from vomstudio.errors import GeometryError
 from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -102,36 +101,24 @@ def _has_set(feature: Typed) -> bool:
 
 
 def candidates(studio: Studio, choice: Choice, *, replacing: bool) -> Candidates:
-    """replacing : those that have a set already take part. Raises GeometryError, with a sentence
-    for the user, where there are fewer than three planes."""
+    """replacing : those that have a set already take part. Raises GeometryError if there are fewer
+    than three planes."""
     features = with_set(studio, choice)
     measured = studio.measured(f.id for f in features)
     planes = [f for f in features if measured[f.id].plane is not None]
     had = [f for f in planes if f.set_name]
     chosen = planes if replacing else [f for f in planes if not f.set_name]
     if len(chosen) < LEAST_PLANES:
-        raise GeometryError(_too_few(len(chosen), 0 if replacing else len(had)))
+        code = "sets.too-few-planes" if replacing or not had else "sets.too-few-without-set"
+        raise GeometryError(Finding(code, count=len(chosen), minimum=LEAST_PLANES))
     remarks = []
-    if had and replacing:
-        remarks.append(
-            tr_n(
-                "{count} plane has a set already, which accepting replaces.",
-                "{count} planes have a set already, which accepting replaces.",
-                len(had),
-            )
-        )
-    elif had:
-        remarks.append(
-            tr_n(
-                "{count} plane has a set already and is left out.",
-                "{count} planes have a set already and are left out.",
-                len(had),
-            )
-        )
+    if had:
+        code = "sets.replaced" if replacing else "sets.left-out"
+        remarks.append(Finding(code, count=len(had)))
     types = {f.type_id for f in chosen}
     if len(types) > 1:
         names = [k.name for k in studio.session.of(FeatureType) if k.id in types]
-        remarks.append(tr("Types are pooled: {types}.", types=", ".join(names)))
+        remarks.append(Finding("sets.types-pooled", types=names))
     places, said = _places(studio, chosen)
     own = {f.id for f in chosen}
     taken = {f.set_name for f in studio.session.of(Typed) if f.set_name and f.id not in own}
@@ -141,34 +128,16 @@ def candidates(studio: Studio, choice: Choice, *, replacing: bool) -> Candidates
     return Candidates(ids, poles, places, turns, frozenset(taken), (*remarks, *said), replacing)
 
 
-def _too_few(count: int, left_out: int) -> str:
-    if left_out:
-        return tr_n(
-            "Sets need at least {least} planes. There is {count} without a set; tick “also those "
-            "that have a set” to propose anew among all.",
-            "Sets need at least {least} planes. There are {count} without a set; tick “also those "
-            "that have a set” to propose anew among all.",
-            count,
-            least=LEAST_PLANES,
-        )
-    return tr_n(
-        "Sets need at least {least} planes; there is {count} here.",
-        "Sets need at least {least} planes; there are {count} here.",
-        count,
-        least=LEAST_PLANES,
-    )
-
-
-def _places(studio: Studio, features: Sequence[Typed]) -> tuple[npt.NDArray[np.float64], list[str]]:
+def _places(
+    studio: Studio, features: Sequence[Typed]
+) -> tuple[npt.NDArray[np.float64], list[Finding]]:
     """(n, 3) the middles of features in World, NaN where there is none in metres, and what there is
     to say about it."""
     places = np.full((len(features), 3), np.nan)
     frames = {m.id: m.frame for f in features if (m := model_of(studio.records, f)) is not None}
     frames = frames or {m.id: m.frame for m in studio.session.of(Model)}
     if len(frames) > 1 and any(frame.kind != "crs" for frame in frames.values()):
-        return places, [
-            tr("No spacing: the planes are on several models that have no common coordinates.")
-        ]
+        return places, [Finding("sets.no-common-frame")]
     measured = studio.measured(f.id for f in features)
     for row, feature in enumerate(features):
         points = measured[feature.id].points
@@ -176,15 +145,9 @@ def _places(studio: Studio, features: Sequence[Typed]) -> tuple[npt.NDArray[np.f
             places[row] = points.mean(axis=0)
     lost = int(np.sum(~np.isfinite(places).all(axis=1)))
     if lost == len(places):
-        return places, [tr("No spacing: the planes have no coordinates in metres.")]
+        return places, [Finding("sets.not-in-metres")]
     if lost:
-        return places, [
-            tr_n(
-                "{count} plane has no coordinates in metres; the spacing is that of the others.",
-                "{count} planes have no coordinates in metres; the spacing is that of the others.",
-                lost,
-            )
-        ]
+        return places, [Finding("sets.partly-in-metres", count=lost)]
     return places, []
 
 
@@ -221,14 +184,7 @@ def remarks_on(made: Proposed, options: SetOptions) -> list[Message]:
     found = made.found
     said = [*found.warnings, *made.of.remarks]
     if not found.sets and options == SetOptions():
-        said.insert(
-            0,
-            tr(
-                "No set stands out from an even scatter. A set needs at least {count} planes, or a "
-                "seed of yours.",
-                count=LEAST_MEMBERS,
-            ),
-        )
+        said.insert(0, Finding("sets.none-distinct", minimum=LEAST_MEMBERS))
     if any(one.kappa is None and one.n > 1 for one in found.sets):
-        said.append(tr("Where all planes of a set are parallel, κ is without limit."))
+        said.append(Finding("sets.parallel"))
     return said

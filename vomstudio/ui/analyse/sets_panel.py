@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.core.options import option_words
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
@@ -38,7 +39,7 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import length, number
 from vomstudio.ui.common.qt_background import NewestResult
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox, narrow_form
+from vomstudio.ui.common.widgets import ComboBox, allow, narrow_form
 from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.forms.copied_planes import beside, copy_with_table
 from vomstudio.ui.forms.options_form import OptionFields
@@ -91,8 +92,10 @@ class SetsPanel(QWidget):
         self.start = QPushButton(theme.icon("scatter-plot-outline"), tr("Propose"))
         self.start.clicked.connect(lambda _: self.propose())
         self.accept = QPushButton(theme.icon("check"), tr("Accept"))
+        self.accept.setToolTip(tr("Write the sets to the planes; undo takes it back."))
         self.accept.clicked.connect(lambda _: self._accept())
         self.reject = QPushButton(theme.icon("close"), tr("Reject"))
+        self.reject.setToolTip(tr("Forget the proposal; nothing is changed."))
         self.reject.clicked.connect(lambda _: self.drop())
         self.copy = CopyCommandButton(
             self._copy_command, tr("keep these planes as a table, and copy the command")
@@ -232,7 +235,7 @@ class SetsPanel(QWidget):
     def _edited(self, edit: Edit) -> None:
         touched = set(self._studio.affected(edit))
         if self.proposed is not None and not touched.isdisjoint(self.proposed.of.ids):
-            self.drop(tr("The planes have changed; propose again."))
+            self.drop(Finding("sets.planes-changed").message)
         elif self._newest.waiting and touched:
             self.propose()
         if self.isVisible():
@@ -284,15 +287,8 @@ class SetsPanel(QWidget):
         self.said.setVisible(bool(said))
         self.table.setVisible(made is not None)
         some = made is not None and bool(made.sets) and not self._newest.waiting
-        why = "" if some else tr("There is no proposal to accept.")
-        self.accept.setEnabled(some)
-        self.accept.setToolTip(why or tr("Write the sets to the planes; undo takes it back."))
-        self.reject.setEnabled(made is not None)
-        self.reject.setToolTip(
-            tr("Forget the proposal; nothing is changed.")
-            if made is not None
-            else tr("There is no proposal to reject.")
-        )
+        allow(self.accept, None if some else Finding("sets.no-proposal"))
+        allow(self.reject, None if made is not None else Finding("sets.no-proposal"))
         self.copy.allow(None if made is not None else tr("propose sets first"))
         self._show_count()
 

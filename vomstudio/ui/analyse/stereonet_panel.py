@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.edit import Edit
 from vomstudio.document.fold_planes import FoldPlanes
 from vomstudio.document.records import Typed, get_feature
@@ -338,7 +339,7 @@ class StereonetPanel(QWidget):
         for button in self._of_net:
             what = button.accessibleName()
             button.setEnabled(of_net)
-            button.setToolTip(what if of_net else tr("Not now: {what} – of a net only.", what=what))
+            button.setToolTip(what if of_net else Finding("net.only", what=what).message)
         self._under.setVisible(of_net)
 
     def _drawn(self, wanted: Wanted, net: DrawnNet) -> None:

@@ -51,7 +51,7 @@ class _State:
     """What an action shows of its command now."""
 
     text: str
-    why_not: str | None
+    why_not: Message | None
     what: str | None
     checked: bool | None
 
@@ -119,10 +119,9 @@ class Actions(QObject):
         """The actions of the commands whose plain keys belong to the viewport."""
         return [self.all[name] for name, each in self._commands.items() if each.in_viewport]
 
-    def why_not(self, name: str) -> str | None:
-        """Return why a command cannot run now, as a sentence; None if it can."""
-        reason = self._commands[name].why_not()
-        return None if reason is None else str(reason)
+    def why_not(self, name: str) -> Message | None:
+        """Return why a command cannot run now; None if it can."""
+        return self._commands[name].why_not()
 
     def what(self, name: str) -> str | None:
         """To what a command would be done now."""
@@ -171,7 +170,7 @@ def _show(action: QAction, command: Command, state: _State) -> None:
     lines = [f"{text} ({keys})" if keys else text]
     lines += [line for line in (command.tip, state.what) if line]
     if state.why_not is not None:
-        lines.append(tr("Not now: {reason}", reason=as_sentence(state.why_not)))
+        lines.append(tr("Not now: {reason}", reason=as_sentence(str(state.why_not))))
     action.setToolTip(as_words("\n".join(lines)))
     if state.checked is not None:
         action.setChecked(state.checked)

@@ -56,7 +56,7 @@ class MessagesPanel(QListWidget):
 class MessageBar(QFrame):
     """One sentence over the top of the viewport, which keeps its size: a message must not move the
     outcrop under the cursor. Hints go by themselves; what needs the user stays, and is counted
-    where something newer takes its place."""
+    where something newer takes its place. `notice` is the one that is shown, or was shown last."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -77,6 +77,7 @@ class MessageBar(QFrame):
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._buttons = QHBoxLayout()
         self._unread, self._counts = 0, False
+        self.notice: Notice | None = None
         self._earlier = QToolButton()
         self._earlier.setAutoRaise(True)
         self._earlier.setToolTip(tr("Show all messages."))
@@ -125,6 +126,7 @@ class MessageBar(QFrame):
             self.offer(text, call)
         self._icon.setPixmap(theme.icon(_ICONS[notice.level]).pixmap(18, 18))
         self.setStyleSheet(f"#message_bar {{ border-left: 5px solid {_COLORS[notice.level]}; }}")
+        self.notice = notice
         self._text.setText(notice.text)
         self.show()
         self._place()

@@ -11,6 +11,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QImage, QImageIOHandler, QImageReader, QPainter, QTransform
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.regular import open_regular
 from vomstudio.files.untrusted.pictures import check_picture
@@ -145,7 +146,7 @@ def _read(path: Path, request: Request[Picture]) -> Picture:
         request.check()
     image = reader.read()
     if image.isNull():
-        raise InputError(reader.errorString())
+        raise InputError(Finding("photo.unreadable", reason=reader.errorString()))
     width, height = image.width(), image.height()
     levels = [_drawable(image)]
     while max(levels[-1].width(), levels[-1].height()) > 1200:
@@ -167,7 +168,8 @@ def _check(path: Path) -> None:
     try:
         check_picture(path)
     except OSError as error:
-        raise InputError(error.strerror or str(error)) from error
+        reason = error.strerror or str(error)
+        raise InputError(Finding("file.unreadable", reason=reason)) from error
 
 
 def _reader(path: Path) -> QImageReader:

@@ -17,7 +17,6 @@ from vomstudio.geometry.places import why_no_coordinate, why_not_at
 from vomstudio.geometry.units import UNPLACED
 from vomstudio.tools.polyline import PolylineTool
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr
 
 
 class VertexTable(QTableWidget):
@@ -88,7 +87,7 @@ class VertexTable(QTableWidget):
         rows = self._to_world()
         value = parse_number(item.text())
         if value is None:
-            self._studio.warn(tr("“{text}” is not a number.", text=item.text()))
+            self._studio.warn(Finding("number.invalid", text=item.text()))
             self.refresh()
             return
         index = item.row()

@@ -11,6 +11,7 @@ from pathlib import Path
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QToolButton, QWidget
 
+from vomstudio.core.findings import Message
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
 from vomstudio.ui.common import theme
@@ -37,7 +38,7 @@ class CopyCommandButton(QToolButton):
         self.clicked.connect(lambda _=False: clicked())
         self.allow(None)
 
-    def allow(self, why_not: str | None) -> None:
+    def allow(self, why_not: Message | None) -> None:
         """why_not : None where it can be copied now"""
         self.setEnabled(why_not is None)
         self.setToolTip(

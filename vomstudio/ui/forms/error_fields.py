@@ -6,6 +6,7 @@ import math
 
 from PySide6.QtWidgets import QLineEdit
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.ui.common.vertex_table import parse_number
 
@@ -19,13 +20,23 @@ def error_field(name: str, empty: str, tip: str) -> QLineEdit:
     return field
 
 
-def number_in(field: QLineEdit, otherwise: str) -> float | None:
-    """None where it is empty. Raises InputError, with the sentence `otherwise`, for what is no
-    number of 0 or more."""
+def number_in(field: QLineEdit, code: str) -> float | None:
+    """Return the number in a field, None if the field is empty.
+
+    Parameters
+    ----------
+    code : str
+        Code of the finding about a text that is not a number of 0 or more.
+
+    Raises
+    ------
+    InputError
+        If the text is not such a number.
+    """
     text = field.text().strip()
     if not text:
         return None
     value = parse_number(text)
     if value is None or not 0.0 <= value < math.inf:
-        raise InputError(otherwise)
+        raise InputError(Finding(code, text=text))
     return value

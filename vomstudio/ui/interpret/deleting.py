@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QApplication
 
+from vomstudio.core.findings import Finding
 from vomstudio.ui.common.command_targets import chosen_features
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr_n
 
 
 def delete_selected(studio: Studio) -> None:
@@ -23,23 +23,8 @@ def delete_selected(studio: Studio) -> None:
         kept = own[0](ids)
         studio.delete_selected(but=kept)
         if kept:
-            studio.info(
-                tr_n(
-                    "{count} selected feature was not deleted: the filter of this list hides it.",
-                    "{count} selected features were not deleted: the filter of this list hides "
-                    "them.",
-                    len(kept),
-                )
-            )
+            studio.info(Finding("delete.hidden-left", count=len(kept)))
         return
     unseen = set().union(*(hidden(ids) for _, hidden in studio.filters))
     if studio.delete_selected() and unseen:
-        studio.info(
-            tr_n(
-                "{count} of the deleted features is one that a filter hides in the list. Undo "
-                "brings it back.",
-                "{count} of the deleted features are hidden by a filter in the list. Undo brings "
-                "them back.",
-                len(unseen),
-            )
-        )
+        studio.info(Finding("delete.hidden-deleted", count=len(unseen)))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog, QWidget
 
-from vomstudio.core.findings import as_finding
+from vomstudio.core.findings import Finding, as_finding, finding_of
 from vomstudio.document import edits
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
@@ -88,7 +88,7 @@ class DrawingImport(QObject):
         model = self._model_of(content_hash)
         standing = None if model is None else standing_model(studio.workspace.projects, model.id)
         if model is None or standing is None:
-            studio.warn(tr("Open the model first of which the orthophoto was made."))
+            studio.warn(Finding("display.no-model"))
             return
         studio.jobs.submit(
             READ_DRAWN_LINES,
@@ -120,10 +120,9 @@ class DrawingImport(QObject):
 
     def _failed(self, event: Failed) -> None:
         if event.cancelled:
-            self._studio.info(tr("The drawing was not taken in."))
+            self._studio.info(Finding("drawing.cancelled"))
         else:
-            # The field is an option of the command line.
-            self._studio.warn(event.message, "error")
+            self._refuse(event.to_error())
 
     def _model_of(self, content_hash: str) -> Model | None:
         """The open model whose file the picture shows, else the current one."""
@@ -135,16 +134,13 @@ class DrawingImport(QObject):
 
     def _refuse(self, error: VomError) -> None:
         # The field is an option of the command line.
-        text = f"{error.file}: {error.message}" if error.file else error.message
-        self._studio.warn(text, "error")
+        self._studio.warn(finding_of(error), "error")
 
     def _arrived(self, drawing: Path, model: Model, found: DrawnTraces) -> None:
         studio = self._studio
         now = studio.records.get(model.id)
         if not isinstance(now, Model) or now.to_world != model.to_world:
-            studio.warn(
-                tr("The model was moved or removed meanwhile. Import the drawing once more.")
-            )
+            studio.warn(Finding("model.moved"))
             return
         if found.traces and not studio.attempt(edits.add_features, found.traces):
             return

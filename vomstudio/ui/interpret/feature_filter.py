@@ -6,6 +6,7 @@ import difflib
 import re
 from collections.abc import Callable, Iterable
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import catalogue as of
 from vomstudio.document import slip_figures
 from vomstudio.document.figures import Figure, Form
@@ -97,32 +98,17 @@ def _test(token: str) -> Test:
     if figures is None:
         near = difflib.get_close_matches(key, _USUAL, 1, 0.4)
         if near:
-            message = tr(
-                "There is no column “{name}”. Did you mean {other}? The tool tip lists all names; "
-                "a word that contains : must be in quotes.",
-                name=condition["key"],
-                other=near[0],
+            raise UsageError(
+                Finding("filter.similar-column", name=condition["key"], similar=near[0])
             )
-        else:
-            message = tr(
-                "There is no column “{name}”. The tool tip lists all names; a word that contains "
-                ": must be in quotes.",
-                name=condition["key"],
-            )
-        raise UsageError(message)
+        raise UsageError(Finding("filter.unknown-column", name=condition["key"]))
     # In messages a figure has its usual word.
     if key not in _USUAL and figures[0].words:
         key = figures[0].words[0].casefold()
     op, value = condition["op"], condition["value"].replace('"', "").strip()
     form = figures[0].form
     if not value:
-        raise UsageError(
-            tr(
-                "“{condition}” is incomplete. {example}",
-                condition=token,
-                example=_example(key, form),
-            )
-        )
+        raise _unreadable(token, key, form)
     if form == "text":
         return _text_test(token, figures, op, value)
     if form == "flag":
@@ -130,13 +116,13 @@ def _test(token: str) -> Test:
     return _number_test(token, key, figures[0], op, value)
 
 
-def _example(key: str, form: Form) -> str:
+def _unreadable(token: str, key: str, form: Form) -> UsageError:
+    """Return the error about a condition without a valid value, with an example of one."""
     if form == "text":
-        word = "joint" if key == "type" else "word"
-        return tr("Write a word, such as {name}:{word}.", name=key, word=word)
-    if form == "flag":
-        return tr("Write yes or no, such as {name}:yes.", name=key)
-    return tr("Write a number, such as {name}>30 or {name}:20..45.", name=key)
+        example = "joint" if key == "type" else "word"
+        return UsageError(Finding("filter.needs-word", condition=token, name=key, example=example))
+    code = "filter.needs-yes-or-no" if form == "flag" else "filter.needs-number"
+    return UsageError(Finding(code, condition=token, name=key))
 
 
 def _text_test(token: str, figures: tuple[Figure, ...], op: str, value: str) -> Test:
@@ -151,21 +137,14 @@ def _text_test(token: str, figures: tuple[Figure, ...], op: str, value: str) -> 
         return lambda row: any(text in wanted for text in said(row))
     if op == "!=":
         return lambda row: all(text not in wanted for text in said(row))
-    raise UsageError(
-        tr(
-            "“{condition}”: text cannot be compared by size. Write : (contains) or = (equals).",
-            condition=token,
-        )
-    )
+    raise UsageError(Finding("filter.text-has-no-size", condition=token))
 
 
 def _flag_test(token: str, figure: Figure, op: str, value: str) -> Test:
     answers = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
     word = figure.words[0] if figure.words else figure.name
     if value.casefold() not in answers or op not in (":", "=", "!="):
-        raise UsageError(
-            tr("“{condition}”: write {name}:yes or {name}:no.", condition=token, name=word)
-        )
+        raise _unreadable(token, word, figure.form)
     wanted = answers[value.casefold()] != (op == "!=")
     return lambda row: bool(row.value(figure)) == wanted
 
@@ -174,9 +153,7 @@ def _number_test(token: str, key: str, figure: Figure, op: str, value: str) -> T
     low, dots, high = value.partition("..")
     if dots:
         if op not in (":", "=", "!="):
-            raise UsageError(
-                tr("“{condition}”: a range is written {name}:20..45.", condition=token, name=key)
-            )
+            raise _unreadable(token, key, figure.form)
         a, b = _number(token, key, figure, low), _number(token, key, figure, high)
 
         def within(x: float) -> bool:
@@ -216,12 +193,6 @@ def _number(token: str, key: str, figure: Figure, text: str) -> float:
     found = _NUMBER.fullmatch(text.strip())
     units = {"m": _METRES, "m2": _SQUARE}.get(figure.unit, {"°": 1.0})
     if found is None or (found["unit"] and found["unit"].casefold() not in units):
-        raise UsageError(
-            tr(
-                "“{condition}” cannot be read. {example}",
-                condition=token,
-                example=_example(key, figure.form),
-            )
-        )
+        raise _unreadable(token, key, figure.form)
     scale = units[found["unit"].casefold()] if found["unit"] else 1.0
     return float(found["number"].replace(",", ".")) * scale

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog, QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.records import Model
 from vomstudio.ui.common import file_filters
@@ -44,7 +45,7 @@ class ListedImport(QObject):
         studio = self._studio
         model = current_model(studio)
         if model is None:
-            studio.warn(tr("Open the model first on which they lie."))
+            studio.warn(Finding("display.no-model"))
             return
         shown, records = model, dict(studio.records)
         opened, surface = studio.models.get(model.id), studio.workspace.models.surface(model.id)
@@ -66,7 +67,7 @@ class ListedImport(QObject):
         studio = self._studio
         now = studio.records.get(model.id)
         if not isinstance(now, Model) or now.to_world != model.to_world:
-            studio.warn(tr("The model was moved or removed meanwhile. Import the file once more."))
+            studio.warn(Finding("model.moved"))
             return
         if not studio.attempt(edits.add_features, found.features):
             return

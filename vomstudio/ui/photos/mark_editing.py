@@ -24,7 +24,7 @@ class MarkEditing(QObject):
     said : a sentence for the user, and its level
     """
 
-    said = Signal(str, str)
+    said = Signal(object, str)
 
     def __init__(
         self,
@@ -115,14 +115,15 @@ class MarkEditing(QObject):
             return
         try:
             if marks:
-                count, said = self._marks.import_marks(Path(name))
+                count, finding = self._marks.import_marks(Path(name))
                 words = tr_n("{count} mark imported.", "{count} marks imported.", count)
-                words = f"{words} {said}".strip()
+                if finding is not None:
+                    words = f"{words} {finding}"
             else:
                 count = self._marks.import_points(Path(name))
                 words = tr_n("{count} point imported.", "{count} points imported.", count)
         except VomError as error:
-            self.said.emit(str(error), "error")
+            self.said.emit(error, "error")
             return
         labels = self._marks.marking.labels
         if not self._points.label and labels:

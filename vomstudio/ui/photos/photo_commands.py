@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import PhotoSet
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
@@ -91,12 +92,7 @@ class PhotoOpening(QObject):
         folder = document.folder_of(photo_set)
         if folder is None:
             self._studio.warn(
-                tr(
-                    "The photos {name} are not in {folder} any more. Choose their folder with New "
-                    "model from photos.",
-                    name=photo_set.name,
-                    folder=photo_set.path,
-                )
+                Finding("photo.folder-missing", name=photo_set.name, folder=photo_set.path)
             )
             return False
         self._survey.open(folder)

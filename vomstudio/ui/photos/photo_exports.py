@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, TargetError, VomError
 from vomstudio.files.backup import set_aside
 from vomstudio.files.disk_troubles import not_written
@@ -24,7 +25,6 @@ from vomstudio.photogrammetry.place.mark_prediction import Marking
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_row import PhotoRow
-from vomstudio.words import tr
 
 _SOON_MS = 300
 
@@ -36,7 +36,7 @@ class PhotoExports(QObject):
     been written; mask_written : the name of a photo, and the file of its mask or None
     """
 
-    said = Signal(str, str)
+    said = Signal(object, str)
     tables_written = Signal()
     mask_written = Signal(str, object)
 
@@ -168,14 +168,7 @@ class PhotoExports(QObject):
             self._on_disk, self.problem = now, ""
         except TargetError as error:
             self.problem = str(error)
-            self.said.emit(
-                tr(
-                    "The points are saved in the project, but the tables beside the photos are not "
-                    "up to date: {error}",
-                    error=error,
-                ),
-                "warning",
-            )
+            self.said.emit(Finding("points.tables-outdated", reason=str(error)), "warning")
         self.tables_written.emit()
 
     def _write_one(self, name: str, now: Marking) -> None:
@@ -193,13 +186,7 @@ class PhotoExports(QObject):
             except (OSError, TargetError):
                 raise error from None
             self.said.emit(
-                tr(
-                    "The folder of the photos cannot be written to. {table} is saved in the "
-                    "project instead: {folder}",
-                    table=name,
-                    folder=spare,
-                ),
-                "warning",
+                Finding("points.table-in-project", table=name, folder=str(spare)), "warning"
             )
 
     def _write_to(self, path: Path, now: Marking) -> None:
@@ -222,15 +209,7 @@ class PhotoExports(QObject):
         self._known[path.name] = _sum(path)
         self._document.set_written(self._known)
         if kept is not None:
-            self.said.emit(
-                tr(
-                    "{table} contained values that the project does not hold. The former file is "
-                    "kept as {copy}.",
-                    table=path.name,
-                    copy=kept.name,
-                ),
-                "info",
-            )
+            self.said.emit(Finding("points.former-table", table=path.name, copy=kept.name), "info")
 
     # --- masks -------------------------------------------------------------------------------
     def _masks_changed(self, photos: frozenset[str]) -> None:
@@ -281,13 +260,7 @@ class PhotoExports(QObject):
     def _written(self, name: str, made: Any) -> None:
         if isinstance(made, VomError):
             if str(made) != self.problem:
-                self.said.emit(
-                    tr(
-                        "The masks are saved in the project, but not beside the photos: {error}",
-                        error=made,
-                    ),
-                    "warning",
-                )
+                self.said.emit(Finding("mask.files-outdated", reason=str(made)), "warning")
             self.problem = str(made)
             return
         path, kept = made
@@ -295,7 +268,7 @@ class PhotoExports(QObject):
         self._known[_key(str(self._places[name]))] = _sum(path)
         self._document.set_written(self._known)
         if kept is not None:
-            self.said.emit(tr("The former mask is kept as {copy}.", copy=kept.name), "info")
+            self.said.emit(Finding("mask.former-file", copy=kept.name), "info")
         self.mask_written.emit(name, path)
 
     def finish(self) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.units import length_text
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.words import tr
@@ -24,17 +25,13 @@ def control_findings(facts: ControlFacts | None, note: str) -> list[tuple[str, s
         return [("error", as_sentence(facts.problem.message))]
     summary = as_sentence(facts.summary)
     if facts.crs:
-        first = tr(
-            "The model will be registered by ground control in {crs}. {summary}",
-            crs=facts.crs,
-            summary=summary,
-        )
+        first = Finding("control.registers", crs=facts.crs, summary=summary)
     else:
-        first = tr(
-            "The model will be registered by ground control in a local frame. {summary}",
-            summary=summary,
-        )
-    return [("info", first), *(("warning", as_sentence(str(text))) for text in facts.warnings)]
+        first = Finding("control.registers-locally", summary=summary)
+    return [
+        ("info", first.message),
+        *(("warning", as_sentence(str(text))) for text in facts.warnings),
+    ]
 
 
 def placement_text(model: Model, resolution: float | None) -> str:

@@ -6,6 +6,7 @@ import contextlib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.edits import new_id
 from vomstudio.document.photo_edits import PointState, add_photo_set, locate_photos, take_in
 from vomstudio.document.records import PhotoSet
@@ -86,9 +87,7 @@ class PhotoImport:
     ) -> None:
         """As one edit."""
         for problem in beside.problems:
-            self._studio.warn(
-                tr("{error} The file was left unchanged.", error=as_sentence(problem))
-            )
+            self._studio.warn(Finding("file.unchanged", reason=as_sentence(problem)))
         strangers = {photo for _, photo, _, _ in beside.marks} - {row.name for row in rows}
         if strangers:
             self._studio.warn(unknown_photos(sorted(strangers)))
@@ -109,12 +108,8 @@ class PhotoImport:
         self._exports.begin(rows, given=self.given_from is not None, just_read=just_read)
         names = self._exports.foreign
         if self._document.taken_in and names:
-            text = tr(
-                "Another program has changed files beside the photos: {files}. The program uses "
-                "what the project holds until you import these files.",
-                files=names_in_short(names),
-            )
-            self._studio.notice.emit(Notice(text, "warning", "take_in_photos"))
+            finding = Finding("photo.files-changed", files=names_in_short(names))
+            self._studio.notice.emit(Notice(finding, "warning", "take_in_photos"))
 
 
 def _with_marks(given: tuple[Path | None, Path | None]) -> tuple[Path | None, Path | None]:

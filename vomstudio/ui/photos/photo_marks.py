@@ -33,7 +33,7 @@ class PhotoMarks(QObject):
     """
 
     changed = Signal()
-    said = Signal(str, str)
+    said = Signal(object, str)
 
     def __init__(self, document: PhotoDocument, photos: Sequence[str]) -> None:
         super().__init__()
@@ -115,12 +115,7 @@ class PhotoMarks(QObject):
         points, crs = read_control(path), crs_of(path)
         if self.marking.control and None not in (crs, self.crs) and crs != self.crs:
             raise InputError(
-                tr(
-                    "Its coordinates are in {crs}, but the points of the project are in "
-                    "{project_crs}. Convert them to one CRS.",
-                    crs=crs,
-                    project_crs=self.crs,
-                ),
+                Finding("control.other-crs", crs=crs, project_crs=self.crs),
                 file=path,
             )
         made = self.marking
@@ -129,18 +124,15 @@ class PhotoMarks(QObject):
         self._document.set_marking(tr("Import {file}", file=path.name), made, crs=crs)
         return len(points)
 
-    def import_marks(self, path: Path) -> tuple[int, str]:
+    def import_marks(self, path: Path) -> tuple[int, Finding | None]:
         """Take the marks of a table, in place of those of the same point and photo. Their number,
-        and a warning or "". Raises InputError."""
+        and a warning or None. Raises InputError."""
         marks = read_marks(path)
         made, strangers = self.marking.with_marks(marks, self.photos)
         self.change(tr("Import {file}", file=path.name), made)
-        return len(marks), unknown_photos(strangers) if strangers else ""
+        return len(marks), unknown_photos(strangers) if strangers else None
 
 
-def unknown_photos(photos: Sequence[str]) -> str:
-    """The notice about marks in photos of these names, which the folder does not contain."""
-    return tr(
-        "Marks in photos that are not in this folder are kept: {photos}.",
-        photos=names_in_short(photos),
-    )
+def unknown_photos(photos: Sequence[str]) -> Finding:
+    """Return the warning about marks in photos which the folder does not contain."""
+    return Finding("marks.other-photos", photos=names_in_short(photos))

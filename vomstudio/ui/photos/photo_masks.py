@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from PySide6.QtCore import QObject, Signal
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Asset
 from vomstudio.errors import VomError
 from vomstudio.geometry.pixel_areas import Area, changed_by
@@ -16,7 +17,7 @@ from vomstudio.io.photos.drawn_masks import load_mask, mask_png
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_row import PhotoRow
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 Flags = npt.NDArray[np.bool_]
 _KEPT = 3
@@ -64,7 +65,7 @@ class PhotoMasks(QObject):
     """
 
     drawn = Signal(str)
-    said = Signal(str, str)
+    said = Signal(object, str)
     busy_changed = Signal()
 
     def __init__(self, rows: Sequence[PhotoRow], document: PhotoDocument) -> None:
@@ -102,7 +103,7 @@ class PhotoMasks(QObject):
             self.drawn.emit(name)
 
         def failed(error: VomError) -> None:
-            self.said.emit(str(error), "warning")
+            self.said.emit(error, "warning")
             arrived(np.ones((row.height, row.width), np.bool_))
 
         self._background.run(lambda: self._loaded(row), arrived, failed)
@@ -179,7 +180,7 @@ class PhotoMasks(QObject):
         try:
             made = self._kept(self._masks[name])
         except VomError as error:
-            self.said.emit(str(error), "error")
+            self.said.emit(error, "error")
         else:
             if self._apply(words, {name: made}):
                 self.drawn.emit(name)
@@ -240,7 +241,7 @@ class PhotoMasks(QObject):
             proceed()
 
         def failed(error: VomError) -> None:
-            self.said.emit(str(error), "error")
+            self.said.emit(error, "error")
             proceed()
 
         def proceed() -> None:
@@ -272,18 +273,10 @@ class PhotoMasks(QObject):
             self._set_busy("")
             if made and self._document.set_masks(tr("Mask all photos"), made):
                 self._forget()
-            said = tr_n(
-                "The shape was drawn in {count} more photo.",
-                "The shape was drawn in {count} more photos.",
-                len(made),
-            )
+            said = [Finding("mask.repeated", count=len(made))]
             if left:
-                said += " " + tr_n(
-                    "{count} photo of another size is unchanged.",
-                    "{count} photos of another size are unchanged.",
-                    left,
-                )
-            self.said.emit(said, "info")
+                said.append(Finding("mask.size-differs", count=left))
+            self.said.emit(" ".join(map(str, said)), "info")
 
         proceed()
 

@@ -15,7 +15,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document.edit import Edit
+from vomstudio.errors import VomError
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.photogrammetry.place.mark_prediction import PlacedPhotos
 from vomstudio.ui.common import theme
@@ -73,7 +75,7 @@ class PhotoPage(QWidget):
         assert survey.folder is not None
         self.folder = survey.folder
         self._stepping = False
-        self._steps: list[str | None] = []
+        self._steps: list[Message | None] = []
         self._changed_masks: set[str] = set()
         rows = {row.name: row for row in survey.rows}
         self.document = survey.document
@@ -257,7 +259,7 @@ class PhotoPage(QWidget):
         self._background.run(
             lambda: PlacedPhotos.read(out),
             self.marks.set_cameras,
-            lambda error: self.say(str(error), "warning"),
+            lambda error: self.say(error, "warning"),
         )
 
     def _survey_changed(self) -> None:
@@ -287,8 +289,7 @@ class PhotoPage(QWidget):
         finally:
             self._stepping = False
         step = step_words(words)
-        said = tr("Redone: {edit}", edit=step) if again else tr("Undone: {edit}", edit=step)
-        self.say(said, "info")
+        self.say(Finding("edit.redone" if again else "edit.undone", edit=step), "info")
 
     def _edited(self, edit: Edit) -> None:
         """A step that was taken back in another photo is shown there."""
@@ -304,12 +305,12 @@ class PhotoPage(QWidget):
         else:
             super().keyPressEvent(event)
 
-    def say(self, text: str, level: str = "info") -> None:
+    def say(self, message: Message | VomError, level: str = "info") -> None:
         """Information goes into the status line, the rest into the bar over the photo."""
         if level == "info":
-            self._write(text)
+            self._write(str(message))
         else:
-            self.bar.say(Notice(text, level))
+            self.bar.say(Notice(message, level))
 
     def _point_at(self, event: object) -> None:
         x, y = getattr(event, "x", 0.0), getattr(event, "y", 0.0)
@@ -351,7 +352,7 @@ class PhotoPage(QWidget):
 
     def _refresh(self) -> None:
         self.actions_table.refresh()
-        steps = [
+        steps: list[Message | None] = [
             tell(name)
             for name in ("undo", "redo")
             for tell in (self.actions_table.why_not, self.actions_table.what)
@@ -382,9 +383,7 @@ class PhotoPage(QWidget):
         self.tools.drop()
         if self.masks.busy:
             self.wanted.emit()
-            self.say(
-                tr("The photo cannot be closed yet. {reason}", reason=self.masks.busy), "warning"
-            )
+            self.say(Finding("photo.busy", reason=self.masks.busy), "warning")
             return False
         return True
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import Model, Registration
 from vomstudio.geometry import transform
@@ -251,11 +252,11 @@ class PhotoSurvey(QObject):
             if settings.found and facts is not None and facts.problem:
                 # Nobody asked for these files: they are in the way of no model.
                 self.settings = settings.without_control()
-                self.control_note = tr(
-                    "{file} beside the photos is not used: {problem}",
-                    file=Path(str(settings.control)).name,
-                    problem=facts.problem,
-                )
+                self.control_note = Finding(
+                    "control.not-used",
+                    table=Path(str(settings.control)).name,
+                    reason=facts.problem.message,
+                ).message
                 found = replace(found, control=None)
             self.forecast = found
             self.rows_changed.emit()
@@ -265,7 +266,7 @@ class PhotoSurvey(QObject):
             if self._forecasting is job:
                 self._forecasting = None
                 if not event.cancelled:
-                    self._studio.warn(event.message)
+                    self._studio.warn(event.to_error())
                 self.changed.emit()
 
         self.control_note = ""

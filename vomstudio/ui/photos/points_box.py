@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.places import why_no_coordinate
 from vomstudio.io.control.points import ControlPoint
@@ -43,7 +44,7 @@ class PointsBox(QGroupBox):
     """
 
     chosen = Signal(str)
-    said = Signal(str, str)
+    said = Signal(object, str)
     typed = Signal(float, float)
 
     def __init__(self, marks: PhotoMarks) -> None:
@@ -267,7 +268,7 @@ class PointsBox(QGroupBox):
         try:
             made = self._marks.marking.renamed(label, text)
         except GeometryError as error:
-            self.said.emit(error.message, "warning")
+            self.said.emit(error, "warning")
             self._fill_form()
             return
         self.label = text
@@ -280,13 +281,7 @@ class PointsBox(QGroupBox):
         if not label or role == marking.role(label):
             return
         if point is None:
-            self.said.emit(
-                tr(
-                    "Enter the coordinates of {label}. Without coordinates it is a tie point.",
-                    label=label,
-                ),
-                "warning",
-            )
+            self.said.emit(Finding("control.no-coordinates", label=label), "warning")
             self._fill_form()
             self.numbers[0].setFocus()
             return
@@ -309,7 +304,7 @@ class PointsBox(QGroupBox):
             read = zip(texts, values, strict=True)
             bad = next((t for t, v in read if t and (v is None or not isfinite(v))), None)
             if bad is not None:
-                self.said.emit(tr("“{text}” is not a number.", text=bad), "warning")
+                self.said.emit(Finding("number.invalid", text=bad), "warning")
                 return
             x, y, z, sigma = values
             if x is None or y is None or z is None:
@@ -319,7 +314,7 @@ class PointsBox(QGroupBox):
                 self.said.emit(said.message, "warning")
                 return
             if sigma is not None and not sigma > 0:
-                self.said.emit(tr("The accuracy of a point must be positive."), "warning")
+                self.said.emit(Finding("number.not-positive", value=sigma), "warning")
                 return
             made = marking.placed(
                 ControlPoint(label, (x, y, z), sigma, point is not None and point.check)

@@ -363,7 +363,7 @@ class ComparePanel(QWidget):
 
         def failed(event: Failed) -> None:
             if not event.cancelled:
-                studio.warn(event.message, "error")
+                studio.warn(event.to_error(), "error")
 
         studio.jobs.submit(
             EXPORT_COMPARISON,

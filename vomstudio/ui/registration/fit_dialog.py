@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Message
 from vomstudio.document import edits
 from vomstudio.document.records import Model, Registration
 from vomstudio.errors import VomError
@@ -355,7 +356,7 @@ class FitDialog(QDialog):
             "Fit the surfaces, or click more points; where the counterpart should be is ringed."
         )
 
-    def _why_no_fit(self) -> str | None:
+    def _why_no_fit(self) -> Message | None:
         if self.reference is None:
             return tr("Choose what the model is fitted to.")
         count = len(self.points.pairs)
@@ -455,6 +456,6 @@ class FitDialog(QDialog):
                 steps.callback(close)
 
 
-def _set(button: QPushButton, why_not: str | None) -> None:
+def _set(button: QPushButton, why_not: Message | None) -> None:
     button.setEnabled(why_not is None)
-    button.setToolTip(why_not or "")
+    button.setToolTip("" if why_not is None else str(why_not))

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 from PySide6.QtWidgets import QHeaderView, QTableWidget, QTableWidgetItem
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Registration
 from vomstudio.jobs.registration_tasks import FittedModel, HomologousPoint
 from vomstudio.registration.results import Placed
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.words import tr
 
 
@@ -72,12 +72,9 @@ def fitted_in_words(found: FittedModel, record: Registration | None) -> str:
     said = [
         rests_on,
         *worst_axis_findings(found.placed),
-        tr("The error of what it was fitted to is not in it."),
+        Finding("registration.without-reference"),
     ]
     if record is not None and record.covariance != found.placed.covariance:
         worst = worst_turn95_deg(record.rotation_covariance())
-        said[-1] = tr(
-            "With the registration of the other model it may be turned by {worst} (95 %).",
-            worst=degrees(worst),
-        )
+        said[-1] = Finding("registration.with-reference", rotation95_deg=worst)
     return "\n".join([" ".join(map(str, said)), *map(str, found.placed.warnings)])

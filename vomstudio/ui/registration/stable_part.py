@@ -8,6 +8,7 @@ from pathlib import Path
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.jobs.registration_tasks import HomologousPoint, StablePart
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.studio import Studio
@@ -75,15 +76,15 @@ class StablePartBox(QWidget):
         self.stable_model.setVisible(self.which.currentIndex() == _MODEL)
         self.changed.emit()
 
-    def why_not(self, pairs: Sequence[HomologousPoint]) -> str | None:
+    def why_not(self, pairs: Sequence[HomologousPoint]) -> Finding | None:
         """Why the part that was chosen is none; None where it is one."""
         which = self.which.currentIndex()
         if which == _NEAR and not pairs:
-            return tr("Click the points near which the rock has not moved.")
+            return Finding("stable.no-points")
         if which == _BOX and self._studio.display.box is None:
-            return tr("Set the clipping box in the outcrop's view first (View > Clipping box).")
+            return Finding("stable.no-box")
         if which == _MODEL and self.stable_model.current() is None:
-            return tr("Choose the cloud or mesh of what has not moved.")
+            return Finding("stable.no-model")
         return None
 
     def part(self, pairs: Sequence[HomologousPoint]) -> StablePart | None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.errors import VomError
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr
 from vomstudio.workspace.fold_choice import is_bed
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ class BeddingAxis:
 
     def __init__(self, studio: Studio) -> None:
         self._studio = studio
-        self._kept: FoldAxis | str | None = None
+        self._kept: FoldAxis | Finding | None = None
         self._searched = False
         self._ids: frozenset[str] = frozenset()
         self.planes: FoldPlanes | None = None
@@ -31,13 +31,13 @@ class BeddingAxis:
         """Bedding planes that the axis may be computed from."""
         return len(self._ids)
 
-    def found(self) -> FoldAxis | str:
+    def found(self) -> FoldAxis | Finding:
         """The fold axis of the bedding, or why there is none."""
         if self._kept is None:
             self._kept = self.search()()
         return self._kept
 
-    def keep(self, axis: FoldAxis | str) -> None:
+    def keep(self, axis: FoldAxis | Finding) -> None:
         """What the last `search` has found, unless something has changed since."""
         if self._searched:
             self._kept = axis
@@ -47,12 +47,12 @@ class BeddingAxis:
         """Whether the axis, or why there is none, has been found."""
         return self._kept is not None
 
-    def why_not(self) -> str | None:
+    def why_not(self) -> Finding | None:
         """Why there is none, without looking for it where two planes will do."""
         if self._kept is None and len(self._studio.fold.planes()) >= 2:
             return None
         axis = self.found()
-        return axis if isinstance(axis, str) else None
+        return axis if isinstance(axis, Finding) else None
 
     def forget(self, *_: object) -> None:
         """Every refresh of the commands asks for the axis: it is kept until something changes."""
@@ -70,7 +70,7 @@ class BeddingAxis:
             # How many there are decides whether the axis is looked for beside the window.
             self.renew()
 
-    def search(self) -> Callable[[], FoldAxis | str]:
+    def search(self) -> Callable[[], FoldAxis | Finding]:
         """What finds the axis, or why there is none, of the bedding as it is now; to be called in
         any thread, since it takes long for thousands of planes."""
         self._searched = True
@@ -80,21 +80,18 @@ class BeddingAxis:
             few = self._too_few(len(planes))
             return lambda: few
 
-        def find() -> FoldAxis | str:
+        def find() -> FoldAxis | Finding:
             try:
                 return planes.axis()
             except VomError as error:
-                return error.message
+                return finding_of(error)
 
         return find
 
-    def _too_few(self, count: int) -> str:
-        if self._studio.fold.selected:
-            return tr(
-                "A fold axis needs at least 2 selected bedding planes; there are {count}.",
-                count=count,
-            )
-        return tr("A fold axis needs at least 2 bedding planes; there are {count}.", count=count)
+    def _too_few(self, count: int) -> Finding:
+        is_chosen = self._studio.fold.selected
+        code = "fold.needs-selected-planes" if is_chosen else "fold.needs-planes"
+        return Finding(code, count=count, minimum=2)
 
     def doubts(self) -> tuple[str, ...]:
         """A sentence on planes that are not good, and on those that were left out."""

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from PySide6.QtCore import QObject, Signal
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
 from vomstudio.geometry import transform
@@ -95,10 +96,8 @@ class CameraView(QObject):
             self.found.emit()
 
         def failed(error: VomError) -> None:
-            text = tr(
-                "The cameras of {model} cannot be shown. {error}", model=record.name, error=error
-            )
-            self._studio.warn(text)
+            finding = Finding("cameras.not-shown", model=record.name, reason=str(error))
+            self._studio.warn(finding)
 
         self._background.run(lambda: _read(path, middle), arrived, failed)
 

@@ -258,7 +258,7 @@ class DisplayPanel(QWidget):
             if value is not None and not isfinite(value):
                 raise ValueError(text)
         except ValueError:
-            self._studio.warn(tr("“{text}” is not a number. The range is unchanged.", text=text))
+            self._studio.warn(Finding("number.invalid", text=text))
             self.refresh()
             return
         style = self._style_now()[1]
@@ -268,9 +268,7 @@ class DisplayPanel(QWidget):
         if scale is not None:
             ends = (scale.low if low is None else low, scale.high if high is None else high)
             if not ends[0] < ends[1]:
-                self._studio.warn(
-                    tr("The lower limit must be below the upper one. The range is unchanged.")
-                )
+                self._studio.warn(Finding("display.crossed-limits"))
                 self.refresh()
                 return
         self._restyle(**{name: value})

@@ -65,7 +65,7 @@ class OutcropView(QObject):
         if self.viewport is not None:
             settings = self._studio.settings
             self.viewport.camera_changed.connect(self._camera_changed)
-            self.viewport.problem.connect(lambda text: self._studio.warn(text))
+            self.viewport.problem.connect(lambda finding: self._studio.warn(finding))
             self.viewport.models.point_budget = settings.point_budget
             self.viewport.gestures.set_turntable(settings.turntable)
             self._camera_changed()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLineEdit, QPushButton, QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import VomError
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
@@ -71,9 +72,7 @@ class SavedViewsBox(QWidget):
         try:
             self._view.restore(view.camera, view.box)
         except ValueError:
-            self._studio.warn(
-                tr("The view “{name}” is damaged and cannot be shown. Delete it.", name=view.name)
-            )
+            self._studio.warn(Finding("view.damaged", name=view.name))
 
     def _save(self) -> None:
         now = self._view.now()
@@ -83,7 +82,7 @@ class SavedViewsBox(QWidget):
         try:
             self._views.save(SavedView(name, *now))
         except VomError as error:
-            self._studio.warn(str(error))
+            self._studio.warn(error)
             return
         self.fill()
         self.names.setCurrentText(" ".join(name.split()))

@@ -9,6 +9,7 @@ from itertools import product
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.edit import Edit
 from vomstudio.document.kind import color_of
 from vomstudio.document.kinds import GROUPS, group_of, kind_of
@@ -36,7 +37,7 @@ from vomstudio.rendering.view.scalars import field_names
 from vomstudio.rendering.view.symbols import small_disc, symbol_of_line, symbol_of_plane
 from vomstudio.tools.interaction_types import Area, Button, Pointer, PointerEvent, Preview
 from vomstudio.tools.polyline import rgb
-from vomstudio.ui.common.number_formatting import drawn_points, length, orientation_text
+from vomstudio.ui.common.number_formatting import drawn_points, orientation_text
 from vomstudio.ui.common.qt_owner import Portions
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.scene.surface_pieces import SurfacePieces
@@ -239,11 +240,11 @@ class ScenePresenter:
             self._face(model_id)
             self._moves.frame(own)
             self._studio.warn(
-                tr(
-                    "{model} is {distance} away from the other models. Check its frame. Whole "
-                    "model (Home) shows all of them.",
+                Finding(
+                    "model.far-away",
                     model=self._studio.records[model_id].name,
-                    distance=length(gap, metric=self._studio.metres_known()),
+                    distance=gap,
+                    unit="m" if self._studio.metres_known() else tr("units"),
                 )
             )
 

@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from vomstudio.core.findings import Finding
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr
 
 _REST_MS = 500
 _LONGEST = 100
@@ -107,15 +107,15 @@ class ViewHistory(QObject):
         self.changed.emit()
 
     # --- back and forward --------------------------------------------------------------------
-    def why_not_back(self) -> str | None:
+    def why_not_back(self) -> Finding | None:
         """Why there is no earlier view; None where there is one."""
         # What has moved a moment ago is a step already.
         moving = self._rest.isActive() and self._now is not None and self._view() != self._now
-        return None if self._back or moving else tr("There is no earlier view.")
+        return None if self._back or moving else Finding("view.no-earlier")
 
-    def why_not_forward(self) -> str | None:
+    def why_not_forward(self) -> Finding | None:
         """Why there is no later view; None where there is one."""
-        return None if self._forward else tr("There is no later view.")
+        return None if self._forward else Finding("view.no-later")
 
     def back(self) -> None:
         """Look as before the last change of the view."""

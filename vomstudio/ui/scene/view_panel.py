@@ -163,14 +163,14 @@ class ViewPanel(QWidget):
         try:
             line = parse_line(self.typed.text())
         except VomError as error:
-            self._studio.warn(str(error))
+            self._studio.warn(error)
             return
         self._turn(line)
 
     def along_beta(self) -> None:
         """Look along the fold axis of the bedding, where there is one."""
         axis = self._bedding.found()
-        if not isinstance(axis, str):
+        if not isinstance(axis, Finding):
             self._turn_axis(axis.beta)
 
     def face(self) -> None:
@@ -241,7 +241,7 @@ class ViewPanel(QWidget):
     def _turn(self, line: Line) -> None:
         self._look(line.trend_deg, line.plunge_deg)
 
-    def why_no_beta(self) -> str | None:
+    def why_no_beta(self) -> Finding | None:
         """Why there is no fold axis; None where there is one."""
         return self._bedding.why_not()
 
@@ -253,7 +253,7 @@ class ViewPanel(QWidget):
         """From which measurement a direction follows, as a sentence, and its 95 % error in degrees
         where it is known."""
         axis = self._bedding.found()
-        if not isinstance(axis, str) and angle_between_lines(axis.beta, direction) < SAME_DEG:
+        if not isinstance(axis, Finding) and angle_between_lines(axis.beta, direction) < SAME_DEG:
             text = tr_n(
                 "Along the fold axis (beta) {line} (95 %) of {count} bedding plane; "
                 "verdict: {verdict}; view along it valid: {valid}.",
@@ -283,11 +283,9 @@ class ViewPanel(QWidget):
         text = tr("The direction was typed or set with the mouse. It follows from no measurement.")
         return text, None
 
-    def why_no_line(self) -> str | None:
+    def why_no_line(self) -> Finding | None:
         """Why no line can be looked along; None where one is selected."""
-        if self._line() is not None:
-            return None
-        return tr("Select a lineation or an intersection first.")
+        return Finding("selection.no-line") if self._line() is None else None
 
     # --- what they are taken from ------------------------------------------------------------
     def _chosen(self) -> list[Measurement]:
@@ -366,7 +364,7 @@ class ViewPanel(QWidget):
     def _ask(self) -> None:
         self._asked.ask(self._bedding.search())
 
-    def _came(self, axis: FoldAxis | str) -> None:
+    def _came(self, axis: FoldAxis | Finding) -> None:
         self._bedding.keep(axis)
         if self._bedding.known:
             once_told(self._show)
@@ -381,7 +379,7 @@ class ViewPanel(QWidget):
         axis, plane = self._bedding.found(), self._plane()
         no_plane = None if plane is not None else tr("Select a plane first.")
         meeting, slip = self._meeting(), self._across_slip()
-        beta = axis if isinstance(axis, str) else Direction(axis.beta, axis.error95_deg)
+        beta = axis if isinstance(axis, Finding) else Direction(axis.beta, axis.error95_deg)
         self._offer("beta", beta)
         self._offer("meeting", meeting)
         self._offer("slip", slip)
@@ -396,7 +394,7 @@ class ViewPanel(QWidget):
             None if self._exposed_view() is not None else tr("Open a model with a surface first."),
         )
         self._show_cost()
-        if not isinstance(axis, str):
+        if not isinstance(axis, Finding):
             text = tr_n(
                 "<b>Fold axis (beta) {line}</b> (95 %) of {count} bedding plane<br>"
                 "Verdict: {verdict} (valid: {valid})",
@@ -410,7 +408,7 @@ class ViewPanel(QWidget):
             reasons = (f"• {reason}" for reason in (*axis.reasons, *self._bedding.doubts()))
             self._verdict.setText("<br>".join([text, *map(escape, reasons)]))
         else:
-            self._verdict.setText(escape(axis))
+            self._verdict.setText(escape(axis.message))
 
     def _offer(self, name: str, found: Direction | Message | None) -> None:
         """A button that says, before it is pressed, where it looks and what that costs."""

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import (
     QToolButton,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.bed_words import describe_bed
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.dimension import Dimension
@@ -235,20 +236,15 @@ class BedLogPanel(SeenPanel):
         studio = self._studio
         line = get_feature(studio.records, self.line_id) if self.line_id else None
         if line is None:
-            return tr(
-                "Pick the boundaries of the beds on the outcrop, or select a measured polyline or "
-                "trace that runs across the beds and take it."
-            )
+            return Finding("bed.no-line").message
         each = (get(studio.records, f.id, Trace) for f in self.group.features())
         traces = [trace for trace in each if trace is not None]
         measured = studio.measured({f.id for f in traces} | {line.id, self.bed.id} - {""})
         bed = measured[self.bed.id] if self.bed.id else None
         if bed is not None and bed.plane is None:
-            return str(bed.problem or tr("This feature has no plane."))
+            return str(bed.problem or Finding("field.no-plane"))
         try:
-            reach = number_in(
-                self.reach, tr("How near a trace has to come to the line is a length of 0 or more.")
-            )
+            reach = number_in(self.reach, "number.not-a-length")
             options = self.options.options(bed_error_deg=None if bed is None else bed.total95_deg)
         except VomError as error:
             return error.message

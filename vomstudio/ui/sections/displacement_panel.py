@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
     QTableWidgetItem,
 )
 
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.core.options import option_words
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds import has_plane
@@ -182,7 +183,7 @@ class DisplacementPanel(SeenPanel):
         try:
             self.answered, why = self._answer(), ""
         except VomError as error:
-            self.answered, why = None, error.message
+            self.answered, why = None, str(error)
         self._show(why)
 
     def _answer(self) -> Answered | None:
@@ -191,15 +192,10 @@ class DisplacementPanel(SeenPanel):
         from vomstudio.geology.faults.displacement_pairs import displacements
 
         if not self.pairs:
-            raise InputError(
-                tr(
-                    "Select two traces of one bed, on both sides of the fault, and add them. More "
-                    "pairs give a mean."
-                )
-            )
+            raise InputError(Finding("displacement.no-pairs"))
         studio = self._studio
         if not has_plane(studio.records.get(self.fault.id)):
-            raise InputError(tr("Select a plane that was picked on the fault, and take it."))
+            raise InputError(Finding("displacement.no-fault"))
         measured = studio.measured(
             {i for pair in self.pairs for i in pair} | {self.fault.id, self.bed.id} - {""}
         )
@@ -257,7 +253,7 @@ class DisplacementPanel(SeenPanel):
         rake = parse_number(text)
         if rake is not None:
             if not 0.0 <= rake <= 180.0:
-                raise InputError(tr("A rake is 0 to 180 degrees; a direction is written 120/45."))
+                raise InputError(Finding("displacement.not-a-rake", value=rake))
             return rake, None
         line = self.slip.direction()
         assert isinstance(line, Line)
@@ -386,12 +382,12 @@ def _cut(name: str, one: Array, other: Array, fault: Plane, through: Array) -> C
     try:
         return cut_offs(one, other, fault, through)
     except GeometryError as error:
-        raise InputError(f"{name}: {error.message}") from error
+        raise InputError(finding_of(error), field=name) from error
 
 
 def _plane_of(measured: Measurement) -> Plane:
     if measured.plane is None:
-        raise InputError(measured.problem or tr("This feature has no plane."))
+        raise InputError(measured.problem or Finding("field.no-plane"))
     return measured.plane
 
 

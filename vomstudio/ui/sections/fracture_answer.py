@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import VomError
 from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.notation import exact_plane
@@ -153,13 +154,9 @@ def answer(question: FractureQuestion) -> FractureAnswer:
     counted = Counted()
     why = wanted_of(q.counted_in, place)
     if q.counted_in in (CIRCLE, SCANLINE) and not place:
-        why = tr("Drag on the map to mark it, or type its numbers.")
+        why = Finding("fractures.no-mark").message
     if q.cells is not None and not len(cells):
-        why = tr(
-            "No cell of {grid} is marked as done or empty: mark what was looked at with the tool "
-            "Cells.",
-            grid=q.cells.name,
-        )
+        why = Finding("fractures.no-cells", grid=q.cells.name).message
     if why is None:
         counted = _of_cells(cells) if len(cells) else _counted(q.counted_in, place, mark)
         try:

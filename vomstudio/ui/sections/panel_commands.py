@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import Picked, Typed
 from vomstudio.ui.common.actions import Command
@@ -18,15 +19,15 @@ def commands(studio: Studio, workspaces: Workspaces, docks: Docks) -> list[Comma
     def no_model() -> str | None:
         return why_no_model(studio)
 
-    def no_lines() -> str | None:
+    def no_lines() -> Finding | None:
         if any(kind_of(f).layer is not None for f in studio.session.of(Picked)):
             return None
-        return tr("There are no traces yet. Pick some on the outcrop.")
+        return Finding("traces.none")
 
-    def no_planes() -> str | None:
+    def no_planes() -> Finding | None:
         if any(kind_of(f).net is not None for f in studio.session.of(Typed)):
             return None
-        return tr("There are no planes yet.")
+        return Finding("planes.none")
 
     def bring(workspace: str, dock: str) -> Callable[[], None]:
         def show() -> None:

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
     QTableWidgetItem,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.core.options import option_words
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
@@ -246,8 +247,7 @@ class ThreePointsPanel(SeenPanel):
         said = points if isinstance(points, str) else ""
         if not isinstance(points, str):
             try:
-                wrong = tr("The error of the points is a length of 0 or more.")
-                self._sigma = number_in(self.sigma, wrong) or 0.0
+                self._sigma = number_in(self.sigma, "number.not-a-length") or 0.0
                 self.found = plane_of_three_points(points, ThreePointOptions(self._sigma).sigma_m)
                 self._points = points
                 said = self._in_words(self.found)
@@ -267,24 +267,20 @@ class ThreePointsPanel(SeenPanel):
             values = [parse_number(text) for text in texts]
             if any(value is None for value in values):
                 wrong = next(t for t, v in zip(texts, values, strict=True) if v is None)
-                return tr("Row {row}: “{text}” is not a number.", row=i + 1, text=wrong)
+                finding = Finding("number.invalid", text=wrong, row=i + 1)
+                return tr("Row {row}: {reason}", row=i + 1, reason=finding)
             rows.append([value or 0.0 for value in values])
         if len(rows) < _LEAST:
-            return tr(
-                "Pick three points or more of one surface on the outcrop, or type their "
-                "coordinates."
-            )
+            return Finding("three-points.too-few").message
         return np.array(rows)
 
     def _in_words(self, found: ThreePoints) -> str:
         plane = format_attitude(found.plane, found.max_error95_deg, self._studio.settings.notation)
         counted = tr_n("{count} point", "{count} points", found.n)
         if found.max_error95_deg is None:
-            return tr(
-                "{plane} through {points}. Nothing is known of its error: state that of the "
-                "points, or give more of them.",
-                plane=plane, points=counted,
-            ) + _after(found)  # fmt: skip
+            said = tr("{plane} through {points}.", plane=plane, points=counted)
+            unknown = Finding("three-points.no-error")
+            return f"{said} {unknown}{_after(found)}"
         turn = found.dip_direction_error_deg
         said = tr(
             "{plane} (95 %, joint): dip ± {dip:.1f}°, dip direction {turn} (95 % each), "

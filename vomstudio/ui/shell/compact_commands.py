@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QMessageBox, QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import VomError
 from vomstudio.io.project.compaction import Plan
 from vomstudio.ui.common.actions import Command
@@ -22,14 +23,14 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
         Command("take_back_compaction", tr("Undo compaction"), lambda: _take_back(studio),
                 None, (), tr("Possible until the project is closed."),
                 lambda: None if studio.project.is_compacted
-                else tr("The project has not been compacted since it was opened.")),
+                else Finding("compaction.not-done")),
     ]  # fmt: skip
 
 
-def _why_not(studio: Studio) -> str | None:
+def _why_not(studio: Studio) -> Finding | None:
     if studio.session.dirty:
-        return tr("Save the project first.")
-    return tr("Finish or cancel the open feature first.") if studio.open_tool is not None else None
+        return Finding("compaction.unsaved")
+    return Finding("feature.open") if studio.open_tool is not None else None
 
 
 def _compact(studio: Studio, parent: QWidget) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from PySide6.QtWidgets import QMessageBox, QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import VomError
 from vomstudio.failures import crashes, report
 from vomstudio.failures.error_collector import ERRORS, Failure
@@ -66,10 +67,7 @@ class FailureNotices(QObject):
 
     def _say_crash(self) -> None:
         notice = Notice(
-            tr(
-                "The program crashed when it last ran. What was on the screen is in the journal. "
-                "Please save a report, so that the fault can be found."
-            ),
+            Finding("program.crashed"),
             "error",
             _ACTION,
         )
@@ -115,13 +113,14 @@ class FailureNotices(QObject):
         if not self._host.filled:
             self._waiting.append(failure)
         else:
-            self._say(failure.text)
+            self._say(failure)
 
-    def _say(self, sentence: str) -> None:
+    def _say(self, failure: Failure) -> None:
+        message = failure.finding if failure.count == 1 else failure.text
         try:
-            self._host.studio.notice.emit(Notice(sentence, "error", _ACTION))
+            self._host.studio.notice.emit(Notice(message, "error", _ACTION))
         except Exception:  # noqa: BLE001 - reporting it would lead back here
-            _log.exception("an error could not be shown: %s", sentence)
+            _log.exception("an error could not be shown: %s", message)
 
 
 def may_close(host: Host, parent: QWidget, questions: Sequence[Callable[[], bool]]) -> bool:

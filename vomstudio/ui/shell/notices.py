@@ -9,11 +9,12 @@ from PySide6.QtCore import QObject
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QStatusBar
 
+from vomstudio.core.findings import Finding
 from vomstudio.io.project.folder import untitled_folder
 from vomstudio.ui.common.messages_panel import MessageBar, MessagesPanel
 from vomstudio.ui.common.studio import Notice
 from vomstudio.ui.common.window_protocols import Docks
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 _INFO_MS = 6000
 
@@ -49,19 +50,11 @@ class Notices(QObject):
         """folders : projects that were not closed, the newest first; restore : opens one"""
         newest = folders[0]
         if newest.parent == untitled_folder():
-            text = tr("Unsaved work was found that was open when the program last ended.")
+            findings = [Finding("project.unsaved-found")]
         else:
-            text = tr(
-                "{project} was open when the program last ended. Its work can be restored.",
-                project=newest.stem,
-            )
+            findings = [Finding("project.unclosed", project=newest.stem)]
         if older := len(folders) - 1:
-            more = tr_n(
-                "{count} older project was found as well.",
-                "{count} older projects were found as well.",
-                older,
-            )
-            text = f"{text} {more}"
-        notice = Notice(text, "warning")
+            findings.append(Finding("project.older-unclosed", count=older))
+        notice = Notice(" ".join(map(str, findings)), "warning")
         self._messages.add(notice)
         self._bar.say(notice, (tr("Restore"), lambda: restore(newest)))

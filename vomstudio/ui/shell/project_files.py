@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from PySide6.QtWidgets import QDialog, QFileDialog, QMenu, QMessageBox, QWidget
 from shiboken6 import isValid
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.records import Frame, Model
 from vomstudio.errors import InputError, VomError
@@ -34,7 +35,7 @@ from vomstudio.ui.common.widgets import as_words
 from vomstudio.ui.forms.copied_command import copy_command
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.shell.frame_dialog import FrameDialog
-from vomstudio.words import to_translate, tr, tr_n
+from vomstudio.words import to_translate, tr
 from vomstudio.workspace.discarded_work import discarded_works
 
 _EXPORTS = {
@@ -240,7 +241,7 @@ class Files(QObject):
 
         def failed(event: Failed) -> None:
             if not event.cancelled:
-                self._studio.warn(event.message, "error")
+                self._studio.warn(event.to_error(), "error")
 
         self._studio.jobs.submit(
             EXPORT_MODEL,
@@ -331,15 +332,7 @@ class Files(QObject):
         if answer == QDialog.DialogCode.Accepted:
             QTimer.singleShot(0, self, partial(self.declare_frame, waiting[0]))
             return
-        self._studio.warn(
-            tr_n(
-                "The frame of {count} more model is not declared. Choose it in the project tree, "
-                "then Model > Declare frame.",
-                "The frames of {count} more models are not declared. Choose each in the project "
-                "tree, then Model > Declare frame.",
-                len(waiting),
-            )
-        )
+        self._studio.warn(Finding("frame.undeclared", count=len(waiting)))
 
     def _declare(self, model_id: str, frame: Frame) -> None:
         """Apply a declared frame; a registration is replaced only with the user's consent."""
@@ -350,10 +343,10 @@ class Files(QObject):
         try:
             findings = () if opened is None else check_frame(frame, opened.data.bounds)
         except InputError as error:
-            self._studio.warn(error.message, "error")
+            self._studio.warn(error, "error")
             return
         for finding in findings:
-            self._studio.warn(finding.message)
+            self._studio.warn(finding)
         registration = model.registration
         if registration is not None:
             answer = QMessageBox.question(

@@ -91,7 +91,7 @@ def run_window(paths: Sequence[str]) -> int:
             application.exit(1)
             return
         for problem in problems:
-            window.studio.warn(problem.message)
+            window.studio.warn(problem)
         notices.begin()
 
     # The first paint comes before a timer of zero.

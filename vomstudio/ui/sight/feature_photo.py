@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from PySide6.QtCore import QObject, Qt, Signal
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Model
 from vomstudio.geometry import transform
 from vomstudio.rendering.qt.viewport import Viewport
@@ -113,9 +114,7 @@ class FeaturePhoto(QObject):
         self.canvas.message = ""
         path = photos.path(view)
         if path is None:
-            self.canvas.message = tr(
-                "The photos were not found. Choose their folder with “Locate photos”."
-            )
+            self.canvas.message = Finding("photo.none-found").message
         else:
             picture = self.images.picture(path)
             if picture is not None:
@@ -141,7 +140,7 @@ class FeaturePhoto(QObject):
             if first and picture.turn.m11() < 0.5:
                 self.look_at_target()
         else:
-            self.say(tr("{photo} cannot be shown: {reason}", photo=Path(key).name, reason=picture))
+            self.say(Finding("photo.not-shown", photo=Path(key).name, reason=picture).message)
 
     def look_at_target(self, only_if_lost: bool = False) -> None:
         """Zoom to the target; with `only_if_lost` only where it is not in view."""

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import (
     QSizePolicy,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import catalogue
 from vomstudio.document.records import Model
 from vomstudio.extraction.facet_options import DEFAULT_ANGLE_DEG, FacetOptions
@@ -186,7 +187,7 @@ class FacetsPanel(ProposalsPanel):
              none_chosen),
             (self.accept_all, bool(self._facets.open),
              tr("Make all facets patches, as one step; undo takes it back."),
-             tr("There is no facet to accept.")),
+             Finding("facets.none-open").message),
             (self.reject_all, found is not None, tr("Forget all facets; nothing is changed."),
              tr("There is nothing to reject.")),
         ):  # fmt: skip

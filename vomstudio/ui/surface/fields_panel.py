@@ -13,6 +13,7 @@ from PySide6.QtWidgets import (
     QPushButton,
 )
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import Model, get_feature
 from vomstudio.extraction.surface_fields import KINDS
@@ -271,14 +272,14 @@ class FieldsPanel(ModelPanel):
             else tr("No field is shown.")
         )
 
-    def _why_not(self) -> str | None:
+    def _why_not(self) -> Message | None:
         why = super()._why_not()
         if why is None and self._wanted() is None:
             if self.kind.currentData() == TO_PLANE:
-                return tr("Select a trace or patch whose plane is meant.")
+                return Finding("selection.no-trace-or-patch")
             if self.kind.currentData() in (MEASURABLE, EXPECTED):
-                return tr("Type the plane as dip direction/dip, such as 315/38.")
-            return tr("There is no other model in the project.")
+                return Finding("field.plane-missing")
+            return Finding("model.no-other")
         return why
 
     def _show_figures(self) -> None:

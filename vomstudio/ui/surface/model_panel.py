@@ -10,6 +10,7 @@ from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QAbstractItemView, QProgressBar, QPushButton, QScrollArea
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document.records import Model
 from vomstudio.tools.interaction_types import Area, Hit, Preview
 from vomstudio.ui.analyse.seen_panel import SeenPanel
@@ -79,19 +80,18 @@ class ModelPanel(SeenPanel):
         )
         self._show_progress()
 
-    def _why_not(self) -> str | None:
+    def _why_not(self) -> Message | None:
         """Return why the work cannot be done, None if it can."""
         if self._model is None:
-            return tr("Open an outcrop model first.")
-        why = self._studio.fields.why_not(self._model.id)
-        return None if why is None else str(why)
+            return Finding("display.no-model")
+        return self._studio.fields.why_not(self._model.id)
 
     def _refresh_buttons(self) -> None:
         busy = self._work.running is not None
         why = None if busy else self._why_not()
         self.start.setText(tr("Stop") if busy else self._start_text)
         self.start.setEnabled(why is None)
-        self.start.setToolTip(why or "")
+        self.start.setToolTip("" if why is None else str(why))
 
     def _show_progress(self) -> None:
         job = self._work.running

@@ -14,6 +14,7 @@ from PySide6.QtWidgets import (
     QSizePolicy,
 )
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.core.options import option_words
 from vomstudio.document import catalogue
 from vomstudio.document.records import Model
@@ -168,10 +169,10 @@ class TracesPanel(ProposalsPanel):
             wanted = ProposalOptions().used_cost if before is None else before
             self.cost.setCurrentIndex(max(0, self.cost.findData(wanted)))
 
-    def _why_not(self) -> str | None:
+    def _why_not(self) -> Message | None:
         is_onnx = self._model is not None and self.cost.currentData() == ONNX
         if is_onnx and not self.network.text().strip():
-            return tr("Choose the ONNX file of the network first.")
+            return Finding("follow.no-network")
         return super()._why_not()
 
     def _refresh_buttons(self) -> None:

@@ -24,6 +24,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.errors import InputError, VomError
 from vomstudio.io.photos.camera_table import camera_models
 from vomstudio.products.report.field_sheet import figures, write_field_sheet
@@ -432,16 +433,14 @@ def _row(*widgets: tuple[QWidget, int]) -> QHBoxLayout:
 def _plan(values: dict[str, Any]) -> SurveyPlan:
     """Compute the plan. Raises VomError."""
     if not values["camera"]:
-        raise InputError(tr("Choose a camera, or a photo that was taken with it."))
+        raise InputError(Finding("plan.no-camera"))
     target = next(row for row in _TARGETS if row[1] == values["wish"])
     numbers: dict[str, float | None] = {}
     for name in ("focal", "aperture", "width", "height", "value", "receiver", "control"):
         numbers[name] = parse_number(values[name]) if values[name] else None
         if numbers[name] is None and (values[name] or name not in _OPTIONAL):
             field = tr(target[0] if name == "value" else _FIELDS[f"--{name}"])
-            raise InputError(
-                tr("{field}: “{text}” is not a number.", field=field, text=values[name])
-            )
+            raise InputError(Finding("number.invalid", text=values[name]), field=field)
     given = {target[1]: (numbers["value"] or 0.0) / target[3]}
     try:
         camera = camera_of(values["camera"], numbers["focal"])
@@ -458,6 +457,5 @@ def _plan(values: dict[str, Any]) -> SurveyPlan:
         )
         return foretold(plan_survey(camera, options), options.receiver_m, options.control_m)
     except VomError as error:
-        text = as_sentence(error.message.replace("--focal MM", tr("the field Lens")))
         name = _FIELDS.get(error.field or "", "")
-        raise InputError(f"{tr(name)}: {text}" if name else text) from error
+        raise InputError(finding_of(error), field=tr(name) if name else None) from error

@@ -27,6 +27,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import VomError
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.jobs.survey_tasks import ControlFacts, MemoryFacts, PointFacts
@@ -299,8 +300,8 @@ class ReconstructDialog(QDialog):
                 self.points.setItem(row, column, item)
 
     def _words(self, facts: ControlFacts | None) -> str:
-        if self._no_file():
-            return tr("Choose the file of the control points.")
+        if (missing := self._no_file()) is not None:
+            return missing.message
         if self._survey.forecasting:
             return tr("Checking the control points…")
         if facts is None:
@@ -309,9 +310,9 @@ class ReconstructDialog(QDialog):
         said = [as_sentence(str(text)) for text in (first, *facts.warnings)]
         return rich_lines(said, said[:1])
 
-    def _no_file(self) -> str | None:
+    def _no_file(self) -> Finding | None:
         if self.by_control.isChecked() and not self.control.text().strip():
-            return tr("Choose the file of the control points.")
+            return Finding("control.no-file")
         return None
 
     def _bad_crs(self) -> str | None:

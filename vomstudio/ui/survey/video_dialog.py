@@ -156,7 +156,7 @@ class VideoDialog(QDialog):
                 self._ended(tr("Stopped. Nothing was written."))
                 return
             self._ended(escape(event.message))
-            studio.warn(event.message, "error")
+            studio.warn(event.to_error(), "error")
 
         self._job = studio.jobs.submit(
             TAKE_FRAMES,

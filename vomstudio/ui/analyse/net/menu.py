@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QMenu, QToolButton
 
+from vomstudio.core.findings import Finding
 from vomstudio.ui.analyse.net.wishes import BINS, NetWishes
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
@@ -104,7 +105,7 @@ class NetMenuButton(QToolButton):
             action.setChecked(name in wishes.asked)
             action.setEnabled(net)
             about = tr(_ASKED[name][1])
-            action.setToolTip(about if net else tr("Not now: {what} – of a net only.", what=about))
+            action.setToolTip(about if net else Finding("net.only", what=about).message)
         self.widths[wishes.bin_deg].setChecked(True)
         self.by_length.setChecked(wishes.by_length)
         self.by_area.setChecked(wishes.by_area)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.document.kinds import has_plane
 from vomstudio.document.records import Feature, OnAModel, Painted
 from vomstudio.ui.common.actions import Command
@@ -29,22 +30,22 @@ def selected_plane(studio: Studio) -> Feature | None:
 def commands(studio: Studio, parent: QWidget) -> list[Command]:
     """parent : of the dialogs."""
 
-    def no_patch() -> str | None:
+    def no_patch() -> Message | None:
         patch = selected_patch(studio)
         if patch is None:
-            return tr("Select one patch first.")
+            return Finding("selection.no-patch")
         if studio.models.get(patch.model_id) is None:
-            return tr("The model of the patch is not open.")
+            return Finding("model.not-open")
         return None
 
-    def no_plane() -> str | None:
+    def no_plane() -> Message | None:
         plane = selected_plane(studio)
         if plane is None:
-            return tr("Select one plane first.")
+            return Finding("selection.no-plane")
         if not isinstance(plane, OnAModel) or studio.models.get(plane.model_id) is None:
-            return tr("The plane was not picked on a model that is open.")
+            return Finding("plane.model-not-open")
         if studio.measure(plane).fit is None:
-            return str(studio.measure(plane).problem or tr("The plane has no fit."))
+            return studio.measure(plane).problem or Finding("field.no-plane")
         return None
 
     def show_surface() -> None:

@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Feature, Model
 from vomstudio.errors import VomError
 from vomstudio.geology.beds.extended import belief_of_fit, repeated
@@ -33,7 +34,7 @@ from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import Label
+from vomstudio.ui.common.widgets import Label, allow
 from vomstudio.ui.forms.model_axes import axes_of, unit_of
 from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.scene.extended_plane_drawings import ExtendedLines
@@ -135,7 +136,7 @@ class ExtendDialog(QDialog):
             return
         values = np.where(bands.inside, bands.distance_m, np.nan).astype(np.float32)
         if not opened.give_fields({FIELD: values}):
-            self._studio.warn(tr("The model is too large to show the plane on it."))
+            self._studio.warn(Finding("model.fields-too-large"))
             return
         self._reach = float(np.nanmax(np.abs(values))) if np.isfinite(values).any() else 1.0
         self._paint()
@@ -173,12 +174,9 @@ class ExtendDialog(QDialog):
             super().done(result)
 
     def _refresh_buttons(self) -> None:
-        busy = tr("The plane is being carried on.") if self._busy else ""
-        self.show_button.setEnabled(not busy)
-        self.show_button.setToolTip(busy)
-        none = busy or ("" if self.found else tr("Show the plane on the outcrop first."))
-        self.save_button.setEnabled(not none)
-        self.save_button.setToolTip(none)
+        busy = Finding("extension.pending") if self._busy else None
+        allow(self.show_button, busy)
+        allow(self.save_button, busy or (None if self.found else Finding("extension.missing")))
 
     def _ask_for_file(self) -> None:
         formats = {"gpkg": "GeoPackage", "csv": "CSV"}
@@ -197,7 +195,7 @@ class ExtendDialog(QDialog):
         try:
             write_traces(path, self.found, crs=crs, model=model.name, force=True, axes=frame.axes)
         except VomError as error:
-            self._studio.warn(str(error), "error")
+            self._studio.warn(error, "error")
             return
         self._studio.info(tr("The traces were written to {file}.", file=path))
 

@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.records import Model, Painted, get
@@ -37,7 +38,7 @@ from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import Label
+from vomstudio.ui.common.widgets import Label, allow
 from vomstudio.ui.forms.model_axes import axes_of, unit_of
 from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.words import tr
@@ -73,6 +74,7 @@ class SurfaceDialog(QDialog):
         self.trim_button = buttons.addButton(tr("Trim the patch"), role)
         self.save_button = buttons.addButton(tr("Save the map…"), role)
         self.show_button.clicked.connect(self.show_on_model)
+        self.trim_button.setToolTip(tr("Leave out of the patch what departs from its plane."))
         self.trim_button.clicked.connect(self.trim)
         self.save_button.clicked.connect(self._ask_for_file)
         buttons.rejected.connect(self.reject)
@@ -97,7 +99,7 @@ class SurfaceDialog(QDialog):
         studio, patch = self._studio, self._patch
         model, opened = studio.records.get(patch.model_id), studio.models.get(patch.model_id)
         if not isinstance(model, Model) or opened is None:
-            self.said.setText(tr("The model of the patch is not open."))
+            self.said.setText(Finding("model.not-open").message)
             return
         self._looked_at, self.found = options, None
         self._refresh_buttons()
@@ -119,15 +121,11 @@ class SurfaceDialog(QDialog):
         self._refresh_buttons()
 
     def _refresh_buttons(self) -> None:
-        waiting = tr("The patch is being looked at.") if self.found is None else ""
+        waiting = Finding("patch.pending") if self.found is None else None
         for button in (self.show_button, self.save_button):
-            button.setEnabled(not waiting)
-            button.setToolTip(waiting)
-        whole = "" if self.found is None or self.found.trim else tr("The plane holds all over.")
-        self.trim_button.setEnabled(not (waiting or whole))
-        self.trim_button.setToolTip(
-            waiting or whole or tr("Leave out of the patch what departs from its plane.")
-        )
+            allow(button, waiting)
+        fits = self.found is not None and not self.found.trim
+        allow(self.trim_button, Finding("patch.plane-fits") if fits else waiting)
 
     # --- what it can do ----------------------------------------------------------------------
     def show_on_model(self) -> None:
@@ -144,7 +142,7 @@ class SurfaceDialog(QDialog):
             style = FieldStyle(FIELDS[0], -reach, reach)
             self._studio.display.show_field(self._patch.model_id, style)
         else:
-            self._studio.warn(tr("The model is too large to show the deviations on it."))
+            self._studio.warn(Finding("model.fields-too-large"))
 
     def trim(self) -> None:
         """Leave out of the patch what departs from its plane; an edit that can be taken back."""
@@ -179,7 +177,7 @@ class SurfaceDialog(QDialog):
         try:
             write_deviations(path, self.found, self._part, crs=crs, force=True, axes=frame.axes)
         except VomError as error:
-            self._studio.warn(str(error), "error")
+            self._studio.warn(error, "error")
             return
         self._studio.info(tr("The deviations were written to {file}.", file=path))
 

@@ -184,7 +184,7 @@ class CompassBox(QWidget):
         try:
             said = typed_reading(self.reading.text(), kind_read(measured), studio.settings.notation)
         except VomError as error:
-            studio.warn(error.message)
+            studio.warn(error)
             return
         new = reading_of(record, measured, said, self._names())
         if studio.attempt(edits.add_features, [new]):

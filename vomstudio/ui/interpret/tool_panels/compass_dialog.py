@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Compass, Model, NorthKind, ReadNorth, compass_id
 from vomstudio.errors import UsageError, VomError
 from vomstudio.ui.common.explained import explain
@@ -195,10 +196,7 @@ def parse_place(text: str) -> tuple[float, float] | None:
         return None
     found = _PLACE.fullmatch(text)
     if found is None:
-        raise UsageError(
-            tr("“{text}” is no place. Type latitude and longitude in degrees, such as 46.52, "
-               "11.35.", text=text.strip())
-        )  # fmt: skip
+        raise UsageError(Finding("place.invalid", text=text.strip()))
     latitude = float(found[1]) * (-1.0 if found[2].upper() == "S" else 1.0)
     longitude = float(found[3]) * (-1.0 if found[4].upper() == "W" else 1.0)
     if (why := why_not_on_earth(longitude, latitude)) is not None:

@@ -22,6 +22,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.kinds.control_point import ControlPoint
 from vomstudio.document.kinds.known_line import CLICKED, KINDS, KnownKind, KnownLine
@@ -218,7 +219,7 @@ class ControlPanel(QWidget):
 
         def work() -> Placed:
             if model is None:
-                raise GeometryError(tr("Open an outcrop model first."))
+                raise GeometryError(Finding("display.no-model"))
             extent = None if opened is None else some_points(opened.data)
             return placed_by_points(
                 pairs, bounds, model, self.crs, extent, lines, north.doubt_deg, compass,
@@ -272,7 +273,7 @@ class ControlPanel(QWidget):
         said = (
             error.message
             if self.model is None
-            else in_short(self._points, self._lines, self._found, error, self.readings)
+            else in_short(self._points, self._lines, self._found, error, self.readings).message
         )
         self._show_placed(None, said)
 
@@ -382,7 +383,7 @@ class ControlPanel(QWidget):
         """Let the user choose a file with coordinates."""
         model = self.model or current_model(self._studio)
         if model is None:
-            self._studio.warn(tr("Open an outcrop model first."))
+            self._studio.warn(Finding("display.no-model"))
             return
         name, _ = QFileDialog.getOpenFileName(
             self,
@@ -403,7 +404,7 @@ class ControlPanel(QWidget):
             pairs = read_points(path)
             crs = pairs.crs if np.isfinite(pairs.model).any() else crs_of(path)
         except VomError as error:
-            self._studio.warn(str(error), "error")
+            self._studio.warn(error, "error")
             return
         if not self._studio.attempt(take_in, model, pairs, self._points_on(model)):
             return
@@ -429,7 +430,7 @@ class ControlPanel(QWidget):
         try:
             changed = typed(line, item.column(), item, self._studio.settings.notation)
         except VomError as error:
-            self._studio.warn(error.message)
+            self._studio.warn(error)
             changed = line
         if changed != line:
             self._studio.attempt(edits.change_feature, changed)
@@ -450,12 +451,7 @@ class ControlPanel(QWidget):
             try:
                 x, y, z = (float(cell) for cell in cells)
             except ValueError:
-                self._studio.warn(
-                    tr(
-                        "“{text}” is not a number. Coordinates are written like 398123.45.",
-                        text=item.text(),
-                    )
-                )
+                self._studio.warn(Finding("number.invalid", text=item.text()))
                 self.table.show_points(self._points)
                 self.table.show_residuals(self._points, self.placed)
                 return

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.document.kinds.control_point import ControlPoint
 from vomstudio.document.kinds.known_line import KnownLine
 from vomstudio.document.records import Model
@@ -30,33 +31,23 @@ def in_short(
     found: int,
     error: VomError,
     readings: Readings,
-) -> str:
+) -> Finding:
     """Why there is no placement, or what is to be done next. found : so many points are found"""
     from vomstudio.workspace.placing.known_lines import usable
     from vomstudio.workspace.placing.known_planes import placing
 
     if usable(lines) or placing(lines, readings.seen):
-        return error.message
+        return finding_of(error)
     if not points:
         if any(not line.complete for line in lines):
-            return tr("Type what is known of the line in the list.")
-        return tr(
-            "Read the coordinates of control points from a file, or click a point on the "
-            "outcrop and type its coordinates. Lines that are level or vertical, or whose azimuth "
-            "or length is known, and planes that were read by compass place the model in part."
-        )
+            return Finding("line.value-missing")
+        return Finding("registration.not-begun")
     if not found and not any(p.position for p in points):
-        return tr("Type the coordinates of the points in the list, or read them from a file.")
+        return Finding("control.coordinates-missing")
     left = sum(p.position is not None and not p.vertices for p in points)
     if found < 3 and left:
-        return tr(
-            "Click the points on the outcrop, one after the other: {found} of {count} are "
-            "found. From three on, or two where the model is declared upright, a ring shows "
-            "where the others should be.",
-            found=found,
-            count=found + left,
-        )
-    return error.message
+        return Finding("control.click-points", found=found, count=found + left)
+    return finding_of(error)
 
 
 def in_words(placed: Placed, model: Model | None, crs: str | None) -> str:

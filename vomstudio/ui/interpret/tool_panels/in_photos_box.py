@@ -7,6 +7,7 @@ from typing import Any
 from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QCheckBox, QVBoxLayout, QWidget
 
+from vomstudio.core.findings import Finding, Message
 from vomstudio.extraction.path_costs import OF_COLOURS
 from vomstudio.tools.followed_line import AUTO
 from vomstudio.tools.following import FollowingTool
@@ -34,29 +35,23 @@ class InPhotosBox(QWidget):
         studio.photo_links.changed.connect(self.refresh)
         self.refresh()
 
-    def why_not(self) -> str | None:
-        """None where photos can be followed in, else the reason as a sentence."""
+    def why_not(self) -> Message | None:
+        """Return why photos cannot be followed in; None if they can."""
         cost, links = self._tool.cost, self._studio.photo_links
         if self._tool.continued:
-            return tr("Not now: a continued feature is picked point by point.")
+            return Finding("follow.continued")
         if cost is None:
-            return tr("Choose what is followed first.")
+            return Finding("follow.no-cost")
         if cost not in (*OF_COLOURS, AUTO):
-            return tr(
-                "Photos show colours and lightness. Choose one of these under Follow to follow it "
-                "in photos."
-            )
+            return Finding("follow.not-in-photos")
         if links.models():
             return None
         if links.busy():
-            return tr("The cameras of the photos are being read.")
+            return Finding("follow.reading-cameras")
         problems = [p for model_id in self._studio.models if (p := links.problem(model_id))]
         if problems:
-            return str(problems[0])
-        return tr(
-            "No photos with known cameras are in use. Open the panel In the photos, or the "
-            "cameras of the model there."
-        )
+            return problems[0]
+        return Finding("follow.no-cameras")
 
     def refresh(self, *_: object) -> None:
         """Show the tool as it is now."""
@@ -65,8 +60,9 @@ class InPhotosBox(QWidget):
             self.check.setChecked(self._tool.in_photos)
         self.check.setEnabled(reason is None)
         self.check.setToolTip(
-            reason
-            or tr(
+            str(reason)
+            if reason is not None
+            else tr(
                 "A piece that ends with a click in a photo is followed there at full resolution, "
                 "and thrown on the model; other photos that show the place have a say. Without, it "
                 "is followed over the surface."

@@ -10,6 +10,7 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.kinds.known_line import KINDS, KnownLine, as_read
 from vomstudio.errors import UsageError
 from vomstudio.ui.common import theme
@@ -137,16 +138,15 @@ def typed(line: KnownLine, column: int, item: QTableWidgetItem, notation: str) -
         number = float(text.rstrip("°m ").replace(",", "."))
     except ValueError:
         number = float("nan")
+    wrong = "number.not-a-length" if line.kind == "length" else "number.not-an-angle"
     if column == SIGMA:
         if not 0.0 < number <= _MOST_DEG.get(line.kind, 1e6):
-            raise UsageError(tr("“{text}” is no error that is possible here.", text=text))
+            raise UsageError(Finding(wrong, text=text))
         return replace(line, sigma=number)
     if line.kind == "azimuth" and not -360.0 <= number <= 360.0:
-        raise UsageError(
-            tr("“{text}” is no azimuth. Azimuths are written like 087.5, in degrees.", text=text)
-        )
+        raise UsageError(Finding(wrong, text=text))
     if line.kind == "length" and not 0.0 < number < 1e9:
-        raise UsageError(tr("“{text}” is no length. Lengths are in metres, like 2.35.", text=text))
+        raise UsageError(Finding(wrong, text=text))
     return replace(line, value=number % 360.0 if line.kind == "azimuth" else number)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.tools.line import LineTool
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fit_view import FitView
@@ -13,7 +14,7 @@ from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.vertex_table import VertexTable
-from vomstudio.ui.common.widgets import ComboBox, narrow_form
+from vomstudio.ui.common.widgets import ComboBox, allow, narrow_form
 from vomstudio.ui.interpret.tool_panels.common import (
     hint_label,
     lay_out_picking,
@@ -39,6 +40,7 @@ class LinePanel(QWidget):
         self.plane_box.chosen.connect(lambda id_: self._tool.choose(plane_id=id_))
         self.slip_box = ComboBox()
         self.slip_box.setObjectName("line_slip")
+        self.slip_box.setToolTip(tr("Movement of the hanging wall along the line."))
         for value, text in slip_names().items():
             self.slip_box.addItem(text, value)
         self.slip_box.keep_narrow()
@@ -91,19 +93,12 @@ class LinePanel(QWidget):
             self.set_edit.setText(now.set_name)
         self.plane_box.show_plane(now.plane_id)
         self.slip_box.setCurrentIndex(self.slip_box.findData(now.slip))
-        why = (
-            tr("Not now: Attributes of a continued line are changed in Properties.")
-            if tool.continued
-            else ""
-        )
+        why = Finding("line.continued") if tool.continued else None
         for field in (self.type_box, self.set_edit, self.plane_box):
-            field.setEnabled(not why)
-            if field is not self.plane_box or why:
-                field.setToolTip(why)
-        if not why and not now.plane_id:
-            why = tr("Not now: First choose the plane on which the line lies.")
-        self.slip_box.setEnabled(not why)
-        self.slip_box.setToolTip(why or tr("Movement of the hanging wall along the line."))
+            allow(field, why)
+        if why is None and not now.plane_id:
+            why = Finding("slip.no-plane")
+        allow(self.slip_box, why)
         self.table.refresh()
 
 

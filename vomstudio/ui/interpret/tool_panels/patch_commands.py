@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.records import get
 from vomstudio.errors import VomError
@@ -15,23 +16,21 @@ def commands(studio: Studio) -> list[Command]:
     """The commands that the patch tool adds to the menu Interpret."""
     tool = studio.tool_of(PatchTool)
 
-    def not_painting() -> str | None:
-        return None if studio.tool_name == tool.name else tr("Choose the tool Patch first.")
+    def not_painting() -> Finding | None:
+        return None if studio.tool_name == tool.name else Finding("tool.needs-patch-tool")
 
     def chosen() -> Patch | None:
         records = studio.records
         found = (get(records, i, Patch) for i in reversed(studio.selection.ids))
         return next((patch for patch in found if patch is not None), None)
 
-    def cannot_continue() -> str | None:
+    def cannot_continue() -> Finding | None:
         if studio.open_tool is not None:
-            return tr("Finish or cancel the open feature first.")
+            return Finding("feature.open")
         patch = chosen()
         if patch is None:
-            return tr("Select a patch first.")
-        return (
-            None if patch.model_id in studio.models else tr("The model of the patch is not open.")
-        )
+            return Finding("selection.no-patch")
+        return None if patch.model_id in studio.models else Finding("model.not-open")
 
     def continue_patch() -> None:
         patch = chosen()
