@@ -54,7 +54,7 @@ def three(window, outcrop, picks):
     panel = window.findChild(RepeatsPanel)
     assert not panel.visibleRegion().isEmpty()
     settle(panel)
-    assert "repeats.none" in shown_codes(panel.figures.empty)
+    assert "repeats.not-begun" in shown_codes(panel.figures.empty)
     assert not panel.figures.toPlainText()
     panel.interpreter.setFocus()
     QTest.keyClicks(panel.interpreter, "AB")
