@@ -263,7 +263,7 @@ def test_checks_are_counted_and_written_with_their_units() -> None:
     assert "one &lt;a&gt;" in html
     assert '<img src="net.png" alt="The &lt;net&gt;">' in html
     assert "3.2 s" in html
-    assert checks[0].as_dict() == {
+    assert checks[0].to_dict() == {
         "name": "one <a>", "truth": angle, "measured": plane, "error": 1.234, "stated_95": 2.345,
         "within": True, "total_95": None, "within_total": None, "unit": "deg",
     }  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -22,6 +22,7 @@ from vomstudio.api.models import model_of
 from vomstudio.api.reporting import Reported, told
 from vomstudio.api.tables import frame
 from vomstudio.core.findings import Finding, Message
+from vomstudio.core.results import HIDDEN
 from vomstudio.errors import UsageError
 from vomstudio.extraction.facet_table import FacetTable
 from vomstudio.extraction.followed_trace import FollowedTrace
@@ -49,13 +50,13 @@ class Facets(Shown):
     """
 
     facets: int
-    table: Any
+    table: Any = field(metadata=HIDDEN)
     coverage: float | None
     near_planar_share: float | None
     level_share: float | None
     sets: tuple[DescribedSet, ...]
     discontinuities: tuple[Discontinuity, ...]
-    labels: dict[str, npt.NDArray[np.int32]]
+    labels: dict[str, npt.NDArray[np.int32]] = field(metadata=HIDDEN)
     area_m2: float
     vegetation_share: float
     debris_share: float
@@ -64,14 +65,6 @@ class Facets(Shown):
     min_points: int
     min_area_m2: float | None
     warnings: tuple[Message, ...]
-
-    def as_dict(self) -> dict[str, Any]:
-        """All but the table and the labels."""
-        return {
-            **{k: v for k, v in vars(self).items() if k not in ("table", "labels")},
-            "sets": [asdict(one) for one in self.sets],
-            "discontinuities": [asdict(one) for one in self.discontinuities],
-        }
 
 
 def facets(
@@ -171,7 +164,7 @@ def _as_facets(found: FacetTable) -> Facets:
         table[column] = [row[column] for row in found.rows]
     return Facets(
         **{
-            **found.as_dict(),
+            **found.to_dict(),
             "sets": tuple(_set_of(one) for one in found.sets),
             "discontinuities": tuple(Discontinuity(**one) for one in found.discontinuities),
             "warnings": found.warnings,

@@ -38,7 +38,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
         scene = SparseScene.load(stage_folder(Path(args.scene), "frame") or args.scene)
     checked, folder = check_folder(args.photos, options.distance_m, progress_of(args))
-    out.text(_in_words(checked.report))
+    out.text(_in_words(checked))
     if scene is not None:
         from vomstudio.photogrammetry.align.scene_check import check_scene
 
@@ -50,7 +50,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         )
         checked = replace(checked, aligned=after)
         out.text("\n" + tr("After the alignment") + "\n" + _in_words(after))
-    out.result(checked.as_dict())
+    out.result(checked.to_dict())
     out.warn(
         [Finding("photo.left-out", photo=name, reason=reason) for name, reason in checked.skipped]
     )

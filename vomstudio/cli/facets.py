@@ -71,7 +71,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         )
     progress.stage(tr("Writing the results"))
     warnings += unknown_unit(model)
-    result: dict[str, Any] = {**found.as_dict(), "table": args.output}
+    result: dict[str, Any] = {**found.to_dict(), "table": args.output}
     warnings += found.warnings
     if args.labels is not None:
         warnings += write_labelled(args, model, found.as_fields())

@@ -72,7 +72,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result: dict[str, Any] = {
         "planes": rows,
         "skipped": skipped,
-        "bands": [{"id": name, **found.as_dict()} for name, found in bands.items()],
+        "bands": [{"id": name, **found.to_dict()} for name, found in bands.items()],
         "crossings": crossing,
         "dropped_lines": list(groups.dropped),
         "warnings": list(groups.warnings),

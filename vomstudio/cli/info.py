@@ -53,8 +53,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
             found = _described(Path(name), progress)
         except InputError as error:
             out.error(f"vomstudio: {error}")
-            first_error = first_error or error.as_dict()
-            found = {**NOTHING, "error": error.as_dict()}
+            first_error = first_error or error.to_dict()
+            found = {**NOTHING, "error": error.to_dict()}
         else:
             out.text(_in_words(name, found))
             out.warn([as_finding(each).of_file(name) for each in found.get("warnings", ())])

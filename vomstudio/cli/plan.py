@@ -51,7 +51,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     plan = foretold(plan, options.receiver_m, options.control_m)
     if args.output is not None:
         write_field_sheet(args.output, plan, force=args.force)
-    out.result({**plan.as_dict(), "sheet": args.output})
+    out.result({**plan.to_dict(), "sheet": args.output})
     out.warn(plan.warnings)
     out.text(_in_words(plan))
     if args.output is not None:
@@ -95,7 +95,7 @@ def _in_words(plan: SurveyPlan) -> str:
             tr("photos"),
             tr(
                 "{count}: {perpendicular} perpendicular, {oblique} oblique by 30 degrees",
-                count=len(plan.stations),
+                count=len(plan.positions),
                 perpendicular=len(plan.of_kind("perpendicular")),
                 oblique=len(plan.of_kind("oblique")),
             ),

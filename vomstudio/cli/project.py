@@ -154,7 +154,7 @@ def _run(args: argparse.Namespace, out: Output) -> None:
 # --- looking -------------------------------------------------------------------------------------
 def _list(args: argparse.Namespace, out: Output) -> None:
     summary = _summary(args)
-    out.result(summary.as_dict())
+    out.result(summary.to_dict())
     out.warn(summary.problems)
     out.text(_in_words(summary))
 
@@ -197,7 +197,7 @@ def _fit(args: argparse.Namespace, out: Output) -> None:
         "lines": [row for row in found.rows if row["element"] == "line"],
         "skipped": list(found.skipped),
     }
-    out.result({**_summary(args).as_dict(), **result})
+    out.result({**_summary(args).to_dict(), **result})
     out.warn(
         [
             Finding("feature.left-out", feature=item["name"], reason=item["reason"])
@@ -216,8 +216,8 @@ def _looked_at(args: argparse.Namespace, out: Output) -> None:
 
     with _changing(args, out, saves=False) as desk:
         found, said = shares_of(desk)
-    grids = [{"id": g.id, "name": g.name, "model": g.model, **g.found.as_dict()} for g in found]
-    out.result({**_summary(args).as_dict(), "grids": grids})
+    grids = [each.to_dict() for each in found]
+    out.result({**_summary(args).to_dict(), "grids": grids})
     out.warn(said)
     lines = [line for g in found for line in (g.name, *looked_at_rows(g.found), "")]
     out.text("\n".join(lines).strip() or tr("no grid was laid over a face"))
@@ -228,7 +228,7 @@ def _verify(args: argparse.Namespace, out: Output) -> None:
 
     found = verify(Path(args.project))
     result = {"sound": found.sound, "problems": list(found.problems), "assets": found.assets}
-    out.result({**_summary(args).as_dict(), **result})
+    out.result({**_summary(args).to_dict(), **result})
     out.warn(found.problems)
     # A project that is not sound is no success, whoever asks by a script.
     out.failed = not found.sound
@@ -282,10 +282,10 @@ def _register(args: argparse.Namespace, out: Output) -> None:
             placed, turned, sets, fitted = desk.fit_to_reference(
                 model, args.reference, pairs, crs, args.stable, click_m
             )
-            more = {"reference": fitted.as_dict()}
+            more = {"reference": fitted.to_dict()}
     out.warn(placed.warnings)
     what = {
-        "model": model.id, "turned_deg": turned, "sets_turned_deg": sets, **placed.as_dict(), **more
+        "model": model.id, "turned_deg": turned, "sets_turned_deg": sets, **placed.to_dict(), **more
     }  # fmt: skip
     said = tr("{model} was placed; it turned by {turn:.2f} degrees.", model=model.name, turn=turned)
     _report(args, out, what, "\n".join(filter(None, (in_words(placed), said, set_words(sets)))))
@@ -429,7 +429,7 @@ def _changing(
 
 
 def _report(args: argparse.Namespace, out: Output, what: dict[str, Any], words: str) -> None:
-    out.result({**_summary(args).as_dict(), **what})
+    out.result({**_summary(args).to_dict(), **what})
     out.text(words)
 
 

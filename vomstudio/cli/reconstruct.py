@@ -37,7 +37,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     order, findings = order_reconstruction(args.photos, args.output, options)
     result = run_job(RECONSTRUCT, order, progress_of(args))
     result = replace(result, warnings=(*findings, *result.warnings))
-    out.result(result.as_dict())
+    out.result(result.to_dict())
     out.warn(result.warnings)
     out.text(_in_words(result))
 

@@ -53,15 +53,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
             args.output, force=args.force, inputs=[] if args.model == "-" else [args.model]
         )
     found = register_model(args.model, options, progress_of(args))
-    result = found.as_dict()
+    result = found.to_dict()
     warnings = list(found.placed.warnings)
     if args.output is not None:
         warnings += _written(args, found, result)
     result["warnings"] = warnings
     out.result(result)
     out.warn(warnings)
-    if found.fitted is not None:
-        out.text(_fit_in_words(found.fitted))
+    if found.reference is not None:
+        out.text(_fit_in_words(found.reference))
     out.text(in_words(found.placed))
     if found.attitudes:
         out.text(_of_photos(found.attitudes))

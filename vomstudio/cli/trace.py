@@ -118,7 +118,7 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
     if args.photo is not None:
         notes.append(tr("in the photo {photo}", photo=Path(args.photo).name))
     write_path(args.output, found.points, crs=model.crs, notes=notes, force=args.force)
-    result: dict[str, Any] = {**found.as_dict(), "table": args.output}
+    result: dict[str, Any] = {**found.to_dict(), "table": args.output}
     result["warnings"] = [*model.warnings, *noticed, *found.warnings]
     out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(result["warnings"])

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Message
+from vomstudio.core.results import HIDDEN
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.facets import Facets
 from vomstudio.io.text.set_columns import DISCONTINUITY
@@ -35,14 +36,14 @@ class FacetTable(Shown):
     """
 
     facets: int
-    rows: list[Row]
+    rows: list[Row] = field(metadata=HIDDEN)
     coverage: float | None
     near_planar_share: float | None
     level_share: float | None
     sets: list[dict[str, Any]]
     discontinuities: list[dict[str, Any]]
-    facet: npt.NDArray[np.int32]
-    set_of: npt.NDArray[np.int32]
+    facet: npt.NDArray[np.int32] = field(metadata=HIDDEN)
+    set_of: npt.NDArray[np.int32] = field(metadata=HIDDEN)
     area_m2: float
     vegetation_share: float
     debris_share: float
@@ -56,13 +57,6 @@ class FacetTable(Shown):
     def more(self) -> tuple[str, ...]:
         """Columns of the rows beyond those of the orientation table."""
         return (DISCONTINUITY, WKT) if self.sets else (WKT,)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON, with the names of the command, but for its files."""
-        left_out = ("rows", "facet", "set_of")
-        told = {name: value for name, value in vars(self).items() if name not in left_out}
-        told["warnings"] = list(self.warnings)
-        return told
 
     def as_fields(self) -> dict[str, npt.NDArray[np.int32]]:
         """Fields of the model's points: `facet` and `set`, -1 for none."""

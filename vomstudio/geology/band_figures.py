@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -46,10 +45,6 @@ class BandFigures(Shown):
     highest_dip_deg: float
     sets: tuple[BandSet, ...]
     none_probability: float | None
-
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON."""
-        return {**asdict(self), "sets": [asdict(each) for each in self.sets]}
 
     @property
     def likely(self) -> BandSet | None:

@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, plain
+from vomstudio.core.findings import Finding
+from vomstudio.core.results import HIDDEN, Result
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.disk_troubles import reason_of
 from vomstudio.files.inside import check_in_project
@@ -66,38 +67,27 @@ class Frame:
 
 
 @dataclass
-class FrameReport:
-    """skipped : how many moments were left out, by reason. gaps : moments where the picture moved
+class FrameReport(Result):
+    """skipped : how many moments were left out, by reason. gaps_s : moments where the picture moved
     so far that neighbouring frames may not overlap enough. reasons : why the video is not good
     enough"""
 
-    folder: Path
+    folder: Path = field(metadata=HIDDEN)
     width: int
     height: int
     video_fps: float
     seconds: float
     frames: list[Frame] = field(default_factory=list)
     skipped: dict[str, int] = field(default_factory=dict)
-    gaps: list[float] = field(default_factory=list)
+    gaps_s: list[float] = field(default_factory=list)
     warnings: list[Finding] = field(default_factory=list)
     reasons: list[Finding] = field(default_factory=list)
     good_enough: bool = True
     verdict: str = ""
 
-    def as_dict(self) -> dict[str, Any]:
-        return {
-            "frames": [str(self.folder / frame.name) for frame in self.frames],
-            "skipped": dict(self.skipped),
-            "good_enough": self.good_enough,
-            "verdict": self.verdict,
-            "reasons": plain(self.reasons),
-            "warnings": plain(self.warnings),
-            "width": self.width,
-            "height": self.height,
-            "video_fps": self.video_fps,
-            "seconds": self.seconds,
-            "gaps_s": list(self.gaps),
-        }
+    def to_dict(self) -> dict[str, Any]:
+        frames = [str(self.folder / frame.name) for frame in self.frames]
+        return super().to_dict() | {"frames": frames}
 
 
 def take_frames(
@@ -236,7 +226,7 @@ def _choose_frames(
                 _count(report, UNCHANGED)
                 continue
             if shift is None or shift > _MOST_SHIFT:
-                report.gaps.append(round(number / source.fps, 2))
+                report.gaps_s.append(round(number / source.fps, 2))
         name = f"{stem}_{number:06d}.jpg"
         done, content = cv2.imencode(".jpg", frame, [cv2.IMWRITE_JPEG_QUALITY, 96])
         if not done:
@@ -321,8 +311,8 @@ def _add_verdict(report: FrameReport, fps: float) -> None:
         reasons.append(Finding("video.few-frames", count=taken, least=_FEWEST))
     if blurred > 0.5:
         reasons.append(Finding("video.blurred", "error", share_percent=100 * blurred))
-    if taken and len(report.gaps) > 0.3 * taken:
-        reasons.append(Finding("video.too-fast", moments=len(report.gaps)))
+    if taken and len(report.gaps_s) > 0.3 * taken:
+        reasons.append(Finding("video.too-fast", moments=len(report.gaps_s)))
     if size < 1000:
         reasons.append(Finding("video.small", "error", width=report.width, height=report.height))
     elif size < 1900:

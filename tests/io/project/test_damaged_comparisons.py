@@ -29,7 +29,7 @@ def made(tmp_path: Path) -> Path:
     path = file_for(tmp_path, "one")
     path.parent.mkdir()
     np.savez(path, **found.as_fields())
-    figures = found.as_dict()
+    figures = found.to_dict()
     keep(
         KeptComparison(
             "m1", "cliff", HASH, IDENTITY, "ground", "/nowhere/ground.xyz", IDENTITY, None,

@@ -44,7 +44,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress.stage(tr("Comparing repeated picks"))
     options = options_from(args, RepeatOptions)
     found = table_repeats(table, options.by, options.interpreter)
-    out.result(found.as_dict())
+    out.result(found.to_dict())
     out.note(tr("read as {convention}", convention=found.convention))
     out.warn(found.warnings)
     out.text(_in_words(found))

@@ -81,7 +81,7 @@ class PhotoFolder(Shown):
             return self
         return replace(self, photos=[replace(p, mask=masks.get(p.name)) for p in self.photos])
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """In short, for people."""
         return {
             "folder": str(self.folder),

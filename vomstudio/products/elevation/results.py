@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
 
 from vomstudio.core.findings import Message
-from vomstudio.core.results import to_dict
+from vomstudio.core.results import FLAT, Result
 
 
 @dataclass(frozen=True)
@@ -42,19 +41,15 @@ class ElevationFigures:
 
 
 @dataclass(frozen=True)
-class WrittenElevation:
+class WrittenElevation(Result):
     """raster, sidecar, hillshade, slope, aspect, contours : files that were written, None for those
     that were not; figures : of the model; warnings : sentences"""
 
     raster: str
-    figures: ElevationFigures
+    figures: ElevationFigures = field(metadata=FLAT)
     sidecar: str
     hillshade: str | None
     slope: str | None
     aspect: str | None
     contours: str | None
     warnings: tuple[Message, ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the object that ``--json`` prints."""
-        return to_dict(self, flatten="figures")

@@ -13,7 +13,7 @@ from vomstudio.words import tr, tr_n
 
 def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
     """Each figure with its name; errors and units with them."""
-    found = network.as_dict()
+    found = network.to_dict()
     nodes, length = found["nodes"], found["length"]
     rows = [
         (tr("traces"), tr("{traces:,}, in {pieces:,} pieces", traces=found["traces"],

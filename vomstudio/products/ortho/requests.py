@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding, Message
-from vomstudio.core.results import to_dict
+from vomstudio.core.results import FLAT, Result
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.domains import ProjectionAxis
 from vomstudio.geology.fold_planes import LeftOut
@@ -209,7 +209,7 @@ class OrthophotoFigures:
 
 
 @dataclass(frozen=True)
-class WrittenOrthophoto:
+class WrittenOrthophoto(Result):
     """image, sidecar, depth, world_file, sheet, drawing (by format) : files that were written;
     figures : of the picture; fold : the axis that it looks along"""
 
@@ -219,13 +219,9 @@ class WrittenOrthophoto:
     world_file: str
     sheet: str | None
     drawing: dict[str, str] | None
-    figures: OrthophotoFigures
+    figures: OrthophotoFigures = field(metadata=FLAT)
     fold: FoldView | None
     warnings: tuple[Message, ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the object that ``--json`` prints."""
-        return to_dict(self, flatten="figures")
 
 
 def written(

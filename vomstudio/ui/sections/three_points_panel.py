@@ -275,9 +275,10 @@ class ThreePointsPanel(SeenPanel):
         return np.array(rows)
 
     def _in_words(self, found: ThreePoints) -> str:
-        plane = format_attitude(found.plane, found.max_error95_deg, self._studio.settings.notation)
+        notation = self._studio.settings.notation
+        plane = format_attitude(found.plane, found.max_confidence95_deg, notation)
         counted = tr_n("{count} point", "{count} points", found.n)
-        if found.max_error95_deg is None:
+        if found.max_confidence95_deg is None:
             said = tr("{plane} through {points}.", plane=plane, points=counted)
             unknown = Finding("three-points.no-error")
             return f"{said} {unknown}{_after(found)}"
