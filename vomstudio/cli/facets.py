@@ -82,10 +82,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result["warnings"] = warnings
     out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(warnings)
-    out.text(in_words(found))
+    out.text(_result_text(found))
 
 
-def in_words(found: FacetTable) -> str:
+def _result_text(found: FacetTable) -> str:
     """The largest facets, and how much of the outcrop all of them cover."""
     heads = [tr("facet"), tr("plane"), tr("area"), tr("n"), tr("quality")]
     units = ["", tr("dip direction/dip ± 95 %"), "m2", "", ""]
@@ -117,10 +117,10 @@ def in_words(found: FacetTable) -> str:
                 share=100.0 * found.near_planar_share,
             )
         )
-    return "\n".join([*said, *(_set_in_words(one) for one in found.sets)])
+    return "\n".join([*said, *(_set_text(one) for one in found.sets)])
 
 
-def _set_in_words(one: dict[str, Any]) -> str:
+def _set_text(one: dict[str, Any]) -> str:
     plane = (
         f"{text_tables.azimuth(one['dip_direction_deg'], 1)}/"
         f"{text_tables.inclination(one['dip_deg'], 1)}"

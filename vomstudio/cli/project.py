@@ -156,7 +156,7 @@ def _list(args: argparse.Namespace, out: Output) -> None:
     summary = _summary(args)
     out.result(summary.to_dict())
     out.warn(summary.problems)
-    out.text(_in_words(summary))
+    out.text(_result_text(summary))
 
 
 def _create(args: argparse.Namespace, out: Output) -> None:
@@ -204,9 +204,9 @@ def _fit(args: argparse.Namespace, out: Output) -> None:
             for item in found.skipped
         ]
     )
-    said = [_row_in_words(row) for row in found.rows]
+    said = [_row_text(row) for row in found.rows]
     if any(row.get("quality") for row in found.rows):
-        said.append(found.limits.in_words)
+        said.append(found.limits.description)
     out.text("\n".join(said) or tr("no features"))
 
 
@@ -258,7 +258,7 @@ def _add_model(args: argparse.Namespace, out: Output) -> None:
 
 
 def _register(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.cli.register import in_words
+    from vomstudio.cli.register import placement_text
     from vomstudio.io.control.observation_tables import read_pairs
     from vomstudio.io.gis.crs import metric_crs
     from vomstudio.workspace.placing.registering import parse_click_sigma, set_words
@@ -288,7 +288,9 @@ def _register(args: argparse.Namespace, out: Output) -> None:
         "model": model.id, "turned_deg": turned, "sets_turned_deg": sets, **placed.to_dict(), **more
     }  # fmt: skip
     said = tr("{model} was placed; it turned by {turn:.2f} degrees.", model=model.name, turn=turned)
-    _report(args, out, what, "\n".join(filter(None, (in_words(placed), said, set_words(sets)))))
+    _report(
+        args, out, what, "\n".join(filter(None, (placement_text(placed), said, set_words(sets))))
+    )
 
 
 def _add_picks(args: argparse.Namespace, out: Output) -> None:
@@ -440,7 +442,7 @@ def _summary(args: argparse.Namespace) -> ProjectSummary:
     return summarise(Path(args.project))
 
 
-def _in_words(summary: ProjectSummary) -> str:
+def _result_text(summary: ProjectSummary) -> str:
     def counts(of: dict[str, int]) -> str:
         return ", ".join(f"{name} {count}" for name, count in of.items())
 
@@ -477,7 +479,7 @@ def _in_words(summary: ProjectSummary) -> str:
     return "\n".join(lines)
 
 
-def _row_in_words(row: dict[str, Any]) -> str:
+def _row_text(row: dict[str, Any]) -> str:
     from vomstudio.cli.common import text_tables
 
     if row["element"] == "line":

@@ -39,10 +39,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result = replace(result, warnings=(*findings, *result.warnings))
     out.result(result.to_dict())
     out.warn(result.warnings)
-    out.text(_in_words(result))
+    out.text(_result_text(result))
 
 
-def _in_words(result: Reconstruction) -> str:
+def _result_text(result: Reconstruction) -> str:
     lines = [
         tr(
             "{aligned} of {count} photos aligned, reprojection error {error:.2f} px",

@@ -105,7 +105,7 @@ def table_priors(table: OrientationRows) -> list[SetPrior]:
     return found
 
 
-def in_words(found: BandFigures, line: str, plane: str | None) -> list[str]:
+def band_lines(found: BandFigures, line: str, plane: str | None) -> list[str]:
     """What it says, a sentence each. line : the trace's, as written; plane : that of the likeliest
     set, if there is one."""
     said = [

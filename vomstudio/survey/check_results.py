@@ -9,7 +9,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.results import OPTIONAL, Result
 from vomstudio.geometry.plane_sizes import PlaneError, PlaneSizes
 from vomstudio.geometry.units import length_text
-from vomstudio.survey.photo_limits import planes_in_words
+from vomstudio.survey.photo_limits import planes_text
 from vomstudio.words import to_translate, tr
 
 _ORDER = {"error": 0, "warning": 1, "info": 2}
@@ -158,10 +158,10 @@ def verdict_of(
         second = tr(
             "The model resolves {size}.", size=length_text(planes.resolution, 2, metric=metric)
         )
-        second += " " + planes_in_words(planes, metric=metric, by_pixels=False)
+        second += " " + planes_text(planes, metric=metric, by_pixels=False)
     elif gsd_m is not None:
         second = tr("One pixel covers {pixel}.", pixel=length_text(gsd_m, 2, metric=metric))
-        second += " " + planes_in_words(PlaneSizes.of_pixels(gsd_m), metric=metric)
+        second += " " + planes_text(PlaneSizes.of_pixels(gsd_m), metric=metric)
     return f"{first} {second}" if second else first
 
 

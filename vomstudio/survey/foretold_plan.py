@@ -90,7 +90,7 @@ def _nearly_in_line(plan: SurveyPlan) -> bool:
     return bool(len(places) < 3 or reach[1] < 0.1 * reach[0])
 
 
-def forecast_in_words(found: Forecast) -> str:
+def forecast_text(found: Forecast) -> str:
     """In one line."""
     if found.why_not:
         return found.why_not

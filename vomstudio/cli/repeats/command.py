@@ -47,10 +47,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.result(found.to_dict())
     out.note(tr("read as {convention}", convention=found.convention))
     out.warn(found.warnings)
-    out.text(_in_words(found))
+    out.text(_result_text(found))
 
 
-def _in_words(found: TableRepeats) -> str:
+def _result_text(found: TableRepeats) -> str:
     lines = [
         tr_n("{count} pick, {structures} of them picked again", "{count} picks, {structures} of "
              "them picked again", found.n, structures=found.structures)

@@ -304,7 +304,7 @@ def _table(found: ExtendedPlane, crs: str | None, model: str, axes: Axes) -> str
     names = columns_of(COLUMNS, metric=axes.metric)
     file = io.StringIO()
     file.write(head_line(f"VOM Studio {__version__}, a plane carried on over {model}"))
-    file.write(head_line(f"CRS: {crs or 'local'}; {axes.in_words}"))
+    file.write(head_line(f"CRS: {crs or 'local'}; {axes.description}"))
     file.write(
         f"# plane {plain_azimuth(found.dip_direction_deg)}/{found.dip_deg:.4f} "
         f"(dip direction/dip, deg); {names[-1]}: 95 % of its position, across it\n"

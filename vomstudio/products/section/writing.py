@@ -337,7 +337,7 @@ def _head(
     to_grid = "; azimuths to grid north" if axes.north else ""
     rows = [
         f"VOM Studio {__version__}, section of {Path(model).name}",
-        f"CRS: {crs or 'local'}; {axes.in_words}{to_grid}",
+        f"CRS: {crs or 'local'}; {axes.description}{to_grid}",
         f"{distance} along the section from {plain_azimuth(figures.left_deg, 2)} toward "
         f"{plain_azimuth(figures.right_deg, 2)} deg; {height}",
     ]

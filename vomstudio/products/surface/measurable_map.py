@@ -121,7 +121,7 @@ def measurable_map(
     )  # fmt: skip
 
 
-def shares_in_words(found: MeasurableMap) -> tuple[str, ...]:
+def share_lines(found: MeasurableMap) -> tuple[str, ...]:
     """How much of the surface would tell the plane."""
     return (
         tr(
