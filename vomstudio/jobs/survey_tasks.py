@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from vomstudio.jobs.job import Job, Lane
 from vomstudio.photogrammetry.pipeline.memory_estimate import MemoryNeed, memory_need
 from vomstudio.progress import Progress
 from vomstudio.survey.survey_options import FrameOptions
+from vomstudio.survey.video import FrameReport, take_frames
 from vomstudio.words import tr
 
 
@@ -26,33 +26,13 @@ class FramesOrder:
     force: bool
 
 
-@dataclass(frozen=True)
-class TakenFrames:
-    """See `FrameReport`; frames : their files."""
-
-    frames: tuple[str, ...]
-    skipped: Mapping[str, int]
-    good_enough: bool
-    verdict: str
-    reasons: tuple[Finding, ...]
-    warnings: tuple[Finding, ...]
-    width: int
-    height: int
-    video_fps: float
-    seconds: float
-    gaps_s: tuple[float, ...]
-
-
-def _take_frames(asked: FramesOrder, progress: Progress) -> TakenFrames:
-    from vomstudio.survey.video import take_frames
-
-    report = take_frames(
+def _take_frames(asked: FramesOrder, progress: Progress) -> FrameReport:
+    return take_frames(
         asked.video, asked.out, fps=asked.options.fps, force=asked.force, progress=progress
     )
-    return serialisation.decode(TakenFrames, report.to_dict())
 
 
-TAKE_FRAMES = Job("take_frames", Lane.PHOTOS, FramesOrder, TakenFrames, _take_frames)
+TAKE_FRAMES = Job("take_frames", Lane.PHOTOS, FramesOrder, FrameReport, _take_frames)
 """Write the frames of a video that are worth using."""
 
 

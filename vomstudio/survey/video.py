@@ -7,7 +7,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -66,7 +66,7 @@ class Frame:
     blur_px: float | None
 
 
-@dataclass
+@dataclass(frozen=True)
 class FrameReport(Result):
     """skipped : how many moments were left out, by reason. gaps_s : moments where the picture moved
     so far that neighbouring frames may not overlap enough. reasons : why the video is not good
@@ -116,8 +116,7 @@ def take_frames(
                 file=folder,
             ) from error
         try:
-            report = _choose_frames(source, target, part, fps, progress)
-            _add_verdict(report, fps)
+            report = _with_verdict(_choose_frames(source, target, part, fps, progress), fps)
             if not report.frames:
                 reasons = ", ".join(
                     tr("{reason}: {count}", reason=tr(reason), count=count)
@@ -235,10 +234,9 @@ def _choose_frames(
         (part / name).write_bytes(content.tobytes())
         report.frames.append(Frame(name, number, number / source.fps, sigma))
         last = small
-    report.seconds = (source.count or 0) / source.fps
     if stated and source.count is not None and source.count < 0.95 * stated:
         report.warnings.append(Finding("video.cut-short", frames=source.count, total=stated))
-    return report
+    return replace(report, seconds=(source.count or 0) / source.fps)
 
 
 def _windows(source: _Video, window: int) -> Iterator[tuple[int, list[tuple[int, Bytes]]]]:
@@ -299,8 +297,8 @@ def _count(report: FrameReport, reason: str) -> None:
     report.skipped[reason] = report.skipped.get(reason, 0) + 1
 
 
-def _add_verdict(report: FrameReport, fps: float) -> None:
-    """Adds warnings and the verdict: whether the video is worth a reconstruction."""
+def _with_verdict(report: FrameReport, fps: float) -> FrameReport:
+    """Return the report with the verdict whether the video is worth a reconstruction."""
     taken = len(report.frames)
     moments = taken + sum(report.skipped.values())
     blurred = report.skipped.get(BLURRED, 0) / max(moments, 1)
@@ -323,21 +321,21 @@ def _add_verdict(report: FrameReport, fps: float) -> None:
         report.warnings.append(Finding("video.still"))
     if fps > 4.0 or fps < 1.0:
         report.warnings.append(Finding("video.unusual-rate", fps=fps))
-    report.good_enough = not reasons
     if reasons:
-        report.verdict = tr(
+        verdict = tr(
             "This video is not good enough. {reasons} Take photos instead, or film again slowly "
             "and smoothly, without standing still.",
             reasons=" ".join(reason.message for reason in reasons),
         )
     else:
-        report.verdict = tr_n(
+        verdict = tr_n(
             "{count} frame can be used. It has no position and no camera data: scale and "
             "orientation must come from control points or a measured length.",
             "{count} frames can be used. They have no position and no camera data: scale and "
             "orientation must come from control points or a measured length.",
             taken,
         )
+    return replace(report, good_enough=not reasons, verdict=verdict)
 
 
 # ------------------------------------------------------------------------------------------------
