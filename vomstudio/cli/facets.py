@@ -24,6 +24,7 @@ from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.extraction.facet_table import FacetTable
+    from vomstudio.geology.sets.proposals import DescribedSet
 
 _SHOWN = 20
 
@@ -74,7 +75,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result: dict[str, Any] = {**found.to_dict(), "table": args.output}
     warnings += found.warnings
     if args.labels is not None:
-        warnings += write_labelled(args, model, found.as_fields())
+        warnings += write_labelled(args, model, found.labels)
         result["labels"] = args.labels
     write_orientation_csv(
         args.output, found.rows, crs=model.crs, limits=DEFAULTS, more=found.more, force=args.force
@@ -120,23 +121,17 @@ def _result_text(found: FacetTable) -> str:
     return "\n".join([*said, *(_set_text(one) for one in found.sets)])
 
 
-def _set_text(one: dict[str, Any]) -> str:
-    plane = (
-        f"{text_tables.azimuth(one['dip_direction_deg'], 1)}/"
-        f"{text_tables.inclination(one['dip_deg'], 1)}"
-    )
-    if one["spacing_m"] is None:
+def _set_text(one: DescribedSet) -> str:
+    plane = text_tables.plane(vars(one))
+    if one.spacing_m is None:
         return tr(
-            "Set {name}: {count} facets about {plane}.",
-            name=one["name"],
-            count=one["n"],
-            plane=plane,
+            "Set {name}: {count} facets about {plane}.", name=one.name, count=one.n, plane=plane
         )
     return tr(
         "Set {name}: {count} facets of {planes} discontinuities about {plane}, {spacing} m apart.",
-        name=one["name"],
-        count=one["n"],
-        planes=one["discontinuities"],
+        name=one.name,
+        count=one.n,
+        planes=one.discontinuities,
         plane=plane,
-        spacing=text_tables.figures(one["spacing_m"]),
+        spacing=text_tables.figures(one.spacing_m),
     )

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+import numpy.typing as npt
+
 from vomstudio.core.findings import Message
 from vomstudio.core.results import FLAT, Result
 
+Array = npt.NDArray[np.float64]
 
-@dataclass(frozen=True)
-class ElevationFigures:
+
+@dataclass(frozen=True, eq=False)
+class ElevationFigures(Result):
     """What is said of an elevation model.
 
     width, height : cells; gsd_m : side of a cell; coverage : share of cells with a height
@@ -27,16 +32,16 @@ class ElevationFigures:
     height: int
     gsd_m: float
     coverage: float
-    reference_point: tuple[float, ...]
+    reference_point: Array
     dip_direction_deg: float
     dip_deg: float
-    right: tuple[float, ...]
-    down: tuple[float, ...]
-    normal: tuple[float, ...]
+    right: Array
+    down: Array
+    normal: Array
     lowest_m: float
     highest_m: float
     interpolation_limit_m: float | None
-    cell_to_world: tuple[tuple[float, ...], ...]
+    cell_to_world: Array
     crs: str | None
 
 

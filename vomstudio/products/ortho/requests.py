@@ -36,6 +36,8 @@ from vomstudio.products.ortho.view_directions import (
 )
 from vomstudio.words import tr
 
+Array = npt.NDArray[np.float64]
+
 
 @dataclass(frozen=True)
 class Direction:
@@ -176,8 +178,8 @@ def _fold_view(fold: TableFold, planned: Plan) -> FoldView:
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class OrthophotoFigures:
+@dataclass(frozen=True, eq=False)
+class OrthophotoFigures(Result):
     """What is said of a picture.
 
     width, height : pixels; gsd_m : of a pixel; trend_deg, plunge_deg : the way the viewer looks
@@ -195,14 +197,14 @@ class OrthophotoFigures:
     gsd_m: float
     trend_deg: float
     plunge_deg: float
-    right: tuple[float, ...]
-    down: tuple[float, ...]
-    direction: tuple[float, ...]
+    right: Array
+    down: Array
+    direction: Array
     sense: str
     sense_reason: Finding
     coverage: float
-    reference_point: tuple[float, ...]
-    pixel_to_world: tuple[tuple[float, ...], ...]
+    reference_point: Array
+    pixel_to_world: Array
     crs: str | None
     holes_filled_px: int
     holes_filled_up_to_m: float | None
@@ -249,14 +251,14 @@ def figures_of(facts: Mapping[str, Any]) -> OrthophotoFigures:
         facts["gsd_m"],
         facts["trend_deg"],
         facts["plunge_deg"],
-        tuple(facts["right"]),
-        tuple(facts["down"]),
-        tuple(facts["direction"]),
+        np.array(facts["right"]),
+        np.array(facts["down"]),
+        np.array(facts["direction"]),
         facts["sense"],
         Finding.from_dict(facts["sense_reason"]),
         facts["coverage"],
-        tuple(facts["reference_point"]),
-        tuple(map(tuple, facts["pixel_to_world"])),
+        np.array(facts["reference_point"]),
+        np.array(facts["pixel_to_world"]),
         facts["crs"],
         facts["holes_filled_px"],
         facts["holes_filled_up_to_m"],
