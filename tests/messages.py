@@ -25,7 +25,7 @@ def refused(
     """
     with pytest.raises(kind) as error:
         yield error
-    answer = error.value.as_dict()
+    answer = error.value.to_dict()
     expected = {name: str(x) if isinstance(x, Path) else x for name, x in values.items()}
     assert (answer["code"], {name: answer.get(name) for name in expected}) == (code, expected), str(
         error.value

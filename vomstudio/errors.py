@@ -62,7 +62,7 @@ class VomError(Exception):
             place += f", {self.field}" if place else self.field
         return f"{place}: {self.message}" if place else self.message
 
-    def as_dict(self) -> dict[str, object]:
+    def to_dict(self) -> dict[str, object]:
         """The `error` object of the command line's JSON."""
         return self.values | {
             "code": self.code,
@@ -151,7 +151,7 @@ class VomWarning(UserWarning):
 
 
 def from_dict(error: dict[str, object], exit_code: int) -> VomError:
-    """The error that another process told of by its `as_dict()`."""
+    """The error that another process told of by its `to_dict()`."""
 
     def text(name: str) -> str | None:
         value = error.get(name)

@@ -6,22 +6,13 @@ from collections.abc import Iterator, Mapping
 from html import escape
 from typing import Any
 
-from vomstudio.core.findings import Finding
-from vomstudio.core.results import to_dict
+from vomstudio.core.results import Result
 
 _MOST = 6
 
 
-class Shown:
+class Shown(Result):
     """A dataclass that a console and a notebook show with one line for each field."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the object that ``--json`` prints."""
-        return to_dict(self)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return what `to_dict` returns; results that are not converted override it."""
-        return self.to_dict()
 
     def __repr__(self) -> str:
         return in_lines(type(self).__name__, self._figures())
@@ -31,18 +22,16 @@ class Shown:
 
     def _figures(self) -> dict[str, Any]:
         """Return the object with its findings as sentences."""
-        return {name: _with_sentences(value) for name, value in self.as_dict().items()}
+        return {name: _with_sentences(value) for name, value in self.to_dict().items()}
 
 
 def _with_sentences(value: Any) -> Any:
     """Return a value with the messages of findings in their places."""
-    if isinstance(value, Finding):
-        return value.message
     if isinstance(value, Mapping):
         if value.keys() >= {"code", "severity", "message"}:
             return value["message"]
         return {name: _with_sentences(each) for name, each in value.items()}
-    if type(value) in (list, tuple):
+    if isinstance(value, list):
         return [_with_sentences(each) for each in value]
     return value
 

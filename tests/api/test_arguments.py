@@ -111,7 +111,7 @@ def test_a_model_stands_as_in_a_project(tmp_path: Path, command: Any) -> None:
         np.testing.assert_allclose(model.points, project.models[0].read().points)
     relief = vs.dem(model, gsd_m=0.5)
     told = command("dem", file, "--project", folder, "--gsd", 0.5, "-o", tmp_path / "dem.tif")
-    assert relief.figures.highest_m == pytest.approx(told["highest_m"])
+    assert relief.highest_m == pytest.approx(told["highest_m"])
     with refused("option.not-with-project", vs.errors.UsageError, field="--unit"):
         vs.read(file, project=folder, unit="m")
     with refused("project.other-model", vs.errors.UsageError):

@@ -20,7 +20,7 @@ def test_the_object_has_the_names_of_the_command(tmp_path: Path) -> None:
         FLAT + [0, 0, 0.1], FLAT, m3c2_m=0.3, registration_error_m=0.01,
         progress=lambda stage, done, total: stages.append(stage),
     )  # fmt: skip
-    told = json.loads(json.dumps(found.as_dict()))
+    told = json.loads(json.dumps(found.to_dict()))
     assert {"n", "mean_m", "median_m", "std_m", "mad_m", "rms_m", "lod95_m"} <= set(told)
     assert found.mean_m == pytest.approx(0.1)
     assert found.lod95_m == pytest.approx(0.0196, rel=1e-6)

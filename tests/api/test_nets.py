@@ -129,7 +129,7 @@ def test_many_planes_are_poles_only() -> None:
 def test_nets_that_cannot_be_are_refused(more: Any, error: dict[str, Any]) -> None:
     with pytest.raises(vs.errors.VomError) as raised:
         vs.stereonet((DIRECTION, DIP), **more)
-    assert raised.value.as_dict().items() >= error.items()
+    assert raised.value.to_dict().items() >= error.items()
 
 
 def test_input_is_not_written_into() -> None:

@@ -24,7 +24,7 @@ def test_the_picture_is_the_one_of_the_command(
     target = tmp_path / "told.tif"
     told = command("ortho", MODEL, "--plane", "200/85", "--gsd", 0.1, "-o", target)
     made = vs.orthophoto(cliff, plane=(200, 85), gsd_m=0.1)
-    figures = json.loads(to_json(made.figures.__dict__))
+    figures = json.loads(to_json(made.to_dict()))
     assert figures == {name: told[name] for name in figures}
     with rasterio.open(target) as picture, rasterio.open(told["depth"]) as depth:
         assert (np.moveaxis(picture.read(), 0, -1) == made.image).all()
@@ -94,7 +94,7 @@ def test_planes_are_taken_in_every_form(cliff: vs.Mesh, picks: Any) -> None:
     plane = vs.fit_plane(picks[picks["pick"] == "B01"])
     by_fit = vs.orthophoto(cliff, plane=plane, gsd_m=1.0)
     text = f"{plane.dip_direction_deg}/{plane.dip_deg}"
-    assert vs.orthophoto(cliff, plane=text, gsd_m=1.0).figures == by_fit.figures
+    assert vs.orthophoto(cliff, plane=text, gsd_m=1.0).to_dict() == by_fit.to_dict()
     # Against the upward normal.
     assert by_fit.direction == pytest.approx(-plane.normal, abs=1e-9)
     flipped = vs.orthophoto(cliff, plane=plane, gsd_m=1.0, flip=True)

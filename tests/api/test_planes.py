@@ -95,8 +95,8 @@ def test_one_plane_has_the_figures_of_its_row(picks: Any) -> None:
     bed = picks[picks["pick"] == "B03"]
     (row,) = rows_of(vs.fit_planes({"B03": bed}))
     fit = vs.fit_plane(bed)
-    assert {k: v for k, v in fit.as_dict().items() if k != "id"} == {
-        k: row[k] for k in fit.as_dict() if k != "id"
+    assert {k: v for k, v in fit.to_dict().items() if k != "id"} == {
+        k: row[k] for k in fit.to_dict() if k != "id"
     }
 
 

@@ -23,7 +23,7 @@ def test_it_is_an_array_of_float64_that_takes_model_to_world() -> None:
     there = (found.matrix @ np.column_stack([MODEL, np.ones(5)]).T).T[:, :3]
     assert there == pytest.approx(WORLD, abs=1e-6)
     assert found.matrix[:3, :3] @ found.matrix[:3, :3].T == pytest.approx(4.0 * np.eye(3))
-    told = json.loads(json.dumps(found.as_dict()))
+    told = json.loads(json.dumps(found.to_dict()))
     assert np.array(told["matrix"]) == pytest.approx(found.matrix)
     again = pickle.loads(pickle.dumps(found))
     assert again.matrix == pytest.approx(found.matrix)

@@ -25,7 +25,7 @@ PROMISED = {
 def test_the_object_has_the_names_of_the_command() -> None:
     noisy = WORLD + np.random.default_rng(3).normal(0, 0.01, WORLD.shape)
     found = vs.register(MODEL, noisy, check=CHECK)
-    told = json.loads(json.dumps(found.as_dict()))
+    told = json.loads(json.dumps(found.to_dict()))
     assert set(told) == PROMISED
     assert set(told["rotation_error_deg"]) == {"about_up", "about_east", "about_north"}
     assert set(told["rotation_error_95_deg"]) == {

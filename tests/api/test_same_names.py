@@ -111,7 +111,7 @@ def test_sets_of_facets_are_objects_as_those_of_sets_are(
     assert found.discontinuities[0].set == found.sets[0].name == "S1"
     for name in ("sets", "discontinuities"):
         same(told[name], getattr(found, name), name)
-        same(told[name], found.as_dict()[name], name)
+        same(told[name], found.to_dict()[name], name)
 
 
 def same(told: Any, found: Any, path: str) -> None:

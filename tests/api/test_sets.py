@@ -60,17 +60,17 @@ def test_statistics_are_those_of_the_command(command: Any, planes: Any, by: Any)
     told = command(*words)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        found = plain(vs.stats(table, by=by).as_dict())
+        found = plain(vs.stats(table, by=by).to_dict())
     assert found["sets"] == told["sets"]
     assert found["n"] == told["n"]
 
 
 def test_folds_are_those_of_the_command(command: Any, planes: Any) -> None:
     table, path = planes
-    assert plain(vs.fold(table).as_dict()) == command("fold", path)
-    assert plain(vs.fold(table, kind="joint").as_dict()) == command("fold", path, "--kind", "joint")
+    assert plain(vs.fold(table).to_dict()) == command("fold", path)
+    assert plain(vs.fold(table, kind="joint").to_dict()) == command("fold", path, "--kind", "joint")
     told = command("fold", path, "--sets", "4 east limb,fault")
-    assert plain(vs.fold(table, sets=["4 east limb", "fault"]).as_dict()) == told
+    assert plain(vs.fold(table, sets=["4 east limb", "fault"]).to_dict()) == told
 
 
 def test_the_fisher_mean_is_that_of_mplstereonet() -> None:

@@ -40,7 +40,7 @@ def test_a_check_is_that_of_the_command(command: Any, three: Path) -> None:
     told = command("check", three, "--distance", 15)
     seen: list[str] = []
     found = vs.check(three, distance_m=15, progress=lambda stage, done, total: seen.append(stage))
-    assert json.loads(to_json(found.as_dict())) == told
+    assert json.loads(to_json(found.to_dict())) == told
     assert found.verdict == told["verdict"]
     assert [photo.name for photo in found.photos] == [photo["name"] for photo in told["photos"]]
     assert "Measuring photo quality" in seen
@@ -60,9 +60,9 @@ def test_a_plan_is_that_of_the_command(command: Any, tmp_path: Path) -> None:
             height_m=10,
             sheet=tmp_path / "own.svg",
         )
-    assert json.loads(to_json(found.as_dict())) == {k: v for k, v in told.items() if k != "sheet"}
+    assert json.loads(to_json(found.to_dict())) == {k: v for k, v in told.items() if k != "sheet"}
     assert found.photos == told["photos"]
-    assert [station.as_dict() for station in found.stations] == told["positions"]
+    assert [station.to_dict() for station in found.positions] == told["positions"]
     assert (tmp_path / "own.svg").is_file()
 
 

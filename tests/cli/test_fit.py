@@ -184,8 +184,8 @@ def test_verdicts_come_with_the_limits_by_which_they_were_given(
 ) -> None:
     out = tmp_path / "planes.csv"
     ran = run("fit", write(PLANE), "--profile", profile, "-o", out)
-    assert ran.out.splitlines()[-1] == PROFILES[profile].in_words
-    assert f"# profile: {PROFILES[profile].in_words}" in out.read_text().splitlines()
+    assert ran.out.splitlines()[-1] == PROFILES[profile].description
+    assert f"# profile: {PROFILES[profile].description}" in out.read_text().splitlines()
 
 
 def test_planes_keep_kind_and_set_of_their_points(run, write) -> None:

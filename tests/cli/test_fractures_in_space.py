@@ -56,7 +56,7 @@ def shapes(rows=CLIFF) -> list[shapely.LineString]:
 
 def figures(found: Any) -> dict[str, Any]:
     """All figures that do not depend on the frame; where circles of `P21_by_size` lie does."""
-    answer = found.as_dict()
+    answer = found.to_dict()
     for name in ("plane", "warnings", "mended", "P21_by_size"):
         answer.pop(name, None)
     return json.loads(json.dumps(answer))

@@ -77,9 +77,9 @@ def test_scripts_find_the_same(write) -> None:
     points = np.array([[float(w) for w in line.split()] for line in BENNISON.splitlines()])
     seam = vs.threepoint(points, sigma_m=5.0)
     assert seam.dip_deg == pytest.approx(7.37, abs=0.005)
-    of_file = vs.threepoint(write(BENNISON), sigma_m=5.0).as_dict()
+    of_file = vs.threepoint(write(BENNISON), sigma_m=5.0).to_dict()
     assert [each.code for each in of_file.pop("warnings")] == ["frame.assumed"]
-    assert {name: value for name, value in seam.as_dict().items() if name != "warnings"} == of_file
+    assert {name: value for name, value in seam.to_dict().items() if name != "warnings"} == of_file
     assert "dip_direction_deg" in repr(seam)
     found = vs.log(write(LOG), bed=(90, 30))
     assert [i.lithology for i in found.intervals] == ["sandstone", "limestone"]

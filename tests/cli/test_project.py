@@ -105,9 +105,9 @@ def test_a_fit_is_the_row_of_the_exported_table(run, project: Path, tmp_path: Pa
     assert run("project", project, "fit", "t1", "--json").json["planes"] == [row]
     assert run("project", project, "fit", "B01", "--json").json["planes"] == [row]
     by_error = run("project", project, "fit")
-    assert by_error.out.splitlines()[-1] == DEFAULTS.in_words
+    assert by_error.out.splitlines()[-1] == DEFAULTS.description
     assert run("project", project, "profile", "textbook").code == 0
-    assert run("project", project, "fit").out.splitlines()[-1] == TEXTBOOK.in_words
+    assert run("project", project, "fit").out.splitlines()[-1] == TEXTBOOK.description
     refused = run("project", project, "fit", "B02", "--json")
     assert refused.code == 2
     assert refused.json["error"]["code"] == "record.missing"

@@ -58,10 +58,10 @@ def test_structures_named_by_a_column_and_lines(run, write) -> None:
     assert found["test"] is None
     assert found["stated95_deg"] is None
     frame = pandas.read_csv(path)
-    assert vs.repeats(frame, by="station", interpreter="who").as_dict()["pairs"] == (
-        {"first": "1", "repeat": "2", "by": ("x", "y"), "angle_deg": pytest.approx(4.0),
+    assert vs.repeats(frame, by="station", interpreter="who").to_dict()["pairs"] == [
+        {"first": "1", "repeat": "2", "by": ["x", "y"], "angle_deg": pytest.approx(4.0),
          "stated95_deg": None, "within95": None},
-    )  # fmt: skip
+    ]  # fmt: skip
 
 
 def test_a_table_without_repeats_says_so(run, write) -> None:
@@ -181,7 +181,7 @@ def test_a_project_says_what_its_table_says(run, project, tmp_path) -> None:
     assert one["angle_deg"] == pytest.approx(other["angle_deg"], rel=1e-9)
     assert one["stated95_deg"] == pytest.approx(other["stated95_deg"], rel=1e-9)
     assert {**one, **other} == other
-    assert vs.repeats(project).as_dict()["pairs"][0]["angle_deg"] == pytest.approx(
+    assert vs.repeats(project).to_dict()["pairs"][0]["angle_deg"] == pytest.approx(
         found["pairs"][0]["angle_deg"]
     )
     assert run("stats", table, "--json").json["n"] == 2

@@ -128,9 +128,9 @@ def test_striae_off_their_plane_are_said(run, write) -> None:
 def test_the_interface_gives_what_the_command_prints(run, write) -> None:
     path = write(TABLE)
     from_file, from_frame = vs.slip(path), vs.slip(pandas.read_csv(path))
-    assert from_file.as_dict() == from_frame.as_dict()
+    assert from_file.to_dict() == from_frame.to_dict()
     printed = run("slip", path, "--json").json
-    assert from_file.as_dict()["kinematic_axes"] == printed["kinematic_axes"]
+    assert from_file.to_dict()["kinematic_axes"] == printed["kinematic_axes"]
 
 
 def test_many_faults_take_little_time() -> None:

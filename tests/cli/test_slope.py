@@ -94,7 +94,7 @@ def test_the_interface_gives_what_the_command_prints(run, write) -> None:
     for face in ("100/70", (100, 70)):
         found = vs.slope(path, face, friction_deg=30, lateral_deg=15)
         assert found.planar.share == ran.json["planar"]["share"]
-        assert found.as_dict()["wedge"] == ran.json["wedge"]
+        assert found.to_dict()["wedge"] == ran.json["wedge"]
 
 
 def test_five_thousand_planes_are_looked_at_pair_by_pair() -> None:

@@ -10,7 +10,7 @@ import pytest
 from tests.document.test_edits import MODEL, TRACE
 from tests.messages import refused
 from vomstudio.document import edits
-from vomstudio.document.bed_words import describe_bed, in_words
+from vomstudio.document.bed_words import bed_lines, describe_bed
 from vomstudio.document.codec import decode_edit, encode_edit
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.contact import Contact
@@ -112,10 +112,10 @@ def test_a_trace_keeps_its_words_while_it_is_continued() -> None:
 
 def test_exports_say_of_which_boundary_they_speak() -> None:
     records = described()
-    said = in_words(records["line"], records)
+    said = bed_lines(records["line"], records)
     assert "bed from point 1: sandstone, red" in said
     assert f"bed from {TRACE.name}: cross-bedded" in said
     # A trace that was deleted bounds nothing; what was said comes back with it.
     del records[TRACE.id]
-    assert len(in_words(records["line"], records)) == 2
-    assert in_words(MODEL, records) == []
+    assert len(bed_lines(records["line"], records)) == 2
+    assert bed_lines(MODEL, records) == []

@@ -130,11 +130,11 @@ def test_every_file_of_verdicts_names_the_profile_and_its_limits(
     export_records(judged, "csv", table)
     export_records(judged, "gpkg", layers)
     lines = table.read_text(encoding="utf-8").splitlines()
-    assert f"# profile: {profile.in_words}" in lines
+    assert f"# profile: {profile.description}" in lines
     (row,) = csv.DictReader(line for line in lines if not line.startswith("#"))
     assert row["profile"] == profile.profile
     with closing(sqlite3.connect(layers)) as file:
         described = file.execute("SELECT table_name, description FROM gpkg_contents").fetchall()
     said = {name: text for name, text in described if name != "layer_styles"}
     assert {"planes", "traces"} <= said.keys()
-    assert set(said.values()) == {profile.in_words}
+    assert set(said.values()) == {profile.description}

@@ -49,7 +49,7 @@ def test_the_path_with_the_least_stated_error_is_taken() -> None:
     assert errors[0] == min(errors)
     assert np.abs(path.points[:, 2] - 1.0).max() < 0.1
     found = followed_trace(surface, clicks, cost="auto", resolution=0.04, model="m", frame="local")
-    assert found.cost == found.as_dict()["tried"][0]["cost"]
+    assert found.cost == found.to_dict()["tried"][0]["cost"]
     assert found.plane is not None
     assert found.plane["quality"] == "good"
     assert found.plane["dip_deg"] < found.plane["total95_deg"] + 0.5

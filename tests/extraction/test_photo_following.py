@@ -266,7 +266,7 @@ def test_way_points_in_world_and_in_pixels_give_one_trace(scene: tuple[Wall, Pat
     assert one.plane is not None
     assert one.photo == "p0.png"
     assert one.agreeing_share is not None
-    assert one.as_dict().keys().isdisjoint({"points", "pixels", "seen", "agreeing"})
+    assert one.to_dict().keys().isdisjoint({"points", "pixels", "seen", "agreeing"})
 
 
 def test_what_cannot_be_followed_in_a_photo_is_refused(

@@ -31,7 +31,7 @@ def found_in(points: Array, preset: Literal["dse"] | None = "dse", **limits: flo
 
 
 def mean_of(one: dict) -> Array:
-    return normal_of(one["dip_direction_deg"], one["dip_deg"])
+    return normal_of(one.dip_direction_deg, one.dip_deg)
 
 
 def cube(rng: np.random.Generator, turn: Array, side: float = 2.0) -> Array:
@@ -57,10 +57,10 @@ def test_a_cube_has_three_sets_of_two_planes_a_side_apart(seed: int) -> None:
     assert found.facets == 6
     for one in found.sets:
         assert min(angle_deg(mean_of(one), axis) for axis in turn.T) < 1.0
-        assert one["discontinuities"] == 2
-        assert one["spacing_m"] == pytest.approx(2.0, abs=0.03)
-        assert one["rests_on"] == "several faces"
-        assert one["area_m2"] == pytest.approx(8.0, rel=0.15)
+        assert one.discontinuities == 2
+        assert one.spacing_m == pytest.approx(2.0, abs=0.03)
+        assert one.rests_on == "several faces"
+        assert one.area_m2 == pytest.approx(8.0, rel=0.15)
     assert found.coverage == pytest.approx(1.0, abs=0.1)
 
 
@@ -72,13 +72,13 @@ def test_parallel_joints_are_apart_by_their_spacing_and_as_long_as_they_are() ->
     found = found_in(np.concatenate(parts))
     (one,) = found.sets
     assert angle_deg(mean_of(one), normal) < 0.2
-    assert one["discontinuities"] == 7
-    assert one["spacing_m"] == pytest.approx(gap, abs=0.005)
-    assert one["spacing_ending_m"] == pytest.approx(gap, abs=0.005)
-    assert one["persistence_dip_m"] == pytest.approx(2.0, abs=0.1)
-    assert one["persistence_strike_m"] == pytest.approx(2.0, abs=0.1)
-    assert one["p32_1_per_m"] == pytest.approx(1 / gap, rel=0.01)
-    assert one["p32_exposed_1_per_m"] == pytest.approx(1 / gap, rel=0.1)
+    assert one.discontinuities == 7
+    assert one.spacing_m == pytest.approx(gap, abs=0.005)
+    assert one.spacing_ending_m == pytest.approx(gap, abs=0.005)
+    assert one.persistence_dip_m == pytest.approx(2.0, abs=0.1)
+    assert one.persistence_strike_m == pytest.approx(2.0, abs=0.1)
+    assert one.p32_1_per_m == pytest.approx(1 / gap, rel=0.01)
+    assert one.p32_exposed_1_per_m == pytest.approx(1 / gap, rel=0.1)
     assert len({row["discontinuity"] for row in found.rows}) == 7
 
 
@@ -97,21 +97,21 @@ def test_treads_and_risers_of_a_staircase(preset: str | None) -> None:
         parts += [tread, riser]
     points = np.concatenate(parts) + 0.002 * rng.standard_normal((steps * 2300, 3))
     found = found_in(points, preset)
-    by_dip = sorted(found.sets, key=lambda s: s["dip_deg"])
+    by_dip = sorted(found.sets, key=lambda s: s.dip_deg)
     flat, steep = by_dip[0], by_dip[-1]
-    assert flat["dip_deg"] < 1.0
-    assert steep["dip_deg"] > 89.0
-    assert steep["dip_direction_deg"] % 180 == pytest.approx(0.0, abs=1.0) or (
-        steep["dip_direction_deg"] % 180 > 179.0
+    assert flat.dip_deg < 1.0
+    assert steep.dip_deg > 89.0
+    assert steep.dip_direction_deg % 180 == pytest.approx(0.0, abs=1.0) or (
+        steep.dip_direction_deg % 180 > 179.0
     )
     for one, gap, area in ((flat, height, width * depth), (steep, depth, width * height)):
-        assert one["discontinuities"] == steps
-        assert one["spacing_m"] == pytest.approx(gap, abs=0.01)
-        own = [d["hull_m2"] for d in found.discontinuities if d["set"] == one["name"]]
+        assert one.discontinuities == steps
+        assert one.spacing_m == pytest.approx(gap, abs=0.01)
+        own = [d.hull_m2 for d in found.discontinuities if d.set == one.name]
         assert np.mean(own) == pytest.approx(area, rel=0.1)
     # The strike of what is almost level is anywhere.
-    assert steep["persistence_strike_m"] == pytest.approx(width, abs=0.1)
-    assert steep["persistence_dip_m"] == pytest.approx(height, abs=0.08)
+    assert steep.persistence_strike_m == pytest.approx(width, abs=0.1)
+    assert steep.persistence_dip_m == pytest.approx(height, abs=0.08)
 
 
 def test_turning_the_world_turns_the_sets_with_it() -> None:

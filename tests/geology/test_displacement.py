@@ -164,7 +164,7 @@ def test_the_errors_of_three_points_are_those_of_simulation() -> None:
              for t in tried]  # fmt: skip
     assert stated.dip_error_deg == pytest.approx(1.96 * np.std(dips), rel=0.06)
     assert stated.dip_direction_error_deg == pytest.approx(1.96 * np.std(turns), rel=0.06)
-    assert stated.max_error95_deg > stated.dip_error_deg
+    assert stated.max_confidence95_deg > stated.dip_error_deg
 
 
 def test_the_errors_of_many_points_cover_the_truth() -> None:
@@ -180,7 +180,7 @@ def test_the_errors_of_many_points_cover_the_truth() -> None:
         found = plane_of_three_points(AT + flat + chance.normal(0, 0.2, (8, 3)))
         dips += abs(found.plane.dip_deg - 35.0) <= found.dip_error_deg
         off = math.degrees(math.acos(min(1.0, found.plane.normal() @ normal)))
-        cones += off <= found.max_error95_deg
+        cones += off <= found.max_confidence95_deg
     assert 0.92 <= dips / 600 <= 0.975
     assert 0.93 <= cones / 600 <= 0.99
 
@@ -207,10 +207,10 @@ def test_the_errors_of_points_nearly_on_a_line_hold(beside: float) -> None:
     for _ in range(400):
         found = plane_of_three_points(points + chance.normal(0, 0.05, (3, 3)), 0.05)
         assert found.dip_error_deg is not None
-        assert found.max_error95_deg is not None
+        assert found.max_confidence95_deg is not None
         inside += abs(found.dip_deg - truth.dip_deg) <= found.dip_error_deg
         across = abs(float(found.plane.normal() @ truth.normal()))
-        cones += math.degrees(math.acos(min(1.0, across))) <= found.max_error95_deg
+        cones += math.degrees(math.acos(min(1.0, across))) <= found.max_confidence95_deg
     assert inside / 400 >= 0.93
     assert cones / 400 >= 0.93
     stated = plane_of_three_points(points, 0.05)
@@ -228,7 +228,7 @@ def test_planes_about_a_line_dip_from_its_plunge_to_a_right_angle() -> None:
         found.dip_deg - found.dip_error_deg <= plunge + 0.1
     )
     assert found.dip_direction_error_deg is None
-    assert found.max_error95_deg == pytest.approx(90.0)
+    assert found.max_confidence95_deg == pytest.approx(90.0)
 
 
 def test_a_wide_triangle_is_not_warned_of() -> None:
@@ -249,8 +249,8 @@ def test_points_whose_spread_beside_their_line_is_error_alone_tell_no_plane(stat
     known = 0
     for _ in range(300):
         found = plane_of_three_points(line + chance.normal(0, 0.05, (6, 3)), stated)
-        assert found.max_error95_deg is not None
-        known += found.max_error95_deg < 89.9
+        assert found.max_confidence95_deg is not None
+        known += found.max_confidence95_deg < 89.9
     assert known / 300 <= 0.08
 
 

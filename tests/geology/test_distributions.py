@@ -346,7 +346,7 @@ def test_turning_the_world_turns_the_figures() -> None:
 @pytest.mark.parametrize("directed", [True, False])
 def test_what_is_not_defined_is_null_with_a_reason(v: np.ndarray, directed: bool) -> None:
     found = set_statistics(v, "lines" if directed else "poles", directed)
-    json.dumps(found.as_dict(), allow_nan=False)
+    json.dumps(found.to_dict(), allow_nan=False)
     assert (found.bingham is None) == (found.bingham_reason is not None)
     assert (found.kent is None) == (found.kent_reason is not None)
 

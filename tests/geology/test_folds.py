@@ -99,7 +99,7 @@ def test_the_axis_of_an_exact_cylinder_is_found(
     fold = fold_axis(*cylinder(beta, np.array(turns)))
     assert angle_between_lines(fold.beta, beta) < 1e-4
     assert angle_between_lines(fold.beta, fold.pi_plane.pole()) < 1e-6
-    json.dumps(fold.as_dict(), allow_nan=False)
+    json.dumps(fold.to_dict(), allow_nan=False)
 
 
 def test_two_planes_fold_about_their_intersection_with_an_unknown_error() -> None:

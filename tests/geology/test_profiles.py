@@ -106,9 +106,9 @@ def test_a_profile_in_words_states_every_limit_that_decides(limits: Thresholds) 
         "error": {"good_confidence95_deg", "poor_confidence95_deg", "least_extent_over_resolution"},
         "shape": {"least_coplanarity", "most_collinearity", "extent_over_resolution"},
     }[limits.by] | {"surface_effect_deg"}
-    assert f"“{limits.profile}”" in limits.in_words
+    assert f"“{limits.profile}”" in limits.description
     for field in fields(limits):
         if field.type != "float":
             continue
-        said = replace(limits, **{field.name: 13.7}).in_words
+        said = replace(limits, **{field.name: 13.7}).description
         assert ("13.7" in said) == (field.name in decides), field.name

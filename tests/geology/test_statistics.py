@@ -156,7 +156,7 @@ def test_axial_data_are_flipped_before_they_are_averaged() -> None:
 def test_directed_means_may_point_up() -> None:
     stats = set_statistics(
         lines_to_vectors([10, 12, 8], [-20, -22, -21]), "lines", directed=True
-    ).as_dict()
+    ).to_dict()
     found = stats["fisher"]
     assert isinstance(found, dict)
     assert found["plunge_deg"] == pytest.approx(-21, abs=0.2)
@@ -177,7 +177,7 @@ def test_alpha95_holds_the_true_mean_as_often_as_it_says() -> None:
 
 
 def test_identical_directions_have_an_infinite_kappa_and_no_error() -> None:
-    stats = set_statistics(planes_to_poles([132] * 4, [41] * 4)).as_dict()
+    stats = set_statistics(planes_to_poles([132] * 4, [41] * 4)).to_dict()
     assert stats["fisher"]["kappa"] is None  # type: ignore[index]
     assert stats["fisher"]["alpha95_deg"] == pytest.approx(0, abs=1e-6)  # type: ignore[index]
     assert stats["fisher_reason"] == Finding("fisher.identical").to_dict()
@@ -190,7 +190,7 @@ def test_identical_directions_have_an_infinite_kappa_and_no_error() -> None:
 def test_a_girdle_gets_no_fisher_mean_but_a_reason(
     big_elk: tuple[np.ndarray, np.ndarray],
 ) -> None:
-    stats = set_statistics(planes_to_poles(*big_elk)).as_dict()
+    stats = set_statistics(planes_to_poles(*big_elk)).to_dict()
     assert stats["fisher"] is None
     reason = stats["fisher_reason"]
     assert isinstance(reason, dict)
@@ -207,14 +207,14 @@ def test_a_uniform_scatter_gets_no_fisher_mean_but_a_reason() -> None:
 
 
 def test_a_single_plane_gets_no_fisher_mean_but_a_reason() -> None:
-    stats = set_statistics(planes_to_poles([132], [41])).as_dict()
+    stats = set_statistics(planes_to_poles([132], [41])).to_dict()
     assert stats["fisher"] is None
     assert stats["fisher_reason"] == Finding("fisher.single").to_dict()
 
 
 def test_two_planes_close_together_have_a_fisher_mean_between_them() -> None:
     # Poles 90/10 and 270/10 are 20 degrees apart as axes: R = 2 cos 10, kappa = 1 / (2 - R).
-    found = set_statistics(planes_to_poles([270, 90], [80, 80])).as_dict()["fisher"]
+    found = set_statistics(planes_to_poles([270, 90], [80, 80])).to_dict()["fisher"]
     assert isinstance(found, dict)
     assert found["R"] == pytest.approx(2 * math.cos(math.radians(10)))
     assert found["kappa"] == pytest.approx(1 / (2 - found["R"]))
@@ -254,7 +254,7 @@ def test_clusters_get_their_fisher_mean() -> None:
 def test_the_object_is_always_sound_json(
     orientations: list[tuple[float, float]], directed: bool
 ) -> None:
-    stats = set_statistics(lines_to_vectors(*np.array(orientations).T), "lines", directed).as_dict()
+    stats = set_statistics(lines_to_vectors(*np.array(orientations).T), "lines", directed).to_dict()
     json.dumps(stats, allow_nan=False)
     assert stats["n"] == len(orientations)
     assert (stats["fisher"] is None) <= (stats["fisher_reason"] is not None)

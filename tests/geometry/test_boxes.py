@@ -40,8 +40,8 @@ def test_a_box_of_a_few_millimetres_is_left_as_it_is() -> None:
 
 
 def test_a_box_comes_back_from_what_a_project_keeps_of_it() -> None:
-    assert ClipBox.from_dict(BOX.as_dict()) == BOX
-    assert BOX.as_dict() == {"low": [0.0, 10.0, -3.0], "high": [4.0, 11.0, 2.0]}
+    assert ClipBox.from_dict(BOX.to_dict()) == BOX
+    assert BOX.to_dict() == {"low": [0.0, 10.0, -3.0], "high": [4.0, 11.0, 2.0]}
 
 
 @pytest.mark.parametrize(

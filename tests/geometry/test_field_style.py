@@ -17,7 +17,7 @@ STYLE = FieldStyle("intensity", -1.5, 7.0, (5.0, 90.0), "magma")
 
 @pytest.mark.parametrize("style", [STYLE, FieldStyle("a"), FieldStyle("b", low=0.0)])
 def test_a_style_comes_back_from_a_project_as_it_was(style: FieldStyle) -> None:
-    assert FieldStyle.from_dict(json.loads(json.dumps(style.as_dict()))) == style
+    assert FieldStyle.from_dict(json.loads(json.dumps(style.to_dict()))) == style
 
 
 def test_a_style_without_a_range_takes_the_inner_96_per_cent_and_the_own_palette() -> None:
@@ -30,12 +30,12 @@ def test_a_style_without_a_range_takes_the_inner_96_per_cent_and_the_own_palette
 def test_every_palette_that_is_offered_can_be_kept_and_drawn(palette: str) -> None:
     import matplotlib
 
-    assert FieldStyle.from_dict(STYLE.as_dict() | {"palette": palette}).palette == palette
+    assert FieldStyle.from_dict(STYLE.to_dict() | {"palette": palette}).palette == palette
     assert palette in matplotlib.colormaps
 
 
 def without(key: str) -> dict[str, Any]:
-    return {k: v for k, v in STYLE.as_dict().items() if k != key}
+    return {k: v for k, v in STYLE.to_dict().items() if k != key}
 
 
 @pytest.mark.parametrize(
@@ -43,13 +43,13 @@ def without(key: str) -> dict[str, Any]:
     [
         None,
         3,
-        *(without(key) for key in STYLE.as_dict()),
-        STYLE.as_dict() | {"palette": "rainbow of my own"},
-        STYLE.as_dict() | {"low": "deep"},
-        STYLE.as_dict() | {"high": [1.0]},
-        STYLE.as_dict() | {"percentiles": 5.0},
-        STYLE.as_dict() | {"percentiles": (1.0,)},
-        STYLE.as_dict() | {"percentiles": (1.0, 2.0, 3.0)},
+        *(without(key) for key in STYLE.to_dict()),
+        STYLE.to_dict() | {"palette": "rainbow of my own"},
+        STYLE.to_dict() | {"low": "deep"},
+        STYLE.to_dict() | {"high": [1.0]},
+        STYLE.to_dict() | {"percentiles": 5.0},
+        STYLE.to_dict() | {"percentiles": (1.0,)},
+        STYLE.to_dict() | {"percentiles": (1.0, 2.0, 3.0)},
     ],
 )
 def test_what_is_no_style_is_refused_so_that_a_project_still_opens(values: object) -> None:

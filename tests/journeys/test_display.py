@@ -42,7 +42,7 @@ def test_a_field_and_a_clipping_box_outlive_the_window(window, outcrop, tmp_path
     assert abs(window.viewport.clip.box.high[0] - middle) < 0.01
     folder = tmp_path / "kept.vom"
     window.studio.save_as(folder)
-    kept = window.studio.display.as_dict()
+    kept = window.studio.display.to_dict()
     window.close()
     QApplication.processEvents()
 
@@ -50,7 +50,7 @@ def test_a_field_and_a_clipping_box_outlive_the_window(window, outcrop, tmp_path
     try:
         wait(lambda: model_id in again.studio.models, "the model")
         wait(lambda: again.viewport.display.scale_of(model_id) is not None, "the field")
-        assert again.studio.display.as_dict() == kept
+        assert again.studio.display.to_dict() == kept
         assert again.viewport.clip.box == window.studio.display.box
         assert again.actions_table.all["clipping_box"].isChecked()
     finally:

@@ -19,7 +19,7 @@ from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.geometry.patches import has_id
 from vomstudio.paths import resource
 from vomstudio.ui.common import theme
-from vomstudio.ui.surface.facet_words import share_in_words
+from vomstudio.ui.surface.facet_words import share_text
 from vomstudio.ui.surface.facets_panel import FacetsPanel
 
 
@@ -180,7 +180,7 @@ def test_thresholds_are_tried_on_the_part_in_view(window, panel) -> None:
     driver.wait(lambda: panel._facets.found is not None, "facets of the part", 60.0)
     first = panel._facets.found
     assert not first.whole
-    assert share_in_words(first, (), ()) in panel.said.text()
+    assert share_text(first, (), ()) in panel.said.text()
     panel.limits.fields["angle_deg"].setFocus()
     panel.limits.fields["angle_deg"].selectAll()
     QTest.keyClicks(panel.limits.fields["angle_deg"], "8")

@@ -91,7 +91,7 @@ def corner(panel) -> np.ndarray:
 
 
 def figures_of(found) -> dict:
-    return json.loads(json.dumps(found.as_dict(), default=lambda finding: finding.to_dict()))
+    return json.loads(json.dumps(found.to_dict(), default=lambda finding: finding.to_dict()))
 
 
 def nearly(value):
@@ -312,13 +312,13 @@ def test_the_slip_of_a_faulted_bed_is_found_within_its_error(
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(target), ""))
     press(panel.copy)
     said = told(QGuiApplication.clipboard().text(), capfd)
-    assert said == json.loads(json.dumps(answered.found.as_dict()))
+    assert said == json.loads(json.dumps(answered.found.to_dict()))
     panel.slip.line.clear()
     refreshed(panel)
     press(panel.copy)
     said = told(QGuiApplication.clipboard().text(), capfd)
     assert said["what"] == "separation"
-    assert said == json.loads(json.dumps(panel.answered.found.as_dict()))
+    assert said == json.loads(json.dumps(panel.answered.found.to_dict()))
 
 
 @pytest.mark.full

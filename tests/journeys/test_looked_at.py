@@ -135,7 +135,7 @@ def test_the_command_says_what_the_dock_says(window, laid, tmp_path, capfd) -> N
     studio.save_as(folder)
     wait(lambda: studio.project.folder == folder, "the saved project")
     settle(panel)
-    mine = panel.found.as_dict()
+    mine = panel.found.to_dict()
     studio.new_project()
     capfd.readouterr()
     assert main(["project", str(folder), "coverage", "--json"]) == 0

@@ -14,7 +14,7 @@ from tests.extraction.small_onnx import convolution
 from tests.messages import figures, shown_codes
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.tools.trace import TraceTool
-from vomstudio.ui.surface.trace_words import reason_in_words
+from vomstudio.ui.surface.trace_words import reason_text
 from vomstudio.ui.surface.traces_panel import TracesPanel
 
 BEDS = {0.5: 60.0, 1.4: 30.0}
@@ -80,7 +80,7 @@ def test_lines_are_found_looked_at_accepted_and_taken_back(window, panel) -> Non
     assert "sure" in {key.partition(":")[2] for key in drawn}
     choose(panel, 0)
     found = panel._traces.found
-    assert panel.why.text() == reason_in_words(found, found.lines[panel._current()])
+    assert panel.why.text() == reason_text(found, found.lines[panel._current()])
     assert found.told.surrogates in figures(panel.why.text())
     driver.settled(window)
     driver.keep_picture(window, "proposed-traces")
@@ -227,7 +227,7 @@ def test_a_network_of_the_user_finds_the_edges(window, panel, tmp_path) -> None:
     first = panel._traces.found.lines[0]
     assert np.percentile(np.abs(first.points[:, 2] - 0.5), 90) < 0.08
     choose(panel, 0)
-    assert panel.why.text() == reason_in_words(panel._traces.found, first)
+    assert panel.why.text() == reason_text(panel._traces.found, first)
     driver.keep_picture(window, "proposed-traces-network")
     # The trace tool does not know the network: the line opens with its own vertices.
     driver.click(panel.edit, panel.edit.rect().center())

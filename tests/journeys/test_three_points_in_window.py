@@ -75,7 +75,7 @@ def test_bennisons_seam_is_typed_and_added(window, tmp_path, monkeypatch, capfd)
     settle(panel)
     assert panel.found is not None, panel.said.text()
     assert panel.found.dip_deg == pytest.approx(7.37, abs=0.005)
-    assert panel.found.max_error95_deg is None
+    assert panel.found.max_confidence95_deg is None
     assert "three-points.no-error" in shown_codes(panel.said.text())
     QTest.keyClicks(panel.sigma, "5")
     settle(panel)
@@ -135,7 +135,7 @@ def test_three_clicks_on_the_outcrop_are_a_trace_with_its_plane(window, outcrop,
     assert panel.found is not None
     plane = window.studio.measured([made.id])[made.id].plane
     assert panel.found.dip_deg == pytest.approx(plane.dip_deg, abs=0.01)
-    assert panel.found.max_error95_deg is not None
+    assert panel.found.max_confidence95_deg is not None
     assert not panel.add.isEnabled()
     window.actions_table.run("undo")
     settle(panel)

@@ -72,8 +72,8 @@ def test_the_page_lists_every_position_and_point(plan: SurveyPlan, tmp_path: Pat
     html = (tmp_path / "a.html").read_text("utf-8")
     head, *rows = cells(html, "Positions")
     assert head == ["photo", "kind", "along m", "up m", "away m", "turn deg", "tilt deg"]
-    assert len(rows) == len(plan.stations)
-    for row, s in zip(rows, plan.stations, strict=True):
+    assert len(rows) == len(plan.positions)
+    for row, s in zip(rows, plan.positions, strict=True):
         places = [f"{v:.2f}" for v in (s.along_m, s.up_m, s.away_m)]
         assert row == [str(s.number), s.kind, *places, f"{s.turn_deg:+.0f}", f"{s.tilt_deg:+.0f}"]
     head, *rows = cells(html, "Control points")
@@ -343,7 +343,7 @@ def test_a_sheet_in_each_format_can_be_opened_and_has_its_drawings(
 def test_up_to_four_hundred_photos_show_the_ways_they_look(plan: SurveyPlan, n: int) -> None:
     """And a kind of photo that is not taken is not in the legend."""
     first = plan.of_kind("perpendicular")[0]
-    front, above = draw_field_sheet(replace(plan, stations=(first,) * n), pictures_only=True).axes
+    front, above = draw_field_sheet(replace(plan, positions=(first,) * n), pictures_only=True).axes
     for axes in (front, above):
         assert sum(isinstance(c, Quiver) for c in axes.collections) == (n <= 400)
     legend = front.get_legend()

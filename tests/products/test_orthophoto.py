@@ -22,7 +22,7 @@ from vomstudio.products.ortho import orthophoto, planning, tiles, view_direction
 from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import plan
 from vomstudio.products.ortho.view_directions import view_along_axis, view_along_line, view_of_plane
-from vomstudio.products.ortho.view_words import direction_in_words
+from vomstudio.products.ortho.view_words import direction_text
 from vomstudio.products.sample.check import Check
 from vomstudio.products.sample.report import as_text
 from vomstudio.progress import CancelToken, Silent
@@ -557,7 +557,7 @@ def test_a_view_to_the_north_is_toward_0_and_never_360(tmp_path: Path, trend: fl
     view = view_directions.view_along_line(trend, 30.0)
     assert 0.0 <= view.trend_deg < 360.0
     assert 0.0 <= view.flipped().flipped().trend_deg < 360.0
-    words = direction_in_words(view)
+    words = direction_text(view)
     assert "000.0/30.0" in words
     assert words.endswith(view_directions.AS_GIVEN)
     south = view_directions.view_along_line(trend + 180.0, -30.0)

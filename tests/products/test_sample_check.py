@@ -36,7 +36,7 @@ from vomstudio.products.sample.check import (
     plane_check,
     slip_check,
 )
-from vomstudio.products.sample.photo_check import _seen, _spread, check_photos, in_words
+from vomstudio.products.sample.photo_check import _seen, _spread, check_photos, checks_text
 from vomstudio.products.sample.report import as_html, as_text, tally
 
 
@@ -263,7 +263,7 @@ def test_checks_are_counted_and_written_with_their_units() -> None:
     assert "one &lt;a&gt;" in html
     assert '<img src="net.png" alt="The &lt;net&gt;">' in html
     assert "3.2 s" in html
-    assert checks[0].as_dict() == {
+    assert checks[0].to_dict() == {
         "name": "one <a>", "truth": angle, "measured": plane, "error": 1.234, "stated_95": 2.345,
         "within": True, "total_95": None, "within_total": None, "unit": "deg",
     }  # fmt: skip
@@ -362,7 +362,7 @@ def test_a_model_off_by_so_much_is_said_to_be() -> None:
     plane = by_name["bedding p on the photos' model"]
     fitted = Plane(*plane.measured.values())  # type: ignore[union-attr]
     assert plane.error == pytest.approx(angle_between_planes(fitted, Plane(0, 0)), abs=1e-6)
-    words = in_words(checks)
+    words = checks_text(checks)
     assert "is 12 mm off the outcrop, and its cameras are 7 mm off" in words
     assert plane.total_95 is not None
     held = int(plane.error <= plane.total_95)
@@ -520,14 +520,14 @@ def test_what_the_photos_model_is_worth_is_said_in_millimetres() -> None:
     lengths = [
         length("model off the outcrop, median", 1.2345), length("camera centres, median", 4.5678)
     ]  # fmt: skip
-    words = in_words(lengths)
+    words = checks_text(lengths)
     assert "is 1234 mm off the outcrop, and its cameras are 4568 mm off (medians)." in words
     assert "for 0 of 0 planes on the model; the largest error is 0.0 degrees." in words
     angles = [
         Check(name, {}, {}, error, 1.0, error < 1.0, total_95=2.0)
         for name, error in zip("abc", (0.4, 3.25, 1.1), strict=True)
     ]
-    words = in_words([*lengths, *angles])
+    words = checks_text([*lengths, *angles])
     assert "for 2 of 3 planes on the model; the largest error is 3.2 degrees." in words
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from vomstudio.products.ortho.view_directions import view_along_line
-from vomstudio.products.ortho.view_words import direction_in_words, end_labels
+from vomstudio.products.ortho.view_words import direction_text, end_labels
 
 
 @pytest.mark.parametrize("trend", range(0, 360, 15))
@@ -33,4 +33,4 @@ def test_up_is_north_on_a_map_and_y_where_north_is_not_known() -> None:
 
 
 def test_the_view_in_words() -> None:
-    assert direction_in_words(view_along_line(7.26, 12.34)).startswith("View toward 007.3/12.3 ")
+    assert direction_text(view_along_line(7.26, 12.34)).startswith("View toward 007.3/12.3 ")

@@ -154,7 +154,7 @@ def test_a_view_goes_through_json_unchanged() -> None:
     camera = looking(123.0, 33.0, orthographic=True)
     camera.tumble(10.0, 20.0)
     other = Camera()
-    other.restore(json.loads(json.dumps(camera.as_dict())))
+    other.restore(json.loads(json.dumps(camera.to_dict())))
     points = UTM + np.random.default_rng(0).normal(size=(5, 3))
     np.testing.assert_allclose(
         other.project(points, SIZE)[0], camera.project(points, SIZE)[0], atol=1e-6
@@ -167,10 +167,10 @@ def test_a_view_goes_through_json_unchanged() -> None:
 )
 def test_a_damaged_view_is_refused_and_changes_nothing(damage: dict[str, object]) -> None:
     camera = looking(12.0, 3.0)
-    before = camera.as_dict()
+    before = camera.to_dict()
     with pytest.raises(ValueError, match="camera"):
         camera.restore({**before, **damage})
-    assert camera.as_dict() == before
+    assert camera.to_dict() == before
 
 
 @pytest.mark.parametrize("orthographic", [False, True])

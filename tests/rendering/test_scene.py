@@ -542,7 +542,7 @@ def test_a_view_draws_as_many_points_of_a_cloud_as_it_has_pixels_for(scene: Scen
     show(scene, "c", cliff(count))
     scene.camera.fit(scene.corners(), SIZE)
     scene.camera.zoom(6.0, UTM + np.array([5.0, 0.25, 4.0]))
-    state = scene.camera.as_dict()
+    state = scene.camera.to_dict()
 
     def drawn() -> int:
         parts = [p for p in scene.models["c"].parts if p.row in scene.models["c"].shown_rows]

@@ -104,7 +104,7 @@ def test_every_place_is_seen_by_four_photos(manner, overlap: float) -> None:
     # Counted anew, by projecting places through each camera.
     for place in ([0.0, 0, 0], [40.0, 12, 0], [17.0, 5, 0]):
         seen = 0
-        for s in plan.stations:
+        for s in plan.positions:
             centre = np.array([s.along_m, s.up_m, s.away_m])
             z = np.array([s.target_along_m, s.target_up_m, 0]) - centre
             z /= np.linalg.norm(z)
@@ -122,7 +122,7 @@ def test_neighbours_overlap_as_asked_and_all_stand_at_the_distance() -> None:
     straight = plan.of_kind("perpendicular")
     steps = np.diff([s.along_m for s in straight])
     assert 1 - steps.max() / plan.footprint_m[0] >= 0.75 - 1e-9
-    for s in plan.stations:
+    for s in plan.positions:
         away = math.dist((s.along_m, s.up_m, s.away_m), (s.target_along_m, s.target_up_m, 0.0))
         assert away == pytest.approx(15.0)
     # Textbook 3.2.1: obliques at 60 degrees to the surface, from both sides.
@@ -138,7 +138,7 @@ def test_one_position_gets_one_photo() -> None:
         plan = plan_survey(
             APSC, PlanOptions(width_m=40.0, height_m=12.0, distance_m=15.0, manner=manner)
         )
-        places = np.array([[s.along_m, s.up_m, s.away_m] for s in plan.stations])
+        places = np.array([[s.along_m, s.up_m, s.away_m] for s in plan.positions])
         apart = np.linalg.norm(places[:, None] - places[None], axis=2)
         assert apart[~np.eye(len(places), dtype=bool)].min() > 0.02 * 15
 
@@ -249,7 +249,7 @@ def test_the_field_sheet_is_written_and_says_the_numbers(tmp_path: Path, ending:
         text = data.decode()
         assert "3.33 mm" in text
         assert "<svg" in text
-        assert text.count("<tr>") > len(plan.stations)
+        assert text.count("<tr>") > len(plan.positions)
         assert "http" not in text.replace("http://www.w3.org", "").replace(
             "http://purl.org", ""
         ).replace("http://creativecommons.org", "").replace("https://matplotlib.org", "")

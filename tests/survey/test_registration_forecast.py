@@ -45,7 +45,7 @@ def test_a_square_of_cameras_is_known_as_the_lever_says() -> None:
 
 def test_planned_cameras_turn_the_model_as_far_as_foretold() -> None:
     made = plan(100.0, 40.0, 30.0)
-    places = np.array([[s.along_m, -s.away_m, s.up_m] for s in made.stations])
+    places = np.array([[s.along_m, -s.away_m, s.up_m] for s in made.positions])
     found = forecast("receiver", places, (2.0, 4.0))
     rng = np.random.default_rng(1)
     turns = []
@@ -107,4 +107,4 @@ def test_the_interface_has_it_too() -> None:
     assert any("second set" in str(each.message) for each in told)
     assert [each.by for each in made.registration] == ["receiver", "control"]
     assert made.registration[0].sigma_m == (5.0, 10.0)
-    assert made.as_dict()["registration"][1]["sigma_m"] == [0.01, 0.01]
+    assert made.to_dict()["registration"][1]["sigma_m"] == [0.01, 0.01]

@@ -25,7 +25,7 @@ from vomstudio.survey.overlap import (
     features_of,
     optical_axes,
 )
-from vomstudio.survey.photo_limits import planes_in_short, planes_in_words
+from vomstudio.survey.photo_limits import planes_in_short, planes_text
 from vomstudio.survey.photo_quality import blur, interpolation_period, linear_light
 
 
@@ -421,9 +421,9 @@ def test_sizes_of_planes_are_written_as_every_other_length(pixel: float) -> None
     small = length_text(planes.size_for(5.0), 2)
     assert small in planes_in_short(planes)
     assert f"{large} (1000 px)" in planes_in_short(planes)
-    assert f"those {large} across" in planes_in_words(planes)
+    assert f"those {large} across" in planes_text(planes)
     assert f"One pixel covers {length_text(pixel, 2)}." in verdict_of([], pixel)
-    unscaled = planes_in_words(planes, metric=False)
+    unscaled = planes_text(planes, metric=False)
     assert f"those {length_text(1000 * pixel, 2, metric=False)} across" in unscaled
 
 

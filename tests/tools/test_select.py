@@ -228,7 +228,7 @@ def test_steps_and_combinations():
     assert chosen.change(one, "one")
     assert not chosen.change(one.copy(), "again")
     assert chosen.change(two, "two")
-    assert np.array_equal(ChosenElements.from_dict(chosen.as_dict()).mask, two)
+    assert np.array_equal(ChosenElements.from_dict(chosen.to_dict()).mask, two)
     assert chosen.undo()
     assert chosen.mask.tolist() == one.tolist()
     assert chosen.undo()

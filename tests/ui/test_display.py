@@ -60,7 +60,7 @@ def test_everything_comes_back_as_it_was_kept(qapp):
     shown.flush()
     again = Display(kept.append, Loop().later)
     again.load(kept[-1])
-    assert again.as_dict() == shown.as_dict()
+    assert again.to_dict() == shown.to_dict()
     assert again.mode == "field"
     assert again.clip_shown == BOX
 
@@ -77,7 +77,7 @@ def test_everything_comes_back_as_it_was_kept(qapp):
 def test_what_cannot_be_read_is_as_in_a_new_project(qapp, kept):
     shown, fresh = Display(lambda _: None, Loop().later), Display(lambda _: None, Loop().later)
     shown.load(kept)
-    assert shown.as_dict() == fresh.as_dict()
+    assert shown.to_dict() == fresh.to_dict()
 
 
 def test_the_project_keeps_the_display(window, studio):

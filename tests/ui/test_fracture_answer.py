@@ -106,5 +106,5 @@ def test_the_copied_command_has_the_same_figures(
     said = json.loads(capfd.readouterr().out)
     said.pop("image")
     assert made.mapped is not None
-    mine = json.dumps(made.mapped.found.as_dict(), default=lambda finding: finding.to_dict())
+    mine = json.dumps(made.mapped.found.to_dict(), default=lambda finding: finding.to_dict())
     assert said == nearly(json.loads(mine))

@@ -70,10 +70,10 @@ def test_the_textbook_is_chosen_in_one_step_that_undo_takes_back(
     assert studio.records[PROFILE_ID].limits == TEXTBOOK
     assert qualities(studio) == ["good", "doubtful"]
     studio.selection.set(["t0"])
-    for word in ("good", TEXTBOOK.in_words):
+    for word in ("good", TEXTBOOK.description):
         assert word in shown_verdict(window)
     studio.undo()
-    assert DEFAULTS.in_words in shown_verdict(window)
+    assert DEFAULTS.description in shown_verdict(window)
     assert PROFILE_ID not in studio.records
     assert qualities(studio) == before
     assert dialog.profile.currentData() == "error"

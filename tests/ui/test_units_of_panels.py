@@ -74,7 +74,7 @@ def test_points_that_are_taken_do_not_make_their_misfit_a_known_error(window, st
     studio.selection.set(["t1"])
     panel.take.click()
     panel.show_now()
-    taken = panel.found.max_error95_deg
+    taken = panel.found.max_confidence95_deg
     panel.sigma.setText(f"{studio.measured(['t1'])['t1'].fit.rms}")
     panel.show_now()
-    assert taken > 2.0 * panel.found.max_error95_deg
+    assert taken > 2.0 * panel.found.max_confidence95_deg

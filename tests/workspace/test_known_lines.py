@@ -73,7 +73,7 @@ def test_a_frame_says_what_the_lines_tell_and_no_more(lines, frame) -> None:
 def test_the_known_words_name_each_of_the_four_once() -> None:
     for frame in (Frame(), Frame("scaled", level=True), Frame("oriented"), Frame("local"),
                   Frame("crs", crs="EPSG:32633")):  # fmt: skip
-        words = frame.known_in_words()
+        words = frame.known_text()
         assert [words.count(w) for w in ("north", "vertical", "scale", "position")] == [1] * 4
 
 

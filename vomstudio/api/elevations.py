@@ -15,6 +15,7 @@ from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
 from vomstudio.api.reporting import Reported, told
 from vomstudio.core.findings import Message
+from vomstudio.core.results import HIDDEN
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
 from vomstudio.products.elevation.heights import draw_heights
@@ -25,16 +26,23 @@ from vomstudio.products.elevation.writing import figures_of, write_elevation
 from vomstudio.reprs import html_table, in_lines
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class ElevationModel:
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class ElevationModel(ElevationFigures):
     """Heights of a surface over a plane of reference.
 
     heights : (h, w) float32, metres along the plane's upward normal: Z of World over the
-        horizontal, else above ``figures.reference_point``; NaN where there is no surface. Rows run
-        down the plane's dip, from North to South over the horizontal
-    figures : as the command prints them, each an attribute, too: width, height, gsd_m, coverage,
-        reference_point, cell_to_world, lowest_m, highest_m, interpolation_limit_m ...
-    warnings : sentences
+        horizontal, else above ``reference_point``; NaN where there is no surface. Rows run down
+        the plane's dip, from North to South over the horizontal
+    width, height : cells; gsd_m : side of a cell; coverage : share of cells with a height
+    reference_point : (3,) World, the centre of the model's bounds
+    dip_direction_deg, dip_deg : of the plane of reference
+    right, down, normal : (3,) unit vectors of World along the columns, the rows and the heights
+    lowest_m, highest_m : heights; interpolation_limit_m : longest side of triangles between the
+        points of a cloud, None for a mesh
+    cell_to_world : (4, 4), (column, row, height, 1) to World; (0, 0) is the outer corner of the
+        top left cell, its centre (0.5, 0.5)
+    crs : of heights over the horizontal; None over any other plane
+    warnings : findings
 
     >>> import vomstudio as vs
     >>> model = vs.dem(vs.sample("sample.obj"), gsd_m=0.5)
@@ -44,87 +52,10 @@ class ElevationModel:
     True
     """
 
-    heights: npt.NDArray[np.float32]
-    figures: ElevationFigures
+    heights: npt.NDArray[np.float32] = field(metadata=HIDDEN)
     warnings: tuple[Message, ...]
-    _model: Mesh | PointCloud = field(repr=False)
-    _plan: HeightPlan = field(repr=False)
-
-    @property
-    def cell_to_world(self) -> npt.NDArray[np.float64]:
-        """(4, 4): (column, row, height, 1) to World; (0, 0) is the outer corner of the top left
-        cell, its centre (0.5, 0.5)."""
-        return np.array(self.figures.cell_to_world)
-
-    @property
-    def gsd_m(self) -> float:
-        """Side of a cell, metres."""
-        return self.figures.gsd_m
-
-    @property
-    def coverage(self) -> float:
-        """Share of the cells that have a height."""
-        return self.figures.coverage
-
-    @property
-    def reference_point(self) -> npt.NDArray[np.float64]:
-        """(3,) World, the centre of the model's bounds."""
-        return np.array(self.figures.reference_point)
-
-    @property
-    def width(self) -> int:
-        """Cells."""
-        return self.figures.width
-
-    @property
-    def height(self) -> int:
-        """Cells."""
-        return self.figures.height
-
-    @property
-    def dip_direction_deg(self) -> float:
-        """Of the plane of reference."""
-        return self.figures.dip_direction_deg
-
-    @property
-    def dip_deg(self) -> float:
-        """Of the plane of reference."""
-        return self.figures.dip_deg
-
-    @property
-    def right(self) -> npt.NDArray[np.float64]:
-        """(3,) unit vector of World along the columns."""
-        return np.array(self.figures.right)
-
-    @property
-    def down(self) -> npt.NDArray[np.float64]:
-        """(3,) unit vector of World along the rows."""
-        return np.array(self.figures.down)
-
-    @property
-    def normal(self) -> npt.NDArray[np.float64]:
-        """(3,) unit vector of World along the heights."""
-        return np.array(self.figures.normal)
-
-    @property
-    def lowest_m(self) -> float:
-        """The lowest height."""
-        return self.figures.lowest_m
-
-    @property
-    def highest_m(self) -> float:
-        """The highest height."""
-        return self.figures.highest_m
-
-    @property
-    def interpolation_limit_m(self) -> float | None:
-        """Longest side of triangles between a cloud's points; None for a mesh."""
-        return self.figures.interpolation_limit_m
-
-    @property
-    def crs(self) -> str | None:
-        """Of heights over the horizontal; None over any other plane."""
-        return self.figures.crs
+    _model: Mesh | PointCloud = field(metadata=HIDDEN)
+    _plan: HeightPlan = field(metadata=HIDDEN)
 
     def slope(self) -> npt.NDArray[np.float32]:
         """(h, w) dip of the surface from the horizontal of World, degrees; Horn's gradients over
@@ -163,7 +94,7 @@ class ElevationModel:
         return write_elevation(
             self.heights,
             self._plan,
-            self.figures,
+            self,
             file,
             files=files,
             world=source.world_crs,
@@ -175,13 +106,13 @@ class ElevationModel:
         )
 
     def _named(self) -> dict[str, Any]:
-        f = self.figures
+        azimuth = format_azimuth(self.dip_direction_deg, 1)
         return {
-            "cells": f"{f.width} x {f.height} of {f.gsd_m:g} m",
-            "plane": f"{format_azimuth(f.dip_direction_deg, 1)}/{f.dip_deg:.1f} dip direction/dip",
-            "heights": f"{f.lowest_m:.3f} to {f.highest_m:.3f} m",
-            "coverage": f"{100 * f.coverage:.0f} %",
-            "crs": f.crs,
+            "cells": f"{self.width} x {self.height} of {self.gsd_m:g} m",
+            "plane": f"{azimuth}/{self.dip_deg:.1f} dip direction/dip",
+            "heights": f"{self.lowest_m:.3f} to {self.highest_m:.3f} m",
+            "coverage": f"{100 * self.coverage:.0f} %",
+            "crs": self.crs,
             "warnings": self.warnings or None,
         }
 
@@ -228,7 +159,7 @@ def dem(
     --------
     >>> import vomstudio as vs
     >>> model = vs.dem(vs.sample("sample.obj"), plane="200/80", gsd_m=0.5)
-    >>> model.heights.shape == (model.figures.height, model.figures.width)
+    >>> model.heights.shape == (model.height, model.width)
     True
     """
     options = options_from_arguments(
@@ -247,4 +178,6 @@ def dem(
         )
         heights, limit = draw_heights(data._data, plan, options.limit_m, report)
     figures = figures_of(heights, plan, limit, source.world_crs)
-    return ElevationModel(heights, figures, plan.notes, data, plan)
+    return ElevationModel(
+        **vars(figures), heights=heights, warnings=plan.notes, _model=data, _plan=plan
+    )

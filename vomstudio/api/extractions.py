@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
-
-import numpy as np
-import numpy.typing as npt
 
 from vomstudio.api.checking import (
     path_text,
@@ -21,15 +17,13 @@ from vomstudio.api.declared_options import arguments_named, options_from_argumen
 from vomstudio.api.models import model_of
 from vomstudio.api.reporting import Reported, told
 from vomstudio.api.tables import frame
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
+from vomstudio.core.results import HIDDEN
 from vomstudio.errors import UsageError
 from vomstudio.extraction.facet_table import FacetTable
 from vomstudio.extraction.followed_trace import FollowedTrace
 from vomstudio.extraction.trace_options import FollowOptions
-from vomstudio.geology.sets.discontinuities import Discontinuity
-from vomstudio.geology.sets.proposals import DescribedSet, SetFit
 from vomstudio.progress import CancelToken
-from vomstudio.reprs import Shown
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -37,7 +31,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Facets(Shown):
+class Facets(FacetTable):
     """Facets of a model, with the names of the command.
 
     facets : how many; table : DataFrame of the orientation table's columns and `wkt` (the border,
@@ -48,30 +42,7 @@ class Facets(Shown):
     labels : {"facet": (n,), "set": (n,)} int32 of the model's points, -1 for none
     """
 
-    facets: int
-    table: Any
-    coverage: float | None
-    near_planar_share: float | None
-    level_share: float | None
-    sets: tuple[DescribedSet, ...]
-    discontinuities: tuple[Discontinuity, ...]
-    labels: dict[str, npt.NDArray[np.int32]]
-    area_m2: float
-    vegetation_share: float
-    debris_share: float
-    angle_deg: float
-    max_distance_m: float
-    min_points: int
-    min_area_m2: float | None
-    warnings: tuple[Message, ...]
-
-    def as_dict(self) -> dict[str, Any]:
-        """All but the table and the labels."""
-        return {
-            **{k: v for k, v in vars(self).items() if k not in ("table", "labels")},
-            "sets": [asdict(one) for one in self.sets],
-            "discontinuities": [asdict(one) for one in self.discontinuities],
-        }
+    table: Any = field(default=None, metadata=HIDDEN)
 
 
 def facets(
@@ -169,21 +140,7 @@ def _as_facets(found: FacetTable) -> Facets:
     table = frame(found.rows, COLUMNS)
     for column in found.more:
         table[column] = [row[column] for row in found.rows]
-    return Facets(
-        **{
-            **found.as_dict(),
-            "sets": tuple(_set_of(one) for one in found.sets),
-            "discontinuities": tuple(Discontinuity(**one) for one in found.discontinuities),
-            "warnings": found.warnings,
-        },
-        table=table,
-        labels=found.as_fields(),
-    )
-
-
-def _set_of(told_of: Mapping[str, Any]) -> DescribedSet:
-    fit = told_of["fit"]
-    return DescribedSet(**{**told_of, "fit": None if fit is None else SetFit(**fit)})
+    return Facets(**vars(found), table=table)
 
 
 def follow(

@@ -127,7 +127,7 @@ def threepoint(
     Returns
     -------
     ThreePoints: ``dip_direction_deg``, ``dip_deg``, ``strike_rhr_deg``, ``dip_error_deg`` and
-    ``dip_direction_error_deg`` (95 %, each by itself), ``max_error95_deg`` (half-angle of the
+    ``dip_direction_error_deg`` (95 %, each by itself), ``max_confidence95_deg`` (half-angle of the
     joint 95 % cone in the worst direction), ``n``, ``rms_m`` of the points about the plane (None of
     three), ``sigma_m`` behind the errors, ``warnings``, ``dropped_lines``; None where nothing is
     known of errors.

@@ -15,7 +15,8 @@ from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
 from vomstudio.api.reporting import Reported, told
 from vomstudio.api.sets import fold as fold_of
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Message
+from vomstudio.core.results import HIDDEN
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.table_folds import TableFold
 from vomstudio.products.ortho.drawn_picture import DrawnPicture, draw_picture, drawn_figures
@@ -31,16 +32,22 @@ from vomstudio.products.ortho.requests import (
 from vomstudio.reprs import html_table, in_lines
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Orthophoto:
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Orthophoto(OrthophotoFigures):
     """A picture of a model, and what each of its pixels means.
 
     image : (h, w, 4) uint8 red, green, blue, opacity; depth : (h, w) float32, metres along the view
         from the plane through ``reference_point``, growing away from the viewer; NaN where nothing
         is seen
-    figures : as the command prints them, each an attribute, too: width, height, gsd_m, trend_deg,
-        plunge_deg, right, down, direction, sense, sense_reason, coverage, reference_point, crs
-    fold : the axis that it looks along, or None; warnings : sentences
+    width, height : pixels; gsd_m : metres per pixel; coverage : share that shows the model
+    trend_deg, plunge_deg : direction of the view; the plunge is negative upward
+    right, down, direction : (3,) unit vectors of World in the picture and along the view
+    sense, sense_reason : which of two opposite views it is, and why
+    reference_point : (3,) World, where the depth is 0
+    pixel_to_world : (4, 4), (column, row, depth, 1) to World; (0, 0) is the outer corner of the
+        top left pixel, its centre (0.5, 0.5)
+    crs : of a view straight down or up; None for any other
+    fold : the axis that it looks along, or None; warnings : findings
 
     The point of World in the middle of a pixel, here at the height of the reference point:
 
@@ -51,85 +58,13 @@ class Orthophoto:
     True
     """
 
-    image: npt.NDArray[np.uint8]
-    depth: npt.NDArray[np.float32]
-    figures: OrthophotoFigures
+    image: npt.NDArray[np.uint8] = field(metadata=HIDDEN)
+    depth: npt.NDArray[np.float32] = field(metadata=HIDDEN)
     fold: FoldView | None
     warnings: tuple[Message, ...]
-    _model: Mesh | PointCloud = field(repr=False)
-    _asked: Requested = field(repr=False)
-    _drawn: DrawnPicture = field(repr=False)
-
-    @property
-    def pixel_to_world(self) -> npt.NDArray[np.float64]:
-        """(4, 4): (column, row, depth, 1) to World; (0, 0) is the outer corner of the top left
-        pixel, its centre (0.5, 0.5)."""
-        return np.array(self.figures.pixel_to_world)
-
-    @property
-    def coverage(self) -> float:
-        """Share of the pixels that show the model."""
-        return self.figures.coverage
-
-    @property
-    def width(self) -> int:
-        """Pixels."""
-        return self.figures.width
-
-    @property
-    def height(self) -> int:
-        """Pixels."""
-        return self.figures.height
-
-    @property
-    def gsd_m(self) -> float:
-        """Metres per pixel."""
-        return self.figures.gsd_m
-
-    @property
-    def trend_deg(self) -> float:
-        """The way the viewer looks."""
-        return self.figures.trend_deg
-
-    @property
-    def plunge_deg(self) -> float:
-        """The way the viewer looks; negative upward."""
-        return self.figures.plunge_deg
-
-    @property
-    def right(self) -> npt.NDArray[np.float64]:
-        """(3,) unit vector of World to the right in the picture."""
-        return np.array(self.figures.right)
-
-    @property
-    def down(self) -> npt.NDArray[np.float64]:
-        """(3,) unit vector of World downward in the picture."""
-        return np.array(self.figures.down)
-
-    @property
-    def direction(self) -> npt.NDArray[np.float64]:
-        """(3,) unit vector of World along the view."""
-        return np.array(self.figures.direction)
-
-    @property
-    def sense(self) -> str:
-        """Which of two opposite views it is."""
-        return self.figures.sense
-
-    @property
-    def sense_reason(self) -> Finding:
-        """And why."""
-        return self.figures.sense_reason
-
-    @property
-    def reference_point(self) -> npt.NDArray[np.float64]:
-        """(3,) World, where the depth is 0."""
-        return np.array(self.figures.reference_point)
-
-    @property
-    def crs(self) -> str | None:
-        """Of a view straight down or up; None for any other."""
-        return self.figures.crs
+    _model: Mesh | PointCloud = field(metadata=HIDDEN)
+    _asked: Requested = field(metadata=HIDDEN)
+    _drawn: DrawnPicture = field(metadata=HIDDEN)
 
     def save(
         self, path: str | Path, *, sheet: str | Path | None = None, force: bool = False
@@ -157,13 +92,12 @@ class Orthophoto:
         return tuple(file for file in files if file is not None)
 
     def _named(self) -> dict[str, Any]:
-        f = self.figures
+        azimuth = format_azimuth(self.trend_deg, 1)
         return {
-            "pixels": f"{f.width} x {f.height} of {f.gsd_m:g} m",
-            "toward": f"{format_azimuth(f.trend_deg, 1)}/{f.plunge_deg:.1f} trend/plunge, "
-            f"{f.sense}",
-            "coverage": f"{100 * f.coverage:.0f} %",
-            "crs": f.crs,
+            "pixels": f"{self.width} x {self.height} of {self.gsd_m:g} m",
+            "toward": f"{azimuth}/{self.plunge_deg:.1f} trend/plunge, {self.sense}",
+            "coverage": f"{100 * self.coverage:.0f} %",
+            "crs": self.crs,
             "warnings": self.warnings or None,
         }
 
@@ -251,4 +185,13 @@ def orthophoto(
     figures = drawn_figures(drawn, asked.plan, source.world_crs)
     said = (*asked.warnings, *asked.plan.notes, *drawn.said)
     warn(asked.warnings)
-    return Orthophoto(drawn.rgba, drawn.depth, figures, asked.fold, said, data, asked, drawn)
+    return Orthophoto(
+        **vars(figures),
+        image=drawn.rgba,
+        depth=drawn.depth,
+        fold=asked.fold,
+        warnings=said,
+        _model=data,
+        _asked=asked,
+        _drawn=drawn,
+    )

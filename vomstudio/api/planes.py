@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal
 
@@ -24,6 +24,7 @@ from vomstudio.api.checking import (
 from vomstudio.api.declared_options import options_from_arguments
 from vomstudio.api.tables import dataframe_crs, frame
 from vomstudio.core.findings import Finding, Message
+from vomstudio.core.results import Result
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.beds.parallel import ParallelBeds, parallel_beds
 from vomstudio.geology.notation import format_attitude
@@ -42,7 +43,7 @@ Profile = Literal["error", "textbook"]
 
 
 @dataclass(frozen=True, repr=False)
-class OrientationFigures:
+class OrientationFigures(Result):
     """The columns of the orientation table, None where a figure is undefined or does not apply."""
 
     id: Any
@@ -119,12 +120,8 @@ class OrientationFigures:
             return None
         return np.array([self.x, self.y, self.z])
 
-    def as_dict(self) -> dict[str, Any]:
-        """The figures by name."""
-        return asdict(self)
-
     def _repr_html_(self) -> str:
-        return html_table(type(self).__name__, self.as_dict())
+        return html_table(type(self).__name__, self.to_dict())
 
 
 @dataclass(frozen=True, repr=False)

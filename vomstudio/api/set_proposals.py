@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,8 @@ import numpy as np
 from vomstudio.api.checking import items_of, joined, numbers, plane_text, warn
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.tables import Azimuth, frame_of_table, rows_of
-from vomstudio.core.results import to_dict
-from vomstudio.geology.sets.proposals import FIGURES_OF_ROWS, SetProposal, propose_sets
+from vomstudio.core.results import HIDDEN
+from vomstudio.geology.sets.proposals import SetProposal, propose_sets
 from vomstudio.geology.sets.set_options import SetOptions
 from vomstudio.io.gate.point_tables import read_places
 from vomstudio.io.text.set_columns import DISCONTINUITY, PROBABILITY, SET, pieces_of
@@ -22,11 +22,7 @@ from vomstudio.io.text.set_columns import DISCONTINUITY, PROBABILITY, SET, piece
 class ProposedSets(SetProposal):
     """table : DataFrame of the rows with ``set`` ("" for none) and ``set_probability``"""
 
-    table: Any = None
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the object of the command, without the table."""
-        return to_dict(self, leave_out=(*FIGURES_OF_ROWS, "table"))
+    table: Any = field(default=None, metadata=HIDDEN)
 
 
 def sets(

@@ -38,7 +38,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
         scene = SparseScene.load(stage_folder(Path(args.scene), "frame") or args.scene)
     checked, folder = check_folder(args.photos, options.distance_m, progress_of(args))
-    out.text(_in_words(checked.report))
+    out.text(_result_text(checked))
     if scene is not None:
         from vomstudio.photogrammetry.align.scene_check import check_scene
 
@@ -49,15 +49,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
             blur={p.name: p.blur for p in checked.photos if p.blur is not None},
         )
         checked = replace(checked, aligned=after)
-        out.text("\n" + tr("After the alignment") + "\n" + _in_words(after))
-    out.result(checked.as_dict())
+        out.text("\n" + tr("After the alignment") + "\n" + _result_text(after))
+    out.result(checked.to_dict())
     out.warn(
         [Finding("photo.left-out", photo=name, reason=reason) for name, reason in checked.skipped]
     )
     out.warn(checked.warnings)
 
 
-def _in_words(report: SurveyReport) -> str:
+def _result_text(report: SurveyReport) -> str:
     unit, sizes = "mm", [None if p.gsd_m is None else 1000 * p.gsd_m for p in report.photos]
     if report.gsd is not None:
         unit, sizes = tr("units"), [p.gsd for p in report.photos]

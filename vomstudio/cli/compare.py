@@ -105,9 +105,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result["warnings"] = warnings
     out.result(named_by_unit(result, metric=metric))
     out.warn(warnings)
-    out.text(in_words(found))
+    out.text(_result_text(found))
     if agreed is not None:
-        out.text(_agreement_in_words(agreed))
+        out.text(_agreement_text(agreed))
 
 
 def _agreement(args: argparse.Namespace) -> Agreement:
@@ -123,7 +123,7 @@ def _agreement(args: argparse.Namespace) -> Agreement:
     return agreement(table, other)
 
 
-def _agreement_in_words(found: Agreement) -> str:
+def _agreement_text(found: Agreement) -> str:
     """A row for each plane that was measured on both, and how many of them agree."""
     rows = [
         [
@@ -178,7 +178,7 @@ def _written(
     )  # fmt: skip
 
 
-def in_words(found: Comparison) -> str:
+def _result_text(found: Comparison) -> str:
     """Accuracy and precision apart, and what of it is more than chance."""
     rows = [
         [what, name, text_tables.figures(value)]

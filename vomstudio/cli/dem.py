@@ -65,10 +65,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
     out.result(named_by_unit(made.to_dict(), metric=model.in_metres))
     out.warn(made.warnings)
-    out.text(_in_words(made.to_dict(), unit_of(model.in_metres)))
+    out.text(_result_text(made.to_dict(), unit_of(model.in_metres)))
 
 
-def _in_words(result: dict[str, Any], unit: str) -> str:
+def _result_text(result: dict[str, Any], unit: str) -> str:
     files = [result[k] for k in ("raster", "sidecar", "hillshade", "slope", "aspect", "contours")]
     return "\n".join(
         [

@@ -101,7 +101,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         files.append(folder / name)
     out.result(
         {
-            "checks": [check.as_dict() for check in checks],
+            "checks": [check.to_dict() for check in checks],
             "photos": photos,
             "files": [str(file) for file in files],
             "seconds": watch.seconds,
@@ -136,7 +136,7 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
     )
     from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT, ReconstructionOrder
     from vomstudio.jobs.run_job import run_job
-    from vomstudio.products.sample.photo_check import check_photos, in_words
+    from vomstudio.products.sample.photo_check import check_photos, checks_text
 
     order = ReconstructionOrder(
         sample_photos(),
@@ -151,7 +151,7 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
         raise WorkerError(Finding("sample.damaged"))
     progress.stage(tr("Comparing the model with the outcrop"))
     outcrop, cloud = read_model(sample_model()).data, read_model(Path(made.dense)).data
-    result = made.as_dict()
+    result = made.to_dict()
     checks = check_photos(
         read_cameras(made.poses),
         read_true_cameras(),
@@ -166,9 +166,9 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
     return {
         "photos": result["photos"],
         **{key: result[key] for key in keys},
-        "checks": [check.as_dict() for check in checks],
+        "checks": [check.to_dict() for check in checks],
         "files": [Path(result[key]) for key in ("mesh", "dense", "sparse", "cameras", "report")],
-        "text": in_words(checks),
+        "text": checks_text(checks),
         "warnings": made.warnings,
     }
 

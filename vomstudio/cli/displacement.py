@@ -51,10 +51,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
             for each in found.skipped
         ]
     )
-    out.text(_in_words(result))
+    out.text(_result_text(result))
 
 
-def _in_words(result: dict[str, Any]) -> str:
+def _result_text(result: dict[str, Any]) -> str:
     heads = [tr("pair"), tr("net"), "+-", tr("throw"), "+-", tr("heave"), "+-", tr("strike slip"),
              tr("slip rake")]  # fmt: skip
     rows = []

@@ -80,7 +80,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result["warnings"] = warnings
     out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(warnings)
-    out.text(in_words(found, unit_of(model.in_metres)))
+    out.text(_result_text(found, unit_of(model.in_metres)))
 
 
 def _belief(
@@ -104,7 +104,7 @@ def _belief(
     return belief_of_attitude(plane, through, options.error_deg, options.through_error_m), ()
 
 
-def in_words(found: ExtendedPlane, unit: str) -> str:
+def _result_text(found: ExtendedPlane, unit: str) -> str:
     """The planes that meet the model, and how well their place is known."""
     rows = [
         [

@@ -24,6 +24,7 @@ from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.extraction.facet_table import FacetTable
+    from vomstudio.geology.sets.proposals import DescribedSet
 
 _SHOWN = 20
 
@@ -71,10 +72,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
         )
     progress.stage(tr("Writing the results"))
     warnings += unknown_unit(model)
-    result: dict[str, Any] = {**found.as_dict(), "table": args.output}
+    result: dict[str, Any] = {**found.to_dict(), "table": args.output}
     warnings += found.warnings
     if args.labels is not None:
-        warnings += write_labelled(args, model, found.as_fields())
+        warnings += write_labelled(args, model, found.labels)
         result["labels"] = args.labels
     write_orientation_csv(
         args.output, found.rows, crs=model.crs, limits=DEFAULTS, more=found.more, force=args.force
@@ -82,10 +83,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result["warnings"] = warnings
     out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(warnings)
-    out.text(in_words(found))
+    out.text(_result_text(found))
 
 
-def in_words(found: FacetTable) -> str:
+def _result_text(found: FacetTable) -> str:
     """The largest facets, and how much of the outcrop all of them cover."""
     heads = [tr("facet"), tr("plane"), tr("area"), tr("n"), tr("quality")]
     units = ["", tr("dip direction/dip ± 95 %"), "m2", "", ""]
@@ -117,26 +118,20 @@ def in_words(found: FacetTable) -> str:
                 share=100.0 * found.near_planar_share,
             )
         )
-    return "\n".join([*said, *(_set_in_words(one) for one in found.sets)])
+    return "\n".join([*said, *(_set_text(one) for one in found.sets)])
 
 
-def _set_in_words(one: dict[str, Any]) -> str:
-    plane = (
-        f"{text_tables.azimuth(one['dip_direction_deg'], 1)}/"
-        f"{text_tables.inclination(one['dip_deg'], 1)}"
-    )
-    if one["spacing_m"] is None:
+def _set_text(one: DescribedSet) -> str:
+    plane = text_tables.plane(vars(one))
+    if one.spacing_m is None:
         return tr(
-            "Set {name}: {count} facets about {plane}.",
-            name=one["name"],
-            count=one["n"],
-            plane=plane,
+            "Set {name}: {count} facets about {plane}.", name=one.name, count=one.n, plane=plane
         )
     return tr(
         "Set {name}: {count} facets of {planes} discontinuities about {plane}, {spacing} m apart.",
-        name=one["name"],
-        count=one["n"],
-        planes=one["discontinuities"],
+        name=one.name,
+        count=one.n,
+        planes=one.discontinuities,
         plane=plane,
-        spacing=text_tables.figures(one["spacing_m"]),
+        spacing=text_tables.figures(one.spacing_m),
     )

@@ -72,7 +72,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result: dict[str, Any] = {
         "planes": rows,
         "skipped": skipped,
-        "bands": [{"id": name, **found.as_dict()} for name, found in bands.items()],
+        "bands": [{"id": name, **found.to_dict()} for name, found in bands.items()],
         "crossings": crossing,
         "dropped_lines": list(groups.dropped),
         "warnings": list(groups.warnings),
@@ -101,15 +101,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
         ]
     )
     if rows:
-        out.text(f"{_in_words(rows)}\n{limits.in_words}")
+        out.text(f"{_result_text(rows)}\n{limits.description}")
     for name, found in bands.items():
-        out.text("\n".join(f"{name}: {said}" for said in straight_traces.band_in_words(found)))
+        out.text("\n".join(f"{name}: {said}" for said in straight_traces.band_lines(found)))
     for each in crossing:
-        out.text(straight_traces.crossing_in_words(each))
+        out.text(straight_traces.crossing_text(each))
     if parallel is not None:
-        out.text(f"\n{_parallel_in_words(parallel)}")
+        out.text(f"\n{_parallel_text(parallel)}")
     if curved is not None:
-        out.text(f"\n{curved_beds.in_words(curved)}")
+        out.text(f"\n{curved_beds.result_text(curved)}")
 
 
 def _plot_of(args: argparse.Namespace) -> str:
@@ -130,7 +130,7 @@ def _parallel(path: str, same: Sequence[str], groups: PointGroups) -> ParallelBe
         return parallel_beds(groups.ids, groups.points, groups.offsets, pairs=pairs)
 
 
-def _parallel_in_words(found: ParallelBeds) -> str:
+def _parallel_text(found: ParallelBeds) -> str:
     said = tr(
         "Parallel planes together: {plane} (dip direction/dip, 95 %; {smallest} deg at least), "
         "rms {rms} m, p of being parallel {p}",
@@ -171,7 +171,7 @@ def _nothing_fitted(path: str, by: str | None, skipped: list[dict[str, Any]]) ->
     )
 
 
-def _in_words(rows: list[dict[str, Any]]) -> str:
+def _result_text(rows: list[dict[str, Any]]) -> str:
     from vomstudio.geology.notation import attitude_decimals, format_azimuth
 
     heads = [

@@ -44,7 +44,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.result(found.to_dict())
     out.note(tr("read as {convention}", convention=found.convention))
     out.warn(found.warnings)
-    out.text(_in_words(found))
+    out.text(_result_text(found))
 
 
 def _registered(beta: dict[str, Any]) -> list[tuple[str, str]]:
@@ -128,7 +128,7 @@ def _domains(domains: Mapping[str, DomainFigures] | None) -> list[tuple[str, str
     ]
 
 
-def _in_words(found: TableFold) -> str:
+def _result_text(found: TableFold) -> str:
     result = found.to_dict()
     beta, plane = result["beta"], result["pi_plane"]
     confidence = tr("undefined")
@@ -174,5 +174,5 @@ def _in_words(found: TableFold) -> str:
             ),
         ),
     ]
-    lines = [f"{label:<14} {value}" for label, value in rows]
-    return "\n".join([*lines, *(f"  - {reason}" for reason in result["reasons"])])
+    reasons = (f"  - {reason}" for reason in result["reasons"])
+    return "\n".join([text_tables.labelled(rows, 14), *reasons])

@@ -59,12 +59,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result = {**mapped.found.to_dict(), "image": args.plot}
     out.result(result)
     out.warn(mapped.found.warnings)
-    out.text(_in_words(mapped.found))
+    out.text(_result_text(mapped.found))
     for note in mapped.found.notes:
         out.note(note.message)
 
 
-def _in_words(found: FractureNetwork) -> str:
+def _result_text(found: FractureNetwork) -> str:
     from vomstudio.products.fractures.words import figure_rows
 
     rows = figure_rows(found)

@@ -35,7 +35,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     report = take_frames(
         args.video, args.output, fps=options.fps, force=args.force, progress=progress_of(args)
     )
-    out.result(report.as_dict())
+    out.result(report.to_dict())
     out.warn(report.warnings)
     lines = [
         tr(

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import (
     Subparsers,
     add_command,
@@ -53,10 +54,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
             found = _described(Path(name), progress)
         except InputError as error:
             out.error(f"vomstudio: {error}")
-            first_error = first_error or error.as_dict()
-            found = {**NOTHING, "error": error.as_dict()}
+            first_error = first_error or error.to_dict()
+            found = {**NOTHING, "error": error.to_dict()}
         else:
-            out.text(_in_words(name, found))
+            out.text(_result_text(name, found))
             out.warn([as_finding(each).of_file(name) for each in found.get("warnings", ())])
         files.append({**NOTHING, **found, "path": name})
     result: dict[str, Any] = {"files": files}
@@ -266,67 +267,59 @@ def _grid(path: Path, progress: Progress) -> dict[str, Any]:
     return {**NOTHING, **found, "kind": "raster", "width": width, "height": height, "fields": bands}
 
 
-def _extent_in_words(found: dict[str, Any]) -> list[str]:
+def _extent_rows(found: dict[str, Any]) -> list[tuple[str, str]]:
     """Bounds and spacing with the unit that they are in, and what the file states."""
-    lines = []
+    rows = []
     units = found.get("units") or ["unknown"] * 3
     metric = "resolution" not in found and units[0] != "unknown"
     if bounds := found.get("bounds"):
         for axis, unit, low, high in zip("xyz", units, *bounds, strict=True):
             if low is None:  # a picture has no heights
                 continue
-            said = tr("{low:.3f} to {high:.3f}", low=low, high=high)
             shown = "m" if metric else unit
             label = axis if shown == "unknown" else f"{axis}, {shown}"
-            lines.append(f"  {label:<15}{said}")
+            rows.append((label, tr("{low:.3f} to {high:.3f}", low=low, high=high)))
     if spacing := found.get("resolution_m"):
-        lines.append(f"  {tr('resolution, m'):<15}{spacing:.4g}")
+        rows.append((tr("resolution, m"), f"{spacing:.4g}"))
     elif spacing := found.get("resolution"):
-        lines.append(f"  {tr('resolution'):<15}{spacing:.4g}")
+        rows.append((tr("resolution"), f"{spacing:.4g}"))
     if found.get("units"):
         stated = tr("unknown") if set(units) == {"unknown"} else ", ".join(units)
-        lines.append(f"  {tr('file units'):<15}{stated}")
-    return lines
+        rows.append((tr("file units"), stated))
+    return rows
 
 
-def _in_words(name: str, found: dict[str, Any]) -> str:
-    lines = [f"{name}: {found['kind']}"]
-    for key, label in (
-        ("photos", tr("photos")),
-        ("with_gps", tr("with GPS")),
-        ("with_masks", tr("with masks")),
-        ("points", tr("points")),
-        ("faces", tr("faces")),
-        ("width", tr("width, px")),
-        ("height", tr("height, px")),
-    ):
-        if found.get(key):
-            lines.append(f"  {label:<15}{found[key]}")
-    for camera in found.get("cameras", ()):
-        focal = camera["focal_px"]
-        known = (
-            f"f = {focal:.0f} px ({camera['focal_source']})"
-            if focal
-            else tr("focal length unknown")
-        )
-        said = tr_n(
-            "{camera}: {count} photo of {width} x {height} px, {focal}",
-            "{camera}: {count} photos of {width} x {height} px, {focal}",
-            camera["photos"],
-            camera=camera["camera"] or tr("unknown"),
-            width=camera["width"],
-            height=camera["height"],
-            focal=known,
-        )
-        lines.append(f"  {tr('camera'):<15}{said}")
-    lines += _extent_in_words(found)
+def _camera_text(camera: dict[str, Any]) -> str:
+    focal = tr("focal length unknown")
+    if camera["focal_px"]:
+        focal = f"f = {camera['focal_px']:.0f} px ({camera['focal_source']})"
+    return tr_n(
+        "{camera}: {count} photo of {width} x {height} px, {focal}",
+        "{camera}: {count} photos of {width} x {height} px, {focal}",
+        camera["photos"],
+        camera=camera["camera"] or tr("unknown"),
+        width=camera["width"],
+        height=camera["height"],
+        focal=focal,
+    )
+
+
+def _result_text(name: str, found: dict[str, Any]) -> str:
+    counts = {
+        "photos": tr("photos"),
+        "with_gps": tr("with GPS"),
+        "with_masks": tr("with masks"),
+        "points": tr("points"),
+        "faces": tr("faces"),
+        "width": tr("width, px"),
+        "height": tr("height, px"),
+    }
+    lists = {"fields": tr("fields"), "materials": tr("materials"), "textures": tr("textures")}
+    rows = [(label, str(found[key])) for key, label in counts.items() if found.get(key)]
+    rows += [(tr("camera"), _camera_text(camera)) for camera in found.get("cameras", ())]
+    rows += _extent_rows(found)
     if found["kind"] in ("mesh", "cloud") or found.get("crs"):
-        lines.append(f"  {tr('CRS'):<15}{found.get('crs') or tr('none in the file')}")
-    for key, label in (
-        ("fields", tr("fields")),
-        ("materials", tr("materials")),
-        ("textures", tr("textures")),
-    ):
-        if found.get(key):
-            lines.append(f"  {label:<15}{', '.join(map(str, found[key]))}")
-    return "\n".join(lines)
+        rows.append((tr("CRS"), found.get("crs") or tr("none in the file")))
+    rows += [(t, ", ".join(map(str, found[k]))) for k, t in lists.items() if found.get(k)]
+    heading = f"{name}: {found['kind']}"
+    return f"{heading}\n{text_tables.labelled(rows, 14, '  ')}" if rows else heading

@@ -118,7 +118,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
     out.result(named_by_unit(found.to_dict(), metric=place.in_metres))
     out.warn(found.warnings)
-    out.text(_in_words(found.to_dict(), unit_of(place.in_metres)))
+    out.text(_result_text(found.to_dict(), unit_of(place.in_metres)))
 
 
 class _Place(NamedTuple):
@@ -173,7 +173,7 @@ def _fold(table: str, azimuth: Any) -> TableFold:
     return table_fold(read_orientations(table, azimuth))
 
 
-def _in_words(result: dict[str, Any], unit: str) -> str:
+def _result_text(result: dict[str, Any], unit: str) -> str:
     files = [result[key] for key in ("image", "depth", "sidecar", "world_file", "sheet")]
     cost = (result["fold"] or {}).get("cost")
     return "\n".join(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
+from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
@@ -51,15 +52,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
     plan = foretold(plan, options.receiver_m, options.control_m)
     if args.output is not None:
         write_field_sheet(args.output, plan, force=args.force)
-    out.result({**plan.as_dict(), "sheet": args.output})
+    out.result({**plan.to_dict(), "sheet": args.output})
     out.warn(plan.warnings)
-    out.text(_in_words(plan))
+    out.text(_result_text(plan))
     if args.output is not None:
         out.text(str(args.output))
 
 
-def _in_words(plan: SurveyPlan) -> str:
-    from vomstudio.survey.foretold_plan import forecast_in_words
+def _result_text(plan: SurveyPlan) -> str:
+    from vomstudio.survey.foretold_plan import forecast_text
     from vomstudio.survey.photo_limits import planes_in_short
 
     near, far = plan.depth_of_field_m
@@ -95,7 +96,7 @@ def _in_words(plan: SurveyPlan) -> str:
             tr("photos"),
             tr(
                 "{count}: {perpendicular} perpendicular, {oblique} oblique by 30 degrees",
-                count=len(plan.stations),
+                count=len(plan.positions),
                 perpendicular=len(plan.of_kind("perpendicular")),
                 oblique=len(plan.of_kind("oblique")),
             ),
@@ -131,7 +132,6 @@ def _in_words(plan: SurveyPlan) -> str:
                 size=100 * plan.target_size_m,
             ),
         ),
-        *((tr("registration"), forecast_in_words(each)) for each in plan.registration),
+        *((tr("registration"), forecast_text(each)) for each in plan.registration),
     ]
-    width = max(len(label) for label, _ in rows) + 1
-    return "\n".join(f"{label:<{width}}{value}" for label, value in rows)
+    return text_tables.labelled(rows)

@@ -154,9 +154,9 @@ def _run(args: argparse.Namespace, out: Output) -> None:
 # --- looking -------------------------------------------------------------------------------------
 def _list(args: argparse.Namespace, out: Output) -> None:
     summary = _summary(args)
-    out.result(summary.as_dict())
+    out.result(summary.to_dict())
     out.warn(summary.problems)
-    out.text(_in_words(summary))
+    out.text(_result_text(summary))
 
 
 def _create(args: argparse.Namespace, out: Output) -> None:
@@ -197,16 +197,16 @@ def _fit(args: argparse.Namespace, out: Output) -> None:
         "lines": [row for row in found.rows if row["element"] == "line"],
         "skipped": list(found.skipped),
     }
-    out.result({**_summary(args).as_dict(), **result})
+    out.result({**_summary(args).to_dict(), **result})
     out.warn(
         [
             Finding("feature.left-out", feature=item["name"], reason=item["reason"])
             for item in found.skipped
         ]
     )
-    said = [_row_in_words(row) for row in found.rows]
+    said = [_row_text(row) for row in found.rows]
     if any(row.get("quality") for row in found.rows):
-        said.append(found.limits.in_words)
+        said.append(found.limits.description)
     out.text("\n".join(said) or tr("no features"))
 
 
@@ -216,8 +216,8 @@ def _looked_at(args: argparse.Namespace, out: Output) -> None:
 
     with _changing(args, out, saves=False) as desk:
         found, said = shares_of(desk)
-    grids = [{"id": g.id, "name": g.name, "model": g.model, **g.found.as_dict()} for g in found]
-    out.result({**_summary(args).as_dict(), "grids": grids})
+    grids = [each.to_dict() for each in found]
+    out.result({**_summary(args).to_dict(), "grids": grids})
     out.warn(said)
     lines = [line for g in found for line in (g.name, *looked_at_rows(g.found), "")]
     out.text("\n".join(lines).strip() or tr("no grid was laid over a face"))
@@ -228,7 +228,7 @@ def _verify(args: argparse.Namespace, out: Output) -> None:
 
     found = verify(Path(args.project))
     result = {"sound": found.sound, "problems": list(found.problems), "assets": found.assets}
-    out.result({**_summary(args).as_dict(), **result})
+    out.result({**_summary(args).to_dict(), **result})
     out.warn(found.problems)
     # A project that is not sound is no success, whoever asks by a script.
     out.failed = not found.sound
@@ -258,7 +258,7 @@ def _add_model(args: argparse.Namespace, out: Output) -> None:
 
 
 def _register(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.cli.register import in_words
+    from vomstudio.cli.register import placement_text
     from vomstudio.io.control.observation_tables import read_pairs
     from vomstudio.io.gis.crs import metric_crs
     from vomstudio.workspace.placing.registering import parse_click_sigma, set_words
@@ -282,13 +282,15 @@ def _register(args: argparse.Namespace, out: Output) -> None:
             placed, turned, sets, fitted = desk.fit_to_reference(
                 model, args.reference, pairs, crs, args.stable, click_m
             )
-            more = {"reference": fitted.as_dict()}
+            more = {"reference": fitted.to_dict()}
     out.warn(placed.warnings)
     what = {
-        "model": model.id, "turned_deg": turned, "sets_turned_deg": sets, **placed.as_dict(), **more
+        "model": model.id, "turned_deg": turned, "sets_turned_deg": sets, **placed.to_dict(), **more
     }  # fmt: skip
     said = tr("{model} was placed; it turned by {turn:.2f} degrees.", model=model.name, turn=turned)
-    _report(args, out, what, "\n".join(filter(None, (in_words(placed), said, set_words(sets)))))
+    _report(
+        args, out, what, "\n".join(filter(None, (placement_text(placed), said, set_words(sets))))
+    )
 
 
 def _add_picks(args: argparse.Namespace, out: Output) -> None:
@@ -429,7 +431,7 @@ def _changing(
 
 
 def _report(args: argparse.Namespace, out: Output, what: dict[str, Any], words: str) -> None:
-    out.result({**_summary(args).as_dict(), **what})
+    out.result({**_summary(args).to_dict(), **what})
     out.text(words)
 
 
@@ -440,7 +442,7 @@ def _summary(args: argparse.Namespace) -> ProjectSummary:
     return summarise(Path(args.project))
 
 
-def _in_words(summary: ProjectSummary) -> str:
+def _result_text(summary: ProjectSummary) -> str:
     def counts(of: dict[str, int]) -> str:
         return ", ".join(f"{name} {count}" for name, count in of.items())
 
@@ -477,7 +479,7 @@ def _in_words(summary: ProjectSummary) -> str:
     return "\n".join(lines)
 
 
-def _row_in_words(row: dict[str, Any]) -> str:
+def _row_text(row: dict[str, Any]) -> str:
     from vomstudio.cli.common import text_tables
 
     if row["element"] == "line":

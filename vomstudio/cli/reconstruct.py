@@ -37,12 +37,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     order, findings = order_reconstruction(args.photos, args.output, options)
     result = run_job(RECONSTRUCT, order, progress_of(args))
     result = replace(result, warnings=(*findings, *result.warnings))
-    out.result(result.as_dict())
+    out.result(result.to_dict())
     out.warn(result.warnings)
-    out.text(_in_words(result))
+    out.text(_result_text(result))
 
 
-def _in_words(result: Reconstruction) -> str:
+def _result_text(result: Reconstruction) -> str:
     lines = [
         tr(
             "{aligned} of {count} photos aligned, reprojection error {error:.2f} px",

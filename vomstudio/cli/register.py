@@ -18,7 +18,6 @@ from vomstudio.words import tr
 if TYPE_CHECKING:
     from vomstudio.registration.attitude_evidence import AttitudeMiss
     from vomstudio.registration.results import Placed
-    from vomstudio.workspace.placing.reference_fitting import ReferenceFit
     from vomstudio.workspace.placing.register_order import Registered
 
 
@@ -41,6 +40,7 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.files.atomic import check_target
+    from vomstudio.registration.remarks import reference_fit_finding
     from vomstudio.workspace.placing.register_order import register_model
 
     options = options_from(args, RegisterOptions)
@@ -53,36 +53,29 @@ def run(args: argparse.Namespace, out: Output) -> None:
             args.output, force=args.force, inputs=[] if args.model == "-" else [args.model]
         )
     found = register_model(args.model, options, progress_of(args))
-    result = found.as_dict()
+    result = found.to_dict()
     warnings = list(found.placed.warnings)
     if args.output is not None:
         warnings += _written(args, found, result)
     result["warnings"] = warnings
     out.result(result)
     out.warn(warnings)
-    if found.fitted is not None:
-        out.text(_fit_in_words(found.fitted))
-    out.text(in_words(found.placed))
+    if found.reference is not None:
+        fit = found.reference.fitted
+        shares = fit.places, fit.overlap, fit.rms_m, fit.blocks, fit.block_m
+        out.text(reference_fit_finding(*shares).message)
+    out.text(placement_text(found.placed))
     if found.attitudes:
-        out.text(_of_photos(found.attitudes))
+        out.text(_attitudes_text(found.attitudes))
 
 
-def _of_photos(photos: Sequence[AttitudeMiss]) -> str:
+def _attitudes_text(photos: Sequence[AttitudeMiss]) -> str:
     rows = [
         [p.photo, *(text_tables.figures(v) for v in (p.yaw_deg, p.pitch_deg, p.roll_deg))]
         for p in photos
     ]
     heads = [tr("photo"), tr("yaw"), tr("pitch"), tr("roll")]
     return "\n" + text_tables.table(heads, ["", "°", "°", "°"], rows)
-
-
-def _fit_in_words(fitted: ReferenceFit) -> str:
-    from vomstudio.registration.remarks import reference_fit_finding
-
-    found = fitted.fitted
-    return reference_fit_finding(
-        found.places, found.overlap, found.rms_m, found.blocks, found.block_m
-    ).message
 
 
 def _written(args: argparse.Namespace, made: Registered, result: dict[str, Any]) -> list[Finding]:
@@ -113,7 +106,7 @@ def _written(args: argparse.Namespace, made: Registered, result: dict[str, Any])
     return warnings
 
 
-def in_words(found: Placed) -> str:
+def placement_text(found: Placed) -> str:
     """Two tables and sentences."""
     from vomstudio.registration.remarks import worst_axis_findings
 

@@ -95,7 +95,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         out.note(tr("read as {convention}", convention=read.convention))
     out.warn(made.warnings)
     words = writing.projection_words(figures)
-    out.text(_in_words(made.to_dict(), unit_of(model.in_metres), words))
+    out.text(_result_text(made.to_dict(), unit_of(model.in_metres), words))
 
 
 def _curtain(
@@ -130,7 +130,7 @@ def _direction(text: str | None) -> Any:
         raise
 
 
-def _in_words(result: dict[str, Any], unit: str, projected: list[str]) -> str:
+def _result_text(result: dict[str, Any], unit: str, projected: list[str]) -> str:
     said = [
         tr(
             "{count} lines, {length:.3f} {unit} in all",

@@ -63,10 +63,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.result(result)
     out.note(tr("read as {convention}", convention=found.convention))
     out.warn(warnings)
-    out.text(_in_words(result))
+    out.text(_result_text(result))
 
 
-def _in_words(result: dict[str, Any]) -> str:
+def _result_text(result: dict[str, Any]) -> str:
     number = text_tables.number
     rows = [
         [

@@ -50,7 +50,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
         with atomic_write(args.plot, args.force) as temporary:
             write_slip_figure(temporary, table, found, format=format_)
-    result = {**found.as_dict(), "image": args.plot}
+    result = {**found.to_dict(), "image": args.plot}
     out.result(result)
     out.warn(found.warnings)
     axes, dihedra = result["kinematic_axes"], result["right_dihedra"]

@@ -74,7 +74,7 @@ def _run_face(args: argparse.Namespace, out: Output) -> None:
     out.result({**found.to_dict(), "image": args.plot})
     out.note(tr("read as {convention}", convention=found.convention))
     out.warn(found.warnings)
-    out.text(_in_words(found))
+    out.text(_result_text(found))
 
 
 def _run_facets(args: argparse.Namespace, out: Output) -> None:
@@ -113,10 +113,10 @@ def _run_facets(args: argparse.Namespace, out: Output) -> None:
     out.result({**found.to_dict(), "table": args.output, "model": args.paint, "warnings": warnings})
     out.note(tr("read as {convention}", convention=found.convention))
     out.warn(warnings)
-    out.text(_facets_in_words(found))
+    out.text(_facets_text(found))
 
 
-def _facets_in_words(found: FacetSlopes) -> str:
+def _facets_text(found: FacetSlopes) -> str:
     """Those facets first at which most is critical."""
     head = tr(
         "{count} facets as slopes, {n} planes, friction {friction:g} deg, lateral limit "
@@ -146,7 +146,7 @@ def _facets_in_words(found: FacetSlopes) -> str:
     return "\n".join(said)
 
 
-def _in_words(found: TableSlope) -> str:
+def _result_text(found: TableSlope) -> str:
     face = found.face
     head = tr(
         "face {face} (dip direction/dip), friction {friction:g} deg, lateral limit {lateral:g} deg",

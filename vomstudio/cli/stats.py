@@ -40,73 +40,70 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.result(result)
     out.note(tr("read as {convention}", convention=found.convention))
     out.warn(found.warnings)
-    out.text("\n\n".join(_in_words(name, of_set) for name, of_set in result["sets"].items()))
+    out.text("\n\n".join(_result_text(name, of_set) for name, of_set in result["sets"].items()))
 
 
-def _in_words(name: str, found: dict[str, Any]) -> str:
-    s1, s2, s3 = found["tensor"]["eigenvalues"]
-    lines = [_heading(name, found)]
-    fisher = found["fisher"]
+def _result_text(name: str, found: dict[str, Any]) -> str:
+    number = text_tables.number
+    tensor, shape, vollmer = found["tensor"], found["woodcock"], found["vollmer"]
+    s1, s2, s3 = tensor["eigenvalues"]
+    axes = ", ".join(map(text_tables.line, tensor["axes"]))
+    rows = [
+        *_fisher_rows(found),
+        (tr("tensor"), f"S1 {s1:.4f}, S2 {s2:.4f}, S3 {s3:.4f}"),
+        (tr("axes"), tr("{axes}  (trend/plunge, deg)", axes=axes)),
+        ("Woodcock", f"K {number(shape['K'], 4)}, C {number(shape['C'], 4)}"),
+        ("Vollmer", f"P {vollmer['P']:.4f}, G {vollmer['G']:.4f}, R {vollmer['R']:.4f}"),
+        ("Bingham", _bingham_text(found)),
+        ("Kent", _kent_text(found)),
+        (tr("uniformity"), _uniformity_text(found["uniformity"])),
+        *_weight_rows(found["weights"]),
+    ]
+    return f"{_heading(name, found)}\n{text_tables.labelled(rows, 15, '  ')}"
+
+
+def _fisher_rows(found: dict[str, Any]) -> list[tuple[str, str]]:
+    fisher, number = found["fisher"], text_tables.number
     if fisher is None:
-        said = tr("none: {reason}", reason=found["fisher_reason"])
-    else:
-        said = (
-            f"{text_tables.line(fisher)}  "
-            f"alpha95 {text_tables.number(fisher['alpha95_deg'], 2)} deg, "
-            f"kappa {text_tables.number(fisher['kappa'], 2)}, "
-            f"R {text_tables.number(fisher['R'], 4)}" + _fit(fisher["fit_p"])
-        )
-        if fisher["alpha95_deg"] is None and found["fisher_reason"]:
-            said += f" ({found['fisher_reason']})"
-    lines.append(f"  {tr('Fisher mean'):<15} {said}")
-    if fisher is not None and fisher["registration_error_deg"] is not None:
+        return [(tr("Fisher mean"), tr("none: {reason}", reason=found["fisher_reason"]))]
+    said = (
+        f"{text_tables.line(fisher)}  alpha95 {number(fisher['alpha95_deg'], 2)} deg, "
+        f"kappa {number(fisher['kappa'], 2)}, R {number(fisher['R'], 4)}{_fit(fisher['fit_p'])}"
+    )
+    if fisher["alpha95_deg"] is None and found["fisher_reason"]:
+        said += f" ({found['fisher_reason']})"
+    rows = [(tr("Fisher mean"), said)]
+    if fisher["registration_error_deg"] is not None:
         said = tr(
             "{registration} deg (95 %), with alpha95 {total} deg",
-            registration=text_tables.number(fisher["registration_error_deg"], 2),
-            total=text_tables.number(fisher["total95_deg"], 2),
+            registration=number(fisher["registration_error_deg"], 2),
+            total=number(fisher["total95_deg"], 2),
         )
-        lines.append(f"  {tr('registration'):<15} {said}")
-    lines.append(f"  {tr('tensor'):<15} S1 {s1:.4f}, S2 {s2:.4f}, S3 {s3:.4f}")
-    axes = ", ".join(text_tables.line(axis) for axis in found["tensor"]["axes"])
-    lines.append(f"  {tr('axes'):<15} " + tr("{axes}  (trend/plunge, deg)", axes=axes))
-    shape, vollmer = found["woodcock"], found["vollmer"]
-    lines.append(
-        f"  {'Woodcock':<15} K {text_tables.number(shape['K'], 4)}, "
-        f"C {text_tables.number(shape['C'], 4)}"
+        rows.append((tr("registration"), said))
+    return rows
+
+
+def _uniformity_text(test: dict[str, Any]) -> str:
+    if test["p"] is None:
+        return tr("undefined")
+    return tr("{test}: p {p}", test=test["test"], p=_chance(test["p"]))
+
+
+def _weight_rows(weights: dict[str, Any] | None) -> list[tuple[str, str]]:
+    if weights is None:
+        return []
+    said = tr(
+        "by error ({column}), natural scatter {scatter:.1f} deg; worth {n:.1f} equal ones",
+        column=weights["column"],
+        scatter=weights["natural_scatter_deg"],
+        n=weights["effective_n"],
     )
-    lines.append(
-        f"  {'Vollmer':<15} P {vollmer['P']:.4f}, G {vollmer['G']:.4f}, R {vollmer['R']:.4f}"
-    )
-    return "\n".join([*lines, *_models_in_words(found)])
+    if count := weights["without_error"]:
+        said = tr("{said}; {count} without an error took the median", said=said, count=count)
+    return [(tr("weights"), said)]
 
 
-def _models_in_words(found: dict[str, Any]) -> list[str]:
-    """Distributions, the test of uniformity and weights."""
-    rows = [("Bingham", _bingham_in_words(found)), ("Kent", _kent_in_words(found))]
-    test = found["uniformity"]
-    said = tr("undefined")
-    if test["p"] is not None:
-        said = tr("{test}: p {p}", test=test["test"], p=_chance(test["p"]))
-    rows.append((tr("uniformity"), said))
-    weights = found["weights"]
-    if weights is not None:
-        said = tr(
-            "by error ({column}), natural scatter {scatter:.1f} deg; worth {n:.1f} equal ones",
-            column=weights["column"],
-            scatter=weights["natural_scatter_deg"],
-            n=weights["effective_n"],
-        )
-        if weights["without_error"]:
-            said = tr(
-                "{said}; {count} without an error took the median",
-                said=said,
-                count=weights["without_error"],
-            )
-        rows.append((tr("weights"), said))
-    return [f"  {label:<15} {said}" for label, said in rows]
-
-
-def _bingham_in_words(found: dict[str, Any]) -> str:
+def _bingham_text(found: dict[str, Any]) -> str:
     bingham = found["bingham"]
     if bingham is None:
         return tr("none: {reason}", reason=found["bingham_reason"])
@@ -121,7 +118,7 @@ def _bingham_in_words(found: dict[str, Any]) -> str:
     return said + _fit(bingham["fit_p"])
 
 
-def _kent_in_words(found: dict[str, Any]) -> str:
+def _kent_text(found: dict[str, Any]) -> str:
     kent = found["kent"]
     if kent is None:
         return tr("none: {reason}", reason=found["kent_reason"])

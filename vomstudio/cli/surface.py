@@ -86,7 +86,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result["warnings"] = warnings
     out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(warnings)
-    out.text(in_words(result, unit_of(model.in_metres)))
+    out.text(_result_text(result, unit_of(model.in_metres)))
 
 
 def _patch(args: argparse.Namespace, data: Mesh | PointCloud, place: Any) -> Mesh | PointCloud:
@@ -97,7 +97,7 @@ def _patch(args: argparse.Namespace, data: Mesh | PointCloud, place: Any) -> Mes
     return data if args.facet is None else of_facet(data, args.facet)
 
 
-def in_words(found: dict[str, Any], unit: str) -> str:
+def _result_text(found: dict[str, Any], unit: str) -> str:
     """What the patch shows beyond its plane."""
     plane, figures = found["plane"], text_tables.figures
     said = [

@@ -36,10 +36,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     with numbers_of(args.points):
         found = plane_of_three_points(read.points, options.sigma_m)
     found = found.of_table(read.dropped, read.warnings)
-    out.result(found.as_dict())
+    out.result(found.to_dict())
     out.warn(found.warnings)
-    said = format_attitude(found.plane, found.max_error95_deg)
-    if found.max_error95_deg is None:
+    said = format_attitude(found.plane, found.max_confidence95_deg)
+    if found.max_confidence95_deg is None:
         out.text(tr("{plane}; nothing is known of its error", plane=said))
         return
     if found.dip_direction_error_deg is None:

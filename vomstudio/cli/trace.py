@@ -118,11 +118,11 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
     if args.photo is not None:
         notes.append(tr("in the photo {photo}", photo=Path(args.photo).name))
     write_path(args.output, found.points, crs=model.crs, notes=notes, force=args.force)
-    result: dict[str, Any] = {**found.as_dict(), "table": args.output}
+    result: dict[str, Any] = {**found.to_dict(), "table": args.output}
     result["warnings"] = [*model.warnings, *noticed, *found.warnings]
     out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(result["warnings"])
-    out.text(in_words(found, unit_of(model.in_metres)))
+    out.text(_result_text(found, unit_of(model.in_metres)))
 
 
 def _way_points(
@@ -195,7 +195,7 @@ def _require_on_model(
     raise InputError(off_model_finding(row + 1, far, resolution), file=path, line=line)
 
 
-def in_words(found: FollowedTrace, unit: str) -> str:
+def _result_text(found: FollowedTrace, unit: str) -> str:
     """How long it is, and its plane."""
     said = [
         tr(
@@ -228,5 +228,5 @@ def in_words(found: FollowedTrace, unit: str) -> str:
             )
         )
     if found.band is not None:
-        said += straight_traces.band_in_words(found.band)
+        said += straight_traces.band_lines(found.band)
     return "\n".join(said)

@@ -1,9 +1,9 @@
 """Options of an operation, declared once.
 
-An options class is a frozen dataclass whose fields are made by `option`. Parsers, forms, copied
-commands, the Python interface and tables of the documentation read the declarations with
-`declarations`; the class itself checks the values, so that every door has the same defaults, bounds
-and messages.
+An options class is a frozen dataclass of the base `Options`, whose fields are made by `option`.
+Parsers, forms, copied commands, the Python interface and tables of the documentation read the
+declarations with `declarations`; the class itself checks the values, so that every door has the
+same defaults, bounds and messages.
 """
 
 from __future__ import annotations
@@ -202,6 +202,13 @@ def check_options(options: Any) -> None:
     """Raise UsageError if a value of an options object is not allowed."""
     for each in declarations(type(options)):
         each.check(getattr(options, each.name))
+
+
+class Options:
+    """Base of options classes: it checks their values."""
+
+    def __post_init__(self) -> None:
+        check_options(self)
 
 
 def check_exclusive(options: Any, *names: str) -> None:

@@ -3,44 +3,54 @@
 from __future__ import annotations
 
 from dataclasses import fields, is_dataclass
+from pathlib import PurePath
 from typing import Any
 
 from vomstudio.core.findings import Finding, plain
 
+HIDDEN = {"json": "hidden"}
+"""Metadata of a field that the object does not have."""
+OPTIONAL = {"json": "optional"}
+"""Metadata of a field that the object has only if it is neither None nor empty."""
+FLAT = {"json": "flat"}
+"""Metadata of a field whose own fields take its place."""
 
-def to_dict(
-    result: Any, flatten: str | None = None, leave_out: tuple[str, ...] = ()
-) -> dict[str, Any]:
-    """Return a result as a dict of its fields, in their order.
 
-    Parameters
-    ----------
-    result : dataclass
-        Fields that are dataclasses, also inside sequences and mappings, become dicts; warnings
-        and other findings become objects with a code. Arrays stay whole.
-    flatten : str, optional
-        A field whose own fields take its place.
-    leave_out : tuple of str
-        Fields that the object does not have.
+class Result:
+    """A frozen dataclass that ``--json`` prints as an object of its fields."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object that ``--json`` prints."""
+        return to_dict(self)
+
+
+def to_dict(result: Any) -> dict[str, Any]:
+    """Return a dataclass as a dict of its fields, in their order.
+
+    Dataclasses, also inside sequences and mappings, become dicts, findings become objects with a
+    code, arrays and tuples become lists, paths become text.
     """
     values: dict[str, Any] = {}
     for each in fields(result):
-        if each.name == flatten:
-            values |= to_dict(getattr(result, each.name))
-        elif each.name == "warnings":
-            values["warnings"] = plain(result.warnings)
-        elif each.name not in leave_out:
-            values[each.name] = _plain(getattr(result, each.name))
+        value, kind = getattr(result, each.name), each.metadata.get("json")
+        if kind == "hidden" or (kind == "optional" and value in (None, (), [])):
+            continue
+        if kind == "flat":
+            values |= _plain(value)
+        else:
+            values[each.name] = plain(value) if each.name == "warnings" else _plain(value)
     return values
 
 
 def _plain(value: Any) -> Any:
+    if is_dataclass(value):
+        return value.to_dict() if isinstance(value, Result) else to_dict(value)
     if isinstance(value, Finding):
         return value.to_dict()
-    if is_dataclass(value):
-        return value.to_dict() if hasattr(value, "to_dict") else to_dict(value)
-    if type(value) in (list, tuple):
-        return type(value)(map(_plain, value))
+    if isinstance(value, list | tuple):
+        return [_plain(each) for each in value]
     if isinstance(value, dict):
         return {key: _plain(each) for key, each in value.items()}
-    return value
+    if isinstance(value, PurePath):
+        return str(value)
+    return value.tolist() if hasattr(value, "tolist") else value

@@ -59,7 +59,7 @@ def _moved(line: Logged, vertices: tuple[Point, ...]) -> list[tuple[str, str, st
     return beds
 
 
-def in_words(feature: Any, records: Mapping[str, Record]) -> list[str]:
+def bed_lines(feature: Any, records: Mapping[str, Record]) -> list[str]:
     """A sentence for each bed, for tables and layers that have no column for it."""
     if not isinstance(feature, Logged):
         return []
@@ -76,7 +76,7 @@ def in_words(feature: Any, records: Mapping[str, Record]) -> list[str]:
 
 def notes_with_beds(subject: Subject) -> str:
     """The notes of a line, and what was said of the beds along it."""
-    beds = in_words(subject.feature, subject.records)
+    beds = bed_lines(subject.feature, subject.records)
     return "; ".join(filter(None, (subject.feature.notes, *beds)))
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from vomstudio.document.figures import Figure, Subject
 from vomstudio.document.figures import figure_in_degrees as _degrees
 from vomstudio.document.figures import figure_in_metres as _metres
-from vomstudio.document.figures import figure_in_words as _text
+from vomstudio.document.figures import text_figure as _text
 from vomstudio.document.measurement import Floats
 from vomstudio.document.records import OnAModel
 from vomstudio.document.slip_figures import SLIP

@@ -104,7 +104,7 @@ class Figure:
                 return degrees(value)
 
 
-def figure_in_words(
+def text_figure(
     name: str, title: str, explanation: str, value: Callable[[Subject], Any], **more: Any
 ) -> Figure:
     return Figure(name, title, explanation, value, "text", **more)

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from vomstudio.document.figures import Subject, figure_in_degrees, figure_in_words
+from vomstudio.document.figures import Subject, figure_in_degrees, text_figure
 from vomstudio.document.records import Feature
 from vomstudio.geology.slip import CONFIDENCES, SENSES
 from vomstudio.words import to_translate as _
@@ -17,7 +17,7 @@ def _sense(s: Subject) -> str | None:
     return getattr(s.feature, "slip", None) or None
 
 
-def _sense_in_words(s: Subject) -> str:
+def _sense_text(s: Subject) -> str:
     sense = _sense(s)
     return "" if sense is None else tr({str(code): words for code, words in SENSES}[sense])
 
@@ -27,7 +27,7 @@ def _confidence(s: Subject) -> str | None:
     return getattr(s.feature, "slip_confidence", None) or None if _sense(s) else None
 
 
-def _confidence_in_words(s: Subject) -> str:
+def _confidence_text(s: Subject) -> str:
     found = _confidence(s)
     return "" if found is None else tr({str(code): words for code, words in CONFIDENCES}[found])
 
@@ -60,25 +60,25 @@ SLIP_RAKE = figure_in_degrees(
     short="slip_rake",
     words=("slip_rake",),
 )
-SLIP_SENSE = figure_in_words(
+SLIP_SENSE = text_figure(
     "slip_sense",
     _("Slip"),
     _("Sense of slip as seen on the plane: normal, reverse, sinistral or dextral"),
     _sense,
     short="slip_sense",
     words=("slip",),
-    shown=_sense_in_words,
+    shown=_sense_text,
 )
-SLIP_CONFIDENCE = figure_in_words(
+SLIP_CONFIDENCE = text_figure(
     "slip_confidence",
     _("Slip is"),
     _("How sure the sense of slip is: certain, probable or supposed"),
     _confidence,
     short="slip_conf",
     words=("slip_confidence",),
-    shown=_confidence_in_words,
+    shown=_confidence_text,
 )
-ON_PLANE = figure_in_words(
+ON_PLANE = text_figure(
     "on_plane",
     _("On plane"),
     _("Plane on which the line lies"),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vomstudio.core.findings import Finding
-from vomstudio.core.options import MAX_LENGTH_M, MIN_LENGTH_M, check_options, option
+from vomstudio.core.options import MAX_LENGTH_M, MIN_LENGTH_M, Options, option
 from vomstudio.errors import UsageError
 from vomstudio.words import to_translate
 
@@ -18,7 +18,7 @@ MAX_POINTS = 2**31 - 1
 
 
 @dataclass(frozen=True)
-class FacetOptions:
+class FacetOptions(Options):
     """Thresholds of facets; None where the program chooses.
 
     Raises
@@ -84,7 +84,7 @@ class FacetOptions:
     )
 
     def __post_init__(self) -> None:
-        check_options(self)
+        super().__post_init__()
         if self.preset is not None and self.max_distance_m is not None:
             raise UsageError(
                 Finding("option.conflict", option="--preset", other="--max-distance"),

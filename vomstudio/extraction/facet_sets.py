@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,7 @@ from vomstudio.extraction.facet_table import WKT, FacetTable
 from vomstudio.extraction.facets import Facet
 from vomstudio.geology.orientation import planes_to_poles
 from vomstudio.geology.sets.discontinuities import Pieces
-from vomstudio.geology.sets.proposals import SetProposal, described, sets_among
+from vomstudio.geology.sets.proposals import DescribedSet, SetProposal, described, sets_among
 from vomstudio.io.text.set_columns import DISCONTINUITY, rings_of
 
 Floats = npt.NDArray[np.float64]
@@ -40,8 +40,8 @@ def with_proposal(found: FacetTable, facets: list[Facet], proposal: SetProposal)
     return replace(
         found,
         rows=rows,
-        sets=[asdict(one) for one in proposal.sets],
-        discontinuities=[asdict(one) for one in proposal.discontinuities],
+        sets=tuple(one for one in proposal.sets if isinstance(one, DescribedSet)),
+        discontinuities=proposal.discontinuities,
         set_of=number[found.facet],
         warnings=(*found.warnings, *proposal.warnings),
     )

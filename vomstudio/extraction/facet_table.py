@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Message
+from vomstudio.core.results import HIDDEN
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.facets import Facets
+from vomstudio.geology.sets.discontinuities import Discontinuity
+from vomstudio.geology.sets.proposals import DescribedSet
 from vomstudio.io.text.set_columns import DISCONTINUITY
 from vomstudio.reprs import Shown
 from vomstudio.tables.orientation_table import Row, plane_row
@@ -35,14 +37,14 @@ class FacetTable(Shown):
     """
 
     facets: int
-    rows: list[Row]
+    rows: list[Row] = field(metadata=HIDDEN)
     coverage: float | None
     near_planar_share: float | None
     level_share: float | None
-    sets: list[dict[str, Any]]
-    discontinuities: list[dict[str, Any]]
-    facet: npt.NDArray[np.int32]
-    set_of: npt.NDArray[np.int32]
+    sets: tuple[DescribedSet, ...]
+    discontinuities: tuple[Discontinuity, ...]
+    facet: npt.NDArray[np.int32] = field(metadata=HIDDEN)
+    set_of: npt.NDArray[np.int32] = field(metadata=HIDDEN)
     area_m2: float
     vegetation_share: float
     debris_share: float
@@ -57,14 +59,8 @@ class FacetTable(Shown):
         """Columns of the rows beyond those of the orientation table."""
         return (DISCONTINUITY, WKT) if self.sets else (WKT,)
 
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON, with the names of the command, but for its files."""
-        left_out = ("rows", "facet", "set_of")
-        told = {name: value for name, value in vars(self).items() if name not in left_out}
-        told["warnings"] = list(self.warnings)
-        return told
-
-    def as_fields(self) -> dict[str, npt.NDArray[np.int32]]:
+    @property
+    def labels(self) -> dict[str, npt.NDArray[np.int32]]:
         """Fields of the model's points: `facet` and `set`, -1 for none."""
         return {"facet": self.facet, "set": self.set_of}
 
@@ -95,8 +91,8 @@ def facet_table(found: Facets, options: FacetOptions, *, model: str, frame: str)
         coverage=seen.coverage,
         near_planar_share=seen.near_planar_share,
         level_share=seen.level_share,
-        sets=[],
-        discontinuities=[],
+        sets=(),
+        discontinuities=(),
         facet=found.labels,
         set_of=np.full(len(found.labels), -1, np.int32),
         area_m2=seen.area_m2,

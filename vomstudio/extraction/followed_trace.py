@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding, Message
+from vomstudio.core.results import HIDDEN
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.best_cost import AUTO, Tried, follow_best
 from vomstudio.extraction.following import Follower
@@ -48,7 +48,7 @@ class FollowedTrace(Shown):
     doubtful : stretches that may be on another contact, each with first and last vertex
     """
 
-    points: Array = field(repr=False)
+    points: Array = field(repr=False, metadata=HIDDEN)
     length_m: float
     snap_m: float
     plane: Row | None
@@ -59,15 +59,6 @@ class FollowedTrace(Shown):
     warnings: tuple[Message, ...]
     tried: tuple[Tried, ...] = field(default=(), kw_only=True)
     doubtful: tuple[DoubtfulStretch, ...] = field(default=(), kw_only=True)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON, with the names of the command, but for its file."""
-        told = {name: value for name, value in vars(self).items() if name != "points"}
-        told["warnings"] = list(self.warnings)
-        told["tried"] = [asdict(one) for one in self.tried]
-        told["doubtful"] = [one.as_dict() for one in self.doubtful]
-        told["band"] = None if self.band is None else self.band.as_dict()
-        return told
 
 
 def off_the_model(surface: SurfaceGraph, way_points: Array, resolution: float) -> int | None:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from vomstudio.core.options import (
     MAX_LENGTH_M,
     MIN_LENGTH_M,
+    Options,
     check_alternatives,
-    check_options,
     check_requires,
     option,
 )
@@ -19,7 +19,7 @@ MIN_POINTS, MAX_POINTS = 4, 1_000_000
 
 
 @dataclass(frozen=True)
-class MeasurableOptions:
+class MeasurableOptions(Options):
     """Trace and model of the map. Raises UsageError for a value outside its bounds."""
 
     length_m: float | None = option(
@@ -64,9 +64,6 @@ class MeasurableOptions:
         automatic=to_translate("from --project, else 0"),
     )
 
-    def __post_init__(self) -> None:
-        check_options(self)
-
     @property
     def used_registration_error_deg(self) -> float:
         """The error that applies, 0 if it is not given."""
@@ -74,7 +71,7 @@ class MeasurableOptions:
 
 
 @dataclass(frozen=True)
-class MeasurableTarget:
+class MeasurableTarget(Options):
     """Plane and raster of the command. Raises UsageError unless one plane is given."""
 
     plane: str | None = option(
@@ -95,6 +92,6 @@ class MeasurableTarget:
     )
 
     def __post_init__(self) -> None:
-        check_options(self)
+        super().__post_init__()
         check_alternatives(self, "plane", "mean")
         check_requires(self, "set", "mean")

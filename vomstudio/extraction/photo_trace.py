@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.results import HIDDEN
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.best_cost import AUTO, Tried, best_of
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos
@@ -50,16 +50,9 @@ class PhotoTrace(FollowedTrace):
     photo: str
     voters: tuple[str, ...]
     agreeing_share: float | None
-    pixels: Array = field(repr=False)
-    seen: npt.NDArray[np.int64] = field(repr=False)
-    agreeing: npt.NDArray[np.int64] = field(repr=False)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON, with the names of the command, but for its file."""
-        told = super().as_dict()
-        for name in ("pixels", "seen", "agreeing"):
-            del told[name]
-        return {**told, "voters": list(self.voters)}
+    pixels: Array = field(repr=False, metadata=HIDDEN)
+    seen: npt.NDArray[np.int64] = field(repr=False, metadata=HIDDEN)
+    agreeing: npt.NDArray[np.int64] = field(repr=False, metadata=HIDDEN)
 
 
 def photo_trace(

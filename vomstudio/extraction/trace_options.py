@@ -8,8 +8,8 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.options import (
     MAX_LENGTH_M,
     MIN_LENGTH_M,
+    Options,
     check_alternatives,
-    check_options,
     check_requires,
     option,
 )
@@ -57,7 +57,7 @@ class TraceSource:
 
 
 @dataclass(frozen=True)
-class CostOptions:
+class CostOptions(Options):
     """What lines are searched by.
 
     Raises
@@ -85,7 +85,7 @@ class CostOptions:
     )
 
     def __post_init__(self) -> None:
-        check_options(self)
+        super().__post_init__()
         if self.onnx_model is not None and self.cost != ONNX:
             raise UsageError(Finding("edges.network-unused"), field="--onnx-model")
         if self.onnx_model is None and self.cost == ONNX:
@@ -167,7 +167,7 @@ class ProposalOptions(CostOptions):
 
 
 @dataclass(frozen=True)
-class DrawnTraceOptions:
+class DrawnTraceOptions(Options):
     """Lines drawn on an orthophoto, for the command.
 
     Raises
@@ -217,6 +217,6 @@ class DrawnTraceOptions:
     )
 
     def __post_init__(self) -> None:
-        check_options(self)
+        super().__post_init__()
         for name in ("type", "on", "set", "update"):
             check_requires(self, name, "into")

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.results import to_dict
+from vomstudio.core.results import Result
 
 Array = npt.NDArray[np.float64]
 
@@ -44,7 +44,7 @@ class MatchedPlane:
 
 
 @dataclass(frozen=True)
-class Agreement:
+class Agreement(Result):
     """n : matched planes; unmatched : of the first and of the second; median_angle_deg and
     rms_angle_deg : over them, None without any; agree_share : of those whose errors are known, None
     without any"""
@@ -57,10 +57,6 @@ class Agreement:
     rms_angle_deg: float | None
     agree_share: float | None
     matched: tuple[MatchedPlane, ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the object that ``--json`` prints."""
-        return to_dict(self)
 
 
 def agreement(first: Sequence[OrientedPlane], second: Sequence[OrientedPlane]) -> Agreement:

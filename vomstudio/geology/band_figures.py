@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -46,10 +45,6 @@ class BandFigures(Shown):
     highest_dip_deg: float
     sets: tuple[BandSet, ...]
     none_probability: float | None
-
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON."""
-        return {**asdict(self), "sets": [asdict(each) for each in self.sets]}
 
     @property
     def likely(self) -> BandSet | None:
@@ -110,7 +105,7 @@ def table_priors(table: OrientationRows) -> list[SetPrior]:
     return found
 
 
-def in_words(found: BandFigures, line: str, plane: str | None) -> list[str]:
+def band_lines(found: BandFigures, line: str, plane: str | None) -> list[str]:
     """What it says, a sentence each. line : the trace's, as written; plane : that of the likeliest
     set, if there is one."""
     said = [

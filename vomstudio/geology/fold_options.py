@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from vomstudio.core.options import check_exclusive, check_options, option
+from vomstudio.core.options import Options, check_exclusive, option
 from vomstudio.words import to_translate
 
 MIN_WAVINESS_DEG = 0.01
@@ -13,7 +13,7 @@ MAX_WAVINESS_DEG = 45.0
 
 
 @dataclass(frozen=True)
-class FoldOptions:
+class FoldOptions(Options):
     """Planes from which a fold axis is computed, and how they are grouped.
 
     Raises
@@ -57,5 +57,5 @@ class FoldOptions:
     )
 
     def __post_init__(self) -> None:
-        check_options(self)
+        super().__post_init__()
         check_exclusive(self, "sets", "by")

@@ -22,13 +22,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
-from vomstudio.core.results import to_dict
 from vomstudio.errors import GeometryError
 from vomstudio.geology.common_turns import (
     Moved,
@@ -157,10 +155,6 @@ class FoldAxis:
             self.verdict,
             self.reasons,
         )
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the object that ``--json`` prints."""
-        return to_dict(self.figures)
 
 
 def _line_figures(line: Line | None) -> LineFigures | None:

@@ -55,7 +55,7 @@ class Thresholds:
             raise TypeError("by or profile is unknown")
 
     @property
-    def in_words(self) -> str:
+    def description(self) -> str:
         """The profile with the limits that decide, as a sentence: it stands wherever verdicts are
         printed, since a word like good says nothing without them."""
         if self.by == "shape":

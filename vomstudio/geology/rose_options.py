@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vomstudio.core.findings import Finding
-from vomstudio.core.options import check_options, option
+from vomstudio.core.options import Options, option
 from vomstudio.errors import UsageError
 from vomstudio.words import to_translate
 
 
 @dataclass(frozen=True)
-class RoseOptions:
+class RoseOptions(Options):
     """What roses show.
 
     Raises
@@ -45,7 +45,7 @@ class RoseOptions:
     )
 
     def __post_init__(self) -> None:
-        check_options(self)
+        super().__post_init__()
         check_bins(self.bin_deg, 90.0 if self.of in ("dip", "plunge") else 180.0)
 
 

@@ -5,7 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from vomstudio.core.options import check_alternatives, check_options, check_requires, option
+from vomstudio.core.options import (
+    Options,
+    check_alternatives,
+    check_requires,
+    option,
+)
 from vomstudio.words import to_translate
 
 DEFAULT_LATERAL_DEG = 20.0
@@ -13,7 +18,7 @@ DEFAULT_LATERAL_DEG = 20.0
 
 
 @dataclass(frozen=True)
-class SlopeOptions:
+class SlopeOptions(Options):
     """Friction angle and lateral limits.
 
     Raises
@@ -46,9 +51,6 @@ class SlopeOptions:
         "curved",
         help=to_translate("lateral limits of planes: small circles, or of the dip direction"),
     )
-
-    def __post_init__(self) -> None:
-        check_options(self)
 
 
 @dataclass(frozen=True)

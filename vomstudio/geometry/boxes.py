@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.results import Result
 from vomstudio.geometry.places import no_places
 
 Array = npt.NDArray[np.float64]
@@ -23,7 +24,7 @@ EDGES = tuple(
 
 
 @dataclass(frozen=True)
-class ClipBox:
+class ClipBox(Result):
     """Corners in World, metres; low < high along each axis."""
 
     low: tuple[float, float, float]
@@ -36,9 +37,6 @@ class ClipBox:
         flat = high - low < 1e-3
         low, high = np.where(flat, low - 0.5, low), np.where(flat, high + 0.5, high)
         return cls(_triple(low), _triple(high))
-
-    def as_dict(self) -> dict[str, list[float]]:
-        return {"low": list(self.low), "high": list(self.high)}
 
     @classmethod
     def from_dict(cls, values: Any) -> ClipBox:

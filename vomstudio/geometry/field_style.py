@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, Literal
 
+from vomstudio.core.results import Result
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
@@ -23,7 +24,7 @@ PALETTES: dict[Kind, tuple[str, ...]] = {
 
 
 @dataclass(frozen=True)
-class FieldStyle:
+class FieldStyle(Result):
     """How a field of one model is to be shown.
 
     low, high : the range that was typed; None takes the percentile
@@ -36,9 +37,6 @@ class FieldStyle:
     high: float | None = None
     percentiles: tuple[float, float] = PERCENTILES
     palette: str | None = None
-
-    def as_dict(self) -> dict[str, Any]:
-        return asdict(self)
 
     @classmethod
     def from_dict(cls, values: Any) -> FieldStyle:

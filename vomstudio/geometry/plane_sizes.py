@@ -11,7 +11,9 @@ the registration.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+from vomstudio.core.results import OPTIONAL
 
 PIXELS_PER_RESOLUTION = 10.0
 """A cloud from photos resolves about ten pixels of them (textbook 3.2.1)."""
@@ -74,11 +76,7 @@ class PlaneError:
 
     size_m: float | None
     error95_deg: float
-    size: float | None = None
-
-    def as_dict(self) -> dict[str, float | None]:
-        told: dict[str, float | None] = {"size_m": self.size_m, "error95_deg": self.error95_deg}
-        return told if self.size is None else {**told, "size": self.size}
+    size: float | None = field(default=None, metadata=OPTIONAL)
 
 
 @dataclass(frozen=True)

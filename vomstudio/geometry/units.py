@@ -38,7 +38,7 @@ class Axes:
         return first, second, third
 
     @property
-    def in_words(self) -> str:
+    def description(self) -> str:
         """For the heads of files, in English."""
         if self.metric and self.north:
             return "x East, y North, z Up, metres"

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vomstudio.core.findings import Finding
-from vomstudio.core.options import check_options, option
+from vomstudio.core.options import Options, option
 from vomstudio.errors import UsageError
 from vomstudio.words import to_translate
 
 
 @dataclass(frozen=True)
-class ReconstructOptions:
+class ReconstructOptions(Options):
     """Quality, control points and computers of a reconstruction.
 
     Raises
@@ -83,7 +83,7 @@ class ReconstructOptions:
     )
 
     def __post_init__(self) -> None:
-        check_options(self)
+        super().__post_init__()
         box = self.box
         if box is not None and not all(a < b for a, b in zip(box[:3], box[3:], strict=True)):
             raise UsageError(Finding("region.empty"), field="--region")

@@ -90,7 +90,7 @@ class Reconstruction(Shown):
     work_mb: float
     dense_gsd: float | None = None
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         plain: dict[str, Any] = serialisation.encode(self)
         return plain
 

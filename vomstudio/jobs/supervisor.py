@@ -209,7 +209,7 @@ class Worker:
             fault: VomError = Cancelled()
             if job not in cancelled and (asked := self._jobs.get(job)):
                 fault = failure_of(process.returncode, said, *asked)
-            self._deliver(Failed(job, fault.as_dict(), fault.exit_code))
+            self._deliver(Failed(job, fault.to_dict(), fault.exit_code))
 
     def _kill(self, job: int) -> None:
         with self._lock:
@@ -227,4 +227,4 @@ def _typed(event: Done, result: type[Any]) -> Event:
     try:
         return Done(event.job, serialisation.decode(result, event.result))
     except WorkerError as error:
-        return Failed(event.job, error.as_dict(), error.exit_code)
+        return Failed(event.job, error.to_dict(), error.exit_code)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,8 +9,10 @@ from typing import Any
 from vomstudio.core.findings import Finding, finding_of
 from vomstudio.jobs import serialisation
 from vomstudio.jobs.job import Job, Lane
+from vomstudio.photogrammetry.pipeline.memory_estimate import MemoryNeed, memory_need
 from vomstudio.progress import Progress
 from vomstudio.survey.survey_options import FrameOptions
+from vomstudio.survey.video import FrameReport, take_frames
 from vomstudio.words import tr
 
 
@@ -25,33 +26,13 @@ class FramesOrder:
     force: bool
 
 
-@dataclass(frozen=True)
-class TakenFrames:
-    """See `FrameReport`; frames : their files."""
-
-    frames: tuple[str, ...]
-    skipped: Mapping[str, int]
-    good_enough: bool
-    verdict: str
-    reasons: tuple[Finding, ...]
-    warnings: tuple[Finding, ...]
-    width: int
-    height: int
-    video_fps: float
-    seconds: float
-    gaps_s: tuple[float, ...]
-
-
-def _take_frames(asked: FramesOrder, progress: Progress) -> TakenFrames:
-    from vomstudio.survey.video import take_frames
-
-    report = take_frames(
+def _take_frames(asked: FramesOrder, progress: Progress) -> FrameReport:
+    return take_frames(
         asked.video, asked.out, fps=asked.options.fps, force=asked.force, progress=progress
     )
-    return serialisation.decode(TakenFrames, report.as_dict())
 
 
-TAKE_FRAMES = Job("take_frames", Lane.PHOTOS, FramesOrder, TakenFrames, _take_frames)
+TAKE_FRAMES = Job("take_frames", Lane.PHOTOS, FramesOrder, FrameReport, _take_frames)
 """Write the frames of a video that are worth using."""
 
 
@@ -67,16 +48,6 @@ class ForecastOrder:
     control: Path | None = None
     marks: Path | None = None
     threads: int | None = None
-
-
-@dataclass(frozen=True)
-class MemoryFacts:
-    """See `MemoryNeed`."""
-
-    wanted_px: int
-    size_px: int
-    needed_bytes: int
-    free_bytes: int
 
 
 @dataclass(frozen=True)
@@ -105,7 +76,7 @@ class ControlFacts:
 class Forecast:
     """memory : None without photos; control : None without control points"""
 
-    memory: MemoryFacts | None
+    memory: MemoryNeed | None
     control: ControlFacts | None
 
 
@@ -113,12 +84,11 @@ def _foresee(asked: ForecastOrder, progress: Progress) -> Forecast:
     from vomstudio.errors import VomError
     from vomstudio.io.photos.reading import read_photos
     from vomstudio.photogrammetry.base.settings import Settings
-    from vomstudio.photogrammetry.pipeline.memory_estimate import memory_need
 
     settings = Settings(quality=asked.quality, threads=asked.threads)
     memory = None
     if asked.sizes:
-        memory = serialisation.decode(MemoryFacts, memory_need(settings, asked.sizes).as_dict())
+        memory = memory_need(settings, asked.sizes)
     control = None
     if asked.control is not None:
         photos = read_photos(asked.photos, progress).photos
@@ -143,7 +113,7 @@ def _control(path: Path, marks: Path | None, crs: str | None, photos: Any) -> Co
     reason = tr("as chosen") if crs is not None else tr("stated in {file}", file=path.name)
     seen = read_marks(marks_beside(path) if marks is None else marks)
     found = check_control(points, seen, photos, placed, reason)
-    return serialisation.decode(ControlFacts, found.as_dict())
+    return serialisation.decode(ControlFacts, found.to_dict())
 
 
 FORESEE = Job("foresee", Lane.INSPECTION, ForecastOrder, Forecast, _foresee)

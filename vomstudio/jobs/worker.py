@@ -84,21 +84,21 @@ def main() -> int:
                 done = task.carry_out(args, _Reporter(job, token, send))
             send(Done(job, done))
         except VomError as error:
-            send(Failed(job, error.as_dict(), error.exit_code))
+            send(Failed(job, error.to_dict(), error.exit_code))
         except BrokenPipeError:
             exception_hooks.uninstall()
             return 0
         except Exception as error:  # noqa: BLE001  a worker answers for every job it was given
             if task is not None and memory_limit.is_shortage(error):
                 fault = short_of_memory(task)
-                send(Failed(job, fault.as_dict(), fault.exit_code))
+                send(Failed(job, fault.to_dict(), fault.exit_code))
                 continue
             traceback.print_exc(file=sys.stderr)
             ERRORS.report(error, tr("in the task {task}", task=name))
             fault = WorkerError(
                 Finding("job.failed", task=name, type=type(error).__name__, error=error)
             )
-            send(Failed(job, fault.as_dict(), fault.exit_code))
+            send(Failed(job, fault.to_dict(), fault.exit_code))
 
 
 def _listen(stdin: TextIO, jobs: queue.SimpleQueue[Any]) -> None:

@@ -65,7 +65,7 @@ class Blunder:
     error_m: float | None
     error_deg: float | None = None
 
-    def in_words(self) -> str:
+    def text(self) -> str:
         """Its label, and how far it is off where that is known."""
         if self.error_m is not None:
             return f"{self.label} ({self.error_m:.3g} m)"

@@ -179,7 +179,7 @@ def place_robustly(
     rest, judges = left_out(kinds, check, labels)
     placed = place(rest, judges, extent, up=up, doubted=doubted)
     finding = Finding(
-        "registration.left-out", labels=[blunder.in_words() for blunder in first.blunders]
+        "registration.left-out", labels=[blunder.text() for blunder in first.blunders]
     )
     return replace(
         placed,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vomstudio.core.findings import Finding
-from vomstudio.core.options import MAX_LENGTH_M, check_options, check_requires, option
+from vomstudio.core.options import MAX_LENGTH_M, Options, check_requires, option
 from vomstudio.errors import UsageError
 from vomstudio.words import to_translate
 
@@ -17,7 +17,7 @@ MIN_ERROR = 1e-6
 
 
 @dataclass(frozen=True)
-class RegisterOptions:
+class RegisterOptions(Options):
     """Observations by which a model is registered.
 
     Raises
@@ -177,7 +177,7 @@ class RegisterOptions:
     )
 
     def __post_init__(self) -> None:
-        check_options(self)
+        super().__post_init__()
         check_requires(self, "marks", "gcp")
         check_requires(self, "stable", "reference")
         errors = {"--north-sigma": self.north_sigma_deg, "--click-sigma": self.click_sigma_m}

@@ -206,7 +206,7 @@ def blunder_findings(
     return [
         Finding(
             "registration.blunder",
-            labels=[blunder.in_words() for blunder in blunders],
+            labels=[blunder.text() for blunder in blunders],
             turned_deg=float(np.degrees(turned)),
             scale_percent=100.0 * (again.fit.scale / found.fit.scale - 1.0),
         ),

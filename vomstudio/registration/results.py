@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message, plain
+from vomstudio.core.findings import Finding, Message
+from vomstudio.core.results import HIDDEN, OPTIONAL
 from vomstudio.document.records import ObservationGroup
 from vomstudio.errors import InputError
 from vomstudio.geometry.places import FARTHEST_M
@@ -122,12 +122,12 @@ class Placed(Shown):
     known: Known
     blunders: tuple[Blunder, ...]
     warnings: tuple[Message, ...]
-    covariance: tuple[tuple[float, ...], ...]
-    centre: tuple[float, float, float]
-    reach_m: float | None = None
-    normal: tuple[float, float, float] | None = None
-    without: tuple[Without, ...] = ()
-    observations: tuple[ObservationGroup, ...] = ()
+    covariance: tuple[tuple[float, ...], ...] = field(metadata=HIDDEN)
+    centre: tuple[float, float, float] = field(metadata=HIDDEN)
+    reach_m: float | None = field(default=None, metadata=HIDDEN)
+    normal: tuple[float, float, float] | None = field(default=None, metadata=HIDDEN)
+    without: tuple[Without, ...] = field(default=(), metadata=OPTIONAL)
+    observations: tuple[ObservationGroup, ...] = field(default=(), metadata=HIDDEN)
     north_sigma_deg: float | None = None
     click_sigma_m: float | None = None
     mark_scatter_px: float | None = None
@@ -145,15 +145,3 @@ class Placed(Shown):
                 field="points",
             )
         return np.asarray(places @ m[:3, :3].T + m[:3, 3])
-
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON, with the names of the command."""
-        told = asdict(self) | {
-            "matrix": self.matrix.tolist(),
-            "warnings": plain(self.warnings),
-        }
-        for name in ("covariance", "centre", "reach_m", "normal", "observations"):
-            del told[name]
-        if not self.without:
-            del told["without"]
-        return told

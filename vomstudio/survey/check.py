@@ -27,7 +27,7 @@ from vomstudio.survey.check_results import (
     verdict_of,
 )
 from vomstudio.survey.overlap import compare_photos, features_of, optical_axes
-from vomstudio.survey.photo_limits import ground_sampling_distance, planes_in_words
+from vomstudio.survey.photo_limits import ground_sampling_distance, planes_text
 from vomstudio.survey.photo_quality import measure_quality
 from vomstudio.words import tr
 
@@ -135,7 +135,7 @@ def _hint(photos: Sequence[Photo]) -> str:
     pixel = tr(
         "At 10 m from the rock one pixel would cover {pixel}.", pixel=length_text(per_10_m, 2)
     )
-    return f"{pixel} {planes_in_words(PlaneSizes.of_pixels(per_10_m))}"
+    return f"{pixel} {planes_text(PlaneSizes.of_pixels(per_10_m))}"
 
 
 def _of_the_folder(folder: PhotoFolder, seen: SurveyMeasurements, limits: Limits) -> list[Finding]:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.results import OPTIONAL, Result
 from vomstudio.geometry.plane_sizes import PlaneError, PlaneSizes
 from vomstudio.geometry.units import length_text
-from vomstudio.survey.photo_limits import planes_in_words
+from vomstudio.survey.photo_limits import planes_text
 from vomstudio.words import to_translate, tr
 
 _ORDER = {"error": 0, "warning": 1, "info": 2}
@@ -28,23 +28,11 @@ class PhotoFigures:
     brightness: float | None = None
     overlap: float | None = None
     oblique_deg: float | None = None
-    gsd: float | None = None
-
-    def as_dict(self) -> dict[str, Any]:
-        return {
-            "name": self.name,
-            "gsd_m": self.gsd_m,
-            "blur": self.blur,
-            "views": self.views,
-            "brightness": self.brightness,
-            "overlap": self.overlap,
-            "oblique_deg": self.oblique_deg,
-            **_where_known(gsd=self.gsd),
-        }
+    gsd: float | None = field(default=None, metadata=OPTIONAL)
 
 
 @dataclass(frozen=True)
-class SurveyReport:
+class SurveyReport(Result):
     """stage : "before" or "after" the alignment; next_time : what to shoot, the gravest first
     smallest_plane_m : the textbook's limit for a plane worth measuring, 100 times the resolution
     plane_error : the expected one of planes against their size, empty where no pixel size is
@@ -59,25 +47,8 @@ class SurveyReport:
     smallest_plane_m: float | None = None
     next_time: tuple[str, ...] = field(default=())
     plane_error: tuple[PlaneError, ...] = ()
-    gsd: float | None = None
-    smallest_plane: float | None = None
-
-    def as_dict(self) -> dict[str, Any]:
-        return {
-            "stage": self.stage,
-            "photos": [photo.as_dict() for photo in self.photos],
-            "findings": [finding.to_dict() for finding in self.findings],
-            "verdict": self.verdict,
-            "gsd_m": self.gsd_m,
-            "smallest_plane_m": self.smallest_plane_m,
-            "plane_error": [plane.as_dict() for plane in self.plane_error],
-            "next_time": list(self.next_time),
-            **_where_known(gsd=self.gsd, smallest_plane=self.smallest_plane),
-        }
-
-
-def _where_known(**values: float | None) -> dict[str, float]:
-    return {name: value for name, value in values.items() if value is not None}
+    gsd: float | None = field(default=None, metadata=OPTIONAL)
+    smallest_plane: float | None = field(default=None, metadata=OPTIONAL)
 
 
 def by_severity(findings: Sequence[Finding]) -> tuple[Finding, ...]:
@@ -187,10 +158,10 @@ def verdict_of(
         second = tr(
             "The model resolves {size}.", size=length_text(planes.resolution, 2, metric=metric)
         )
-        second += " " + planes_in_words(planes, metric=metric, by_pixels=False)
+        second += " " + planes_text(planes, metric=metric, by_pixels=False)
     elif gsd_m is not None:
         second = tr("One pixel covers {pixel}.", pixel=length_text(gsd_m, 2, metric=metric))
-        second += " " + planes_in_words(PlaneSizes.of_pixels(gsd_m), metric=metric)
+        second += " " + planes_text(PlaneSizes.of_pixels(gsd_m), metric=metric)
     return f"{first} {second}" if second else first
 
 

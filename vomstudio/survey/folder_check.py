@@ -2,87 +2,39 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from vomstudio.core.findings import Finding, Message
-from vomstudio.geometry.plane_sizes import PlaneError
+from vomstudio.core.results import OPTIONAL
 from vomstudio.io.photos.reading import PhotoFolder, read_photos
 from vomstudio.progress import Progress
 from vomstudio.reprs import Shown
 from vomstudio.survey.check import check_photos
-from vomstudio.survey.check_results import PhotoFigures, SurveyReport
+from vomstudio.survey.check_results import SurveyReport
 
 
-@dataclass(frozen=True, repr=False)
-class FolderCheck(Shown):
-    """What the photos of a folder are worth.
+@dataclass(frozen=True, kw_only=True, repr=False)
+class FolderCheck(Shown, SurveyReport):
+    """The check of the photos of a folder before the alignment.
 
-    folder : as it was given; report : before the alignment; aligned : after it, where an alignment
-    was given; skipped : name of unused pictures and the finding why; warnings : findings
+    folder : as it was given; skipped : name of unused pictures and the finding why; warnings :
+    findings; aligned : the check of a model made of them, if one was given
     """
 
     folder: str
-    report: SurveyReport
     skipped: tuple[tuple[str, Finding], ...]
     warnings: tuple[Message, ...]
-    aligned: SurveyReport | None = None
+    aligned: SurveyReport | None = field(default=None, metadata=OPTIONAL)
 
-    @property
-    def photos(self) -> tuple[PhotoFigures, ...]:
-        """Of each photo: pixel on the rock, blur, views, overlap."""
-        return self.report.photos
-
-    @property
-    def findings(self) -> tuple[Finding, ...]:
-        """What was found, the gravest first."""
-        return self.report.findings
-
-    @property
-    def stage(self) -> str:
-        """ "before" the alignment."""
-        return self.report.stage
-
-    @property
-    def plane_error(self) -> tuple[PlaneError, ...]:
-        """Expected 95 % error of planes against their size; empty where no pixel size is known."""
-        return self.report.plane_error
-
-    @property
-    def verdict(self) -> str:
-        """One or two sentences."""
-        return self.report.verdict
-
-    @property
-    def gsd_m(self) -> float | None:
-        """Metres per pixel on the rock, the median; None where the distance is not known."""
-        return self.report.gsd_m
-
-    @property
-    def smallest_plane_m(self) -> float | None:
-        """The smallest plane worth measuring, m."""
-        return self.report.smallest_plane_m
-
-    @property
-    def next_time(self) -> tuple[str, ...]:
-        """What to do differently, the gravest first."""
-        return self.report.next_time
-
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON."""
-        result: dict[str, Any] = {
-            "folder": self.folder,
-            **self.report.as_dict(),
-            "skipped": [
-                {"name": name, "reason": reason.message, "reason_code": reason.code}
-                for name, reason in self.skipped
-            ],
-            "warnings": list(self.warnings),
-        }
-        if self.aligned is not None:
-            result["aligned"] = self.aligned.as_dict()
-        return result
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object that ``--json`` prints, with the reasons as texts."""
+        skipped = [
+            {"name": name, "reason": reason.message, "reason_code": reason.code}
+            for name, reason in self.skipped
+        ]
+        return super().to_dict() | {"skipped": skipped}
 
 
 def check_folder(
@@ -92,5 +44,10 @@ def check_folder(
     known. Raises InputError, UsageError."""
     found = read_photos(folder, progress)
     report = check_photos(found, distance_m=distance_m, progress=progress)
-    checked = FolderCheck(str(Path(folder)), report, tuple(found.skipped), tuple(found.warnings))
+    checked = FolderCheck(
+        **vars(report),
+        folder=str(Path(folder)),
+        skipped=tuple(found.skipped),
+        warnings=tuple(found.warnings),
+    )
     return checked, found

@@ -42,7 +42,7 @@ def forecasts(plan: SurveyPlan, receiver_m: float, control_m: float) -> tuple[Fo
         twice as bad, those of control points as good
     """
     upright = plan.manner != "terrain"
-    cameras = np.array([[s.along_m, s.up_m, s.away_m] for s in plan.stations])
+    cameras = np.array([[s.along_m, s.up_m, s.away_m] for s in plan.positions])
     control = np.array(
         [[p.along_m, p.up_m, 0.0] for p in plan.control_points if p.use == "control"]
     )
@@ -85,12 +85,12 @@ def as_world(places: Array, upright: bool) -> Array:
 
 def _nearly_in_line(plan: SurveyPlan) -> bool:
     """Whether the cameras reach ten times farther one way than across it."""
-    places = np.array([[s.along_m, s.up_m, s.away_m] for s in plan.stations])
+    places = np.array([[s.along_m, s.up_m, s.away_m] for s in plan.positions])
     reach = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)
     return bool(len(places) < 3 or reach[1] < 0.1 * reach[0])
 
 
-def forecast_in_words(found: Forecast) -> str:
+def forecast_text(found: Forecast) -> str:
     """In one line."""
     if found.why_not:
         return found.why_not

@@ -45,7 +45,7 @@ def gsd_for_plane(extent_m: float) -> float:
     return extent_m / (PIXELS_PER_RESOLUTION * TEXTBOOK_RESOLUTIONS)
 
 
-def planes_in_words(planes: PlaneSizes, *, metric: bool = True, by_pixels: bool = True) -> str:
+def planes_text(planes: PlaneSizes, *, metric: bool = True, by_pixels: bool = True) -> str:
     """How well the direction of planes is known, in one sentence: of the smallest for which the
     verdict is good, and of the textbook's limit.
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.results import HIDDEN
 from vomstudio.errors import UsageError
 from vomstudio.io.text.rows import shortened
 from vomstudio.words import tr
@@ -23,7 +24,7 @@ class PlanCamera:
     focal_mm: float
     width_px: int
     height_px: int
-    f_number: float | None = None
+    f_number: float | None = field(default=None, metadata=HIDDEN)
 
     @property
     def pixel_pitch_mm(self) -> float:

@@ -8,13 +8,14 @@ as seen from the camera), `away` from it towards the camera; metres. For flat gr
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding, Message
+from vomstudio.core.results import HIDDEN, Result, to_dict
 from vomstudio.errors import UsageError
 from vomstudio.geometry.plane_sizes import PlaneError, PlaneSizes
 from vomstudio.reprs import Shown
@@ -38,7 +39,7 @@ _MOST_PHOTOS = 20_000
 
 
 @dataclass(frozen=True)
-class Station:
+class Station(Result):
     """One photo: where the camera is, what it is aimed at, in the frame of the outcrop."""
 
     number: int
@@ -64,7 +65,7 @@ class Station:
             )
         )
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         return {
             "number": self.number,
             "kind": self.kind,
@@ -77,7 +78,7 @@ class Station:
 
 
 @dataclass(frozen=True)
-class ControlPoint:
+class ControlPoint(Result):
     """A point to be laid out and surveyed, in the frame of the outcrop."""
 
     label: str
@@ -85,7 +86,7 @@ class ControlPoint:
     along_m: float
     up_m: float
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         return {
             "label": self.label,
             "use": self.use,
@@ -101,17 +102,17 @@ class SurveyPlan(Shown):
     place of the outcrop. registration : how well it will be known, where that was asked for."""
 
     camera: PlanCamera
-    manner: Manner
+    manner: Manner = field(metadata=HIDDEN)
     distance_m: float
-    width_m: float
-    height_m: float
+    width_m: float = field(metadata=HIDDEN)
+    height_m: float = field(metadata=HIDDEN)
     overlap: float
     gsd_m: float
     footprint_m: tuple[float, float]
     spacing_m: tuple[float, float]
     f_number: float
     depth_of_field_m: tuple[float, float | None]
-    stations: tuple[Station, ...]
+    positions: tuple[Station, ...]
     control_points: tuple[ControlPoint, ...]
     views_least: int
     views_median: float
@@ -136,7 +137,7 @@ class SurveyPlan(Shown):
     @property
     def photos(self) -> int:
         """How many."""
-        return len(self.stations)
+        return len(self.positions)
 
     @property
     def target_size_m(self) -> float:
@@ -145,30 +146,16 @@ class SurveyPlan(Shown):
 
     def of_kind(self, kind: str) -> list[Station]:
         """Stations that are "perpendicular" or "oblique"."""
-        return [station for station in self.stations if station.kind == kind]
+        return [station for station in self.positions if station.kind == kind]
 
-    def as_dict(self) -> dict[str, Any]:
-        return {
-            "gsd_m": self.gsd_m,
-            "footprint_m": list(self.footprint_m),
-            "spacing_m": list(self.spacing_m),
+    def to_dict(self) -> dict[str, Any]:
+        return super().to_dict() | {
             "photos": self.photos,
             "smallest_plane_m": self.smallest_plane_m,
-            "plane_error": [plane.as_dict() for plane in self.plane_error],
-            "depth_of_field_m": list(self.depth_of_field_m),
-            "distance_m": self.distance_m,
-            "overlap": self.overlap,
+            "plane_error": [to_dict(each) for each in self.plane_error],
             "perpendicular": len(self.of_kind("perpendicular")),
             "oblique": len(self.of_kind("oblique")),
-            "views_least": self.views_least,
-            "views_median": self.views_median,
-            "f_number": self.f_number,
-            "camera": {k: v for k, v in asdict(self.camera).items() if k != "f_number"},
-            "positions": [station.as_dict() for station in self.stations],
-            "control_points": [point.as_dict() for point in self.control_points],
             "target_size_m": self.target_size_m,
-            "registration": [each.as_dict() for each in self.registration],
-            "warnings": list(self.warnings),
         }
 
 

@@ -9,7 +9,6 @@ the rock (for flat ground: to the far side), up.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -28,7 +27,7 @@ class Forecast:
     about_up, about_along, about_view : the vertical, the outcrop from left to right, and the
         horizontal direction across it; worst : about the axis that is held worst
     scale_error_95 : a share
-    why_not : why the positions cannot place a model; "" where they can
+    why_not : why the positions cannot place a model
     """
 
     by: str
@@ -39,20 +38,7 @@ class Forecast:
     about_view_95_deg: float | None = None
     worst_95_deg: float | None = None
     scale_error_95: float | None = None
-    why_not: str = ""
-
-    def as_dict(self) -> dict[str, Any]:
-        return {
-            "by": self.by,
-            "points": self.points,
-            "sigma_m": list(self.sigma_m),
-            "about_up_95_deg": self.about_up_95_deg,
-            "about_along_95_deg": self.about_along_95_deg,
-            "about_view_95_deg": self.about_view_95_deg,
-            "worst_95_deg": self.worst_95_deg,
-            "scale_error_95": self.scale_error_95,
-            "why_not": self.why_not or None,
-        }
+    why_not: str | None = None
 
 
 def forecast(by: str, places: Array, sigma: tuple[float, float]) -> Forecast:

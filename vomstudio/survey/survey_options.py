@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from vomstudio.core.options import MAX_LENGTH_M, MIN_LENGTH_M, check_options, option
+from vomstudio.core.options import MAX_LENGTH_M, MIN_LENGTH_M, Options, option
 from vomstudio.words import to_translate
 
 MIN_OVERLAP, MAX_OVERLAP = 0.6, 0.95
@@ -19,7 +19,7 @@ DEFAULT_CONTROL_M = 0.02
 
 
 @dataclass(frozen=True)
-class PlanOptions:
+class PlanOptions(Options):
     """Outcrop, distance and camera settings of a survey to plan.
 
     Raises
@@ -90,12 +90,9 @@ class PlanOptions:
         automatic=to_translate("0.02"),
     )
 
-    def __post_init__(self) -> None:
-        check_options(self)
-
 
 @dataclass(frozen=True)
-class CheckOptions:
+class CheckOptions(Options):
     """Known distance of photos to check. Raises UsageError for a value outside its bounds."""
 
     distance_m: float | None = option(
@@ -105,9 +102,6 @@ class CheckOptions:
         help=to_translate("distance from the camera to the rock, m"),
         automatic=to_translate("the height of a drone whose photos look down"),
     )
-
-    def __post_init__(self) -> None:
-        check_options(self)
 
 
 @dataclass(frozen=True)
@@ -122,7 +116,7 @@ class CheckScene:
 
 
 @dataclass(frozen=True)
-class FrameOptions:
+class FrameOptions(Options):
     """Frames to take of a video. Raises UsageError for a value outside its bounds."""
 
     fps: float = option(
@@ -135,6 +129,3 @@ class FrameOptions:
         tip=to_translate("1 to 4 are usual, more for a fast camera"),
         decimals=1,
     )
-
-    def __post_init__(self) -> None:
-        check_options(self)

@@ -7,14 +7,15 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, plain
+from vomstudio.core.findings import Finding
+from vomstudio.core.results import HIDDEN, Result
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.disk_troubles import reason_of
 from vomstudio.files.inside import check_in_project
@@ -65,39 +66,28 @@ class Frame:
     blur_px: float | None
 
 
-@dataclass
-class FrameReport:
-    """skipped : how many moments were left out, by reason. gaps : moments where the picture moved
+@dataclass(frozen=True)
+class FrameReport(Result):
+    """skipped : how many moments were left out, by reason. gaps_s : moments where the picture moved
     so far that neighbouring frames may not overlap enough. reasons : why the video is not good
     enough"""
 
-    folder: Path
+    folder: Path = field(metadata=HIDDEN)
     width: int
     height: int
     video_fps: float
     seconds: float
     frames: list[Frame] = field(default_factory=list)
     skipped: dict[str, int] = field(default_factory=dict)
-    gaps: list[float] = field(default_factory=list)
+    gaps_s: list[float] = field(default_factory=list)
     warnings: list[Finding] = field(default_factory=list)
     reasons: list[Finding] = field(default_factory=list)
     good_enough: bool = True
     verdict: str = ""
 
-    def as_dict(self) -> dict[str, Any]:
-        return {
-            "frames": [str(self.folder / frame.name) for frame in self.frames],
-            "skipped": dict(self.skipped),
-            "good_enough": self.good_enough,
-            "verdict": self.verdict,
-            "reasons": plain(self.reasons),
-            "warnings": plain(self.warnings),
-            "width": self.width,
-            "height": self.height,
-            "video_fps": self.video_fps,
-            "seconds": self.seconds,
-            "gaps_s": list(self.gaps),
-        }
+    def to_dict(self) -> dict[str, Any]:
+        frames = [str(self.folder / frame.name) for frame in self.frames]
+        return super().to_dict() | {"frames": frames}
 
 
 def take_frames(
@@ -126,8 +116,7 @@ def take_frames(
                 file=folder,
             ) from error
         try:
-            report = _choose_frames(source, target, part, fps, progress)
-            _add_verdict(report, fps)
+            report = _with_verdict(_choose_frames(source, target, part, fps, progress), fps)
             if not report.frames:
                 reasons = ", ".join(
                     tr("{reason}: {count}", reason=tr(reason), count=count)
@@ -236,7 +225,7 @@ def _choose_frames(
                 _count(report, UNCHANGED)
                 continue
             if shift is None or shift > _MOST_SHIFT:
-                report.gaps.append(round(number / source.fps, 2))
+                report.gaps_s.append(round(number / source.fps, 2))
         name = f"{stem}_{number:06d}.jpg"
         done, content = cv2.imencode(".jpg", frame, [cv2.IMWRITE_JPEG_QUALITY, 96])
         if not done:
@@ -245,10 +234,9 @@ def _choose_frames(
         (part / name).write_bytes(content.tobytes())
         report.frames.append(Frame(name, number, number / source.fps, sigma))
         last = small
-    report.seconds = (source.count or 0) / source.fps
     if stated and source.count is not None and source.count < 0.95 * stated:
         report.warnings.append(Finding("video.cut-short", frames=source.count, total=stated))
-    return report
+    return replace(report, seconds=(source.count or 0) / source.fps)
 
 
 def _windows(source: _Video, window: int) -> Iterator[tuple[int, list[tuple[int, Bytes]]]]:
@@ -309,8 +297,8 @@ def _count(report: FrameReport, reason: str) -> None:
     report.skipped[reason] = report.skipped.get(reason, 0) + 1
 
 
-def _add_verdict(report: FrameReport, fps: float) -> None:
-    """Adds warnings and the verdict: whether the video is worth a reconstruction."""
+def _with_verdict(report: FrameReport, fps: float) -> FrameReport:
+    """Return the report with the verdict whether the video is worth a reconstruction."""
     taken = len(report.frames)
     moments = taken + sum(report.skipped.values())
     blurred = report.skipped.get(BLURRED, 0) / max(moments, 1)
@@ -321,8 +309,8 @@ def _add_verdict(report: FrameReport, fps: float) -> None:
         reasons.append(Finding("video.few-frames", count=taken, least=_FEWEST))
     if blurred > 0.5:
         reasons.append(Finding("video.blurred", "error", share_percent=100 * blurred))
-    if taken and len(report.gaps) > 0.3 * taken:
-        reasons.append(Finding("video.too-fast", moments=len(report.gaps)))
+    if taken and len(report.gaps_s) > 0.3 * taken:
+        reasons.append(Finding("video.too-fast", moments=len(report.gaps_s)))
     if size < 1000:
         reasons.append(Finding("video.small", "error", width=report.width, height=report.height))
     elif size < 1900:
@@ -333,21 +321,21 @@ def _add_verdict(report: FrameReport, fps: float) -> None:
         report.warnings.append(Finding("video.still"))
     if fps > 4.0 or fps < 1.0:
         report.warnings.append(Finding("video.unusual-rate", fps=fps))
-    report.good_enough = not reasons
     if reasons:
-        report.verdict = tr(
+        verdict = tr(
             "This video is not good enough. {reasons} Take photos instead, or film again slowly "
             "and smoothly, without standing still.",
             reasons=" ".join(reason.message for reason in reasons),
         )
     else:
-        report.verdict = tr_n(
+        verdict = tr_n(
             "{count} frame can be used. It has no position and no camera data: scale and "
             "orientation must come from control points or a measured length.",
             "{count} frames can be used. They have no position and no camera data: scale and "
             "orientation must come from control points or a measured length.",
             taken,
         )
+    return replace(report, good_enough=not reasons, verdict=verdict)
 
 
 # ------------------------------------------------------------------------------------------------

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from vomstudio.core.options import check_options, check_requires, option
+from vomstudio.core.options import Options, check_requires, option
 from vomstudio.words import to_translate
 
 
 @dataclass(frozen=True)
-class FitOptions:
+class FitOptions(Options):
     """How planes are fitted and judged.
 
     Raises
@@ -36,9 +36,6 @@ class FitOptions:
         "error",
         help=to_translate("judge planes by their 95 % error, or by the limits of the textbook"),
     )
-
-    def __post_init__(self) -> None:
-        check_options(self)
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ def _text(kind: Kind, subjects: list[Subject], table: ProjectTable) -> str:
     head = [
         f"VOM Studio {__version__}, {kind.layer.name}",
         f"CRS: {table.crs or 'none declared, coordinates as given'}",
-        f"units: {table.axes.in_words}",
+        f"units: {table.axes.description}",
     ]
     lines = [head_line(line).rstrip("\n") for line in head]
     lines.append(",".join([*(f.name for f in figures), WKT]))

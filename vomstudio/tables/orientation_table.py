@@ -171,8 +171,8 @@ def write_orientation_csv(
         f"CRS: {crs or 'none declared, coordinates as given'}",
         f"north: {north}",
         f"notation: {NOTATION}",
-        f"units: {UNITS.format(axes=axes.in_words, unit=axes.unit)}",
-        *([] if limits is None else [f"profile: {limits.in_words}"]),
+        f"units: {UNITS.format(axes=axes.description, unit=axes.unit)}",
+        *([] if limits is None else [f"profile: {limits.description}"]),
         *notes,
     ]
     lines = [head_line(text).rstrip("\n") for text in head]

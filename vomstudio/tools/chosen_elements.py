@@ -110,9 +110,9 @@ class ChosenElements:
         return np.unpackbits(bits, count=len(self.mask)).view(np.bool_)
 
     # --- as a draft --------------------------------------------------------------------------
-    def as_dict(self) -> dict[str, Any] | None:
+    def to_dict(self) -> dict[str, Any] | None:
         """What `from_dict` reads; None where it would be too long."""
-        words = mask_as_dict(self.mask)
+        words = mask_to_dict(self.mask)
         return None if words is None else {"model_id": self.model_id, **words}
 
     @classmethod
@@ -124,7 +124,7 @@ class ChosenElements:
         return made
 
 
-def mask_as_dict(mask: Mask) -> dict[str, Any] | None:
+def mask_to_dict(mask: Mask) -> dict[str, Any] | None:
     """What `mask_from_dict` reads, as plain data; None where it would be too long."""
     bits = base64.b64encode(zlib.compress(np.packbits(mask).tobytes(), 1)).decode()
     return None if len(bits) > _LONGEST else {"size": len(mask), "bits": bits}

@@ -402,7 +402,7 @@ class SelectTool:
     # --- drafts ------------------------------------------------------------------------------
     def _keep_draft(self) -> None:
         chosen = self.chosen
-        state = None if chosen is None else chosen.as_dict()
+        state = None if chosen is None else chosen.to_dict()
         try:
             self._context.session.set_draft(
                 None if state is None else {"tool": self.name, "chosen": state}

@@ -24,7 +24,7 @@ class DiscardedWork:
     features: int
     models: tuple[str, ...]
 
-    def in_words(self) -> str:
+    def describe(self) -> str:
         """Date, features and models, as a menu shows them."""
         when = self.time.strftime("%Y-%m-%d %H:%M")
         count = tr_n("{count} feature", "{count} features", self.features)

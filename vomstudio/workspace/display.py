@@ -121,9 +121,9 @@ class Display:
     def flush(self) -> None:
         """Keep what was changed last."""
         self._timer.stop()
-        self._keep(self.as_dict())
+        self._keep(self.to_dict())
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """What is kept with the project; `load` reads it."""
         return {
             "mode": self.mode,
@@ -131,9 +131,9 @@ class Display:
             "point_size": self.point_size,
             "eye_dome": self.eye_dome,
             "cameras": self.cameras,
-            "fields": {key: style.as_dict() for key, style in self.styles.items()},
+            "fields": {key: style.to_dict() for key, style in self.styles.items()},
             "computed": dict(self.computed),
-            "box": None if self.box is None else self.box.as_dict(),
+            "box": None if self.box is None else self.box.to_dict(),
             "clipping": self.clipping,
             "handles": self.handles,
         }

@@ -455,7 +455,7 @@ class HeadlessProject:
             raise GeometryError(Finding("registration.undetermined", parameters=fitted.fitted.free))
         record = registration_of(placed, pairs, model, fitted.crs, Path(reference).name)
         if fitted.reference is not None:
-            record = add_reference_error(record, fitted.reference, scale_fitted=fitted.scale)
+            record = add_reference_error(record, fitted.reference, scale_fitted=fitted.scale_fitted)
             placed = replace(placed, warnings=(*placed.warnings, *reference_findings(record)))
         return *self._placed(model, placed, record), fitted
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.results import Result
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, FeatureType, Model, Record, Typed
@@ -44,7 +45,7 @@ class History:
 
 
 @dataclass(frozen=True)
-class ProjectSummary:
+class ProjectSummary(Result):
     """features : of all kinds; kinds, types, sets : how many of each; sound : every row of the
     journal is what was written, else `problems` says what is not; unsaved : there are changes since
     the last save; draft : there is an unfinished feature"""
@@ -61,10 +62,6 @@ class ProjectSummary:
     history: History
     unsaved: bool
     draft: bool
-
-    def as_dict(self) -> dict[str, Any]:
-        """For JSON."""
-        return asdict(self)
 
 
 def summarise(folder: Path) -> ProjectSummary:

@@ -113,7 +113,7 @@ class Jobs:
             # Told like every other failure, once the caller has its job.
             self._refused -= 1
             number = self._refused
-            failed = Failed(number, error.as_dict(), error.exit_code)
+            failed = Failed(number, error.to_dict(), error.exit_code)
             self._post(lambda: self._deliver(lane, failed))
         begun = RunningJob(number, title, worker, on_done, on_failed, quiet, resumable)
         if not self._closed:

@@ -141,7 +141,7 @@ def test_a_refusal_from_the_other_process_is_as_it_is_here(
         monkeypatch.setattr("vomstudio.io.gis.vector_layers._SMALL_BYTES", limit)
         with refused("file.too-many-parts", limit=2000) as error:
             read_gis_lines(path)
-        answers.append(error.value.as_dict())
+        answers.append(error.value.to_dict())
     assert answers[0] == answers[1]
     path.write_bytes(b"{" + bytes(range(32, 127)) * 40_000)
     monkeypatch.setattr("vomstudio.io.gis.vector_layers._SMALL_BYTES", 0)

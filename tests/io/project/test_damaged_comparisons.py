@@ -29,7 +29,7 @@ def made(tmp_path: Path) -> Path:
     path = file_for(tmp_path, "one")
     path.parent.mkdir()
     np.savez(path, **found.as_fields())
-    figures = found.as_dict()
+    figures = found.to_dict()
     keep(
         KeptComparison(
             "m1", "cliff", HASH, IDENTITY, "ground", "/nowhere/ground.xyz", IDENTITY, None,
@@ -49,7 +49,7 @@ ODD: list[Any] = [7, "x", None, [], {}, [[1.0]], [[1.0] * 3] * 2, 10**400, True,
 
 def test_whatever_one_of_its_values_is(made: Path, tmp_path: Path) -> None:
     from vomstudio.jobs.standing_model import StandingModel
-    from vomstudio.ui.registration.compare_panel import Held, in_words
+    from vomstudio.ui.registration.compare_panel import Held, result_text
 
     sound = json.loads(made.read_text())
     places = [(name,) for name in sound] + [("figures", name) for name in sound["figures"]]
@@ -65,7 +65,7 @@ def test_whatever_one_of_its_values_is(made: Path, tmp_path: Path) -> None:
                 other = StandingModel(
                     kept.benchmark, Path(kept.benchmark_path), tmp_path, IDENTITY, None
                 )
-                assert in_words(Held(other, other, dict(kept.figures), kept.fields))
+                assert result_text(Held(other, other, dict(kept.figures), kept.fields))
                 assert kept.made[:10]
                 shown += 1
     assert shown, "some of these values are as good as others"

@@ -99,7 +99,7 @@ def test_means_and_axes_of_a_table_carry_it(tmp_path: Path) -> None:
     assert beta.registration_error_deg == pytest.approx(3.0 * FACTOR * level, rel=1e-6)
     assert beta.total95_deg is not None
     assert beta.total95_deg >= beta.max_confidence95_deg
-    assert json.dumps(vs.fold(path).as_dict())
+    assert json.dumps(vs.fold(path).to_dict())
 
 
 def test_a_frame_read_from_a_file_keeps_what_its_head_says(tmp_path: Path) -> None:

@@ -122,7 +122,7 @@ def test_figures_are_those_of_the_cameras() -> None:
 def test_a_local_frame_has_no_metres(scaled: bool) -> None:
     report = check_scene(scene(good_views(), scaled=scaled))
     assert (" units across" in report.verdict) == (not scaled)
-    told = report.as_dict()
+    told = report.to_dict()
     metres = [told["gsd_m"], told["smallest_plane_m"]]
     metres += [each["size_m"] for each in told["plane_error"]]
     metres += [photo["gsd_m"] for photo in told["photos"]]
@@ -131,7 +131,7 @@ def test_a_local_frame_has_no_metres(scaled: bool) -> None:
     units += [each.get("size") for each in told["plane_error"]]
     units += [photo.get("gsd") for photo in told["photos"]]
     assert [value is None for value in units] == [scaled] * len(units)
-    other = check_scene(scene(good_views(), scaled=not scaled)).as_dict()
+    other = check_scene(scene(good_views(), scaled=not scaled)).to_dict()
     assert (told["gsd_m"] or told.get("gsd")) == (other["gsd_m"] or other.get("gsd"))
 
 

@@ -29,7 +29,7 @@ def fitted(path: str, groups: PointGroups) -> dict[str, Any]:
     }
 
 
-def in_words(found: dict[str, Any]) -> str:
+def result_text(found: dict[str, Any]) -> str:
     """Its local dips, one for each trace."""
     if found["p"] is None:
         said = tr("One plane explains all of the traces.")

@@ -123,9 +123,9 @@ def _from_system(error: OSError) -> VomError:
 
 def _fail(error: VomError, channel: Channel | None, output: Output) -> int:
     sentence = f"vomstudio: {' '.join(str(error).splitlines())}"
-    _say(output.line_for_stderr(sentence, error=error.as_dict()) + "\n")
+    _say(output.line_for_stderr(sentence, error=error.to_dict()) + "\n")
     if channel is not None:
-        channel.write(to_json({"error": error.as_dict()}) + "\n")
+        channel.write(to_json({"error": error.to_dict()}) + "\n")
     return error.exit_code
 
 

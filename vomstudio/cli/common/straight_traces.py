@@ -77,7 +77,7 @@ def trace_pair(text: str, ids: Sequence[Any], option: str) -> tuple[str, str]:
     return names[0], names[1]
 
 
-def crossing_in_words(found: Mapping[str, Any]) -> str:
+def crossing_text(found: Mapping[str, Any]) -> str:
     return tr(
         "{first} and {second} cross at {angle:.0f} deg. If they are of one plane, it is {plane} "
         "(dip direction/dip, 95 %; {smallest:.2f} deg at least).",
@@ -89,14 +89,14 @@ def crossing_in_words(found: Mapping[str, Any]) -> str:
     )
 
 
-def band_in_words(found: BandFigures) -> list[str]:
-    from vomstudio.geology.band_figures import in_words
+def band_lines(found: BandFigures) -> list[str]:
+    from vomstudio.geology.band_figures import band_lines
 
     likely = found.likely
     plane = (
         None if likely is None else text_tables.measured_plane(vars(likely), "max_confidence95_deg")
     )
-    return in_words(found, _angles(found.trend_deg, found.plunge_deg), plane)
+    return band_lines(found, _angles(found.trend_deg, found.plunge_deg), plane)
 
 
 def _angles(azimuth: float, inclination: float) -> str:

@@ -28,6 +28,12 @@ def table(heads: Sequence[str], units: Sequence[str], rows: Sequence[Sequence[st
     return "\n".join(out)
 
 
+def labelled(rows: Sequence[tuple[str, str]], width: int = 0, indent: str = "") -> str:
+    """Lines of a label and its text; the labels fill `width`, or that of the longest."""
+    width = width or max(len(label) for label, _ in rows)
+    return "\n".join(f"{indent}{label:<{width}} {text}" for label, text in rows)
+
+
 def inclination(value: Any, decimals: int = 1) -> str:
     """Two digits before the point, and a sign where it points up."""
     if value is None:

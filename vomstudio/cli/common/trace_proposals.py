@@ -47,7 +47,7 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
         source=tr("{model}, proposed and not looked at", model=Path(args.model).name),
         force=args.force,
     )
-    result: dict[str, Any] = {**found.as_dict(), "table": args.output}
+    result: dict[str, Any] = {**found.to_dict(), "table": args.output}
     result["warnings"] = [*model.warnings, *found.warnings]
     out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(result["warnings"])

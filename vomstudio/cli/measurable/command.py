@@ -96,7 +96,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result["warnings"] = warnings
     out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(warnings)
-    out.text(in_words(found))
+    out.text(_result_text(found))
 
 
 def _plane(target: MeasurableTarget, azimuth: Any) -> tuple[Plane, tuple[Message, ...]]:
@@ -125,9 +125,9 @@ def _with_registration(
     return replace(options, registration_error_deg=tilt)
 
 
-def in_words(found: MeasurableMap) -> str:
+def _result_text(found: MeasurableMap) -> str:
     """How much of the model would tell the plane, and where most."""
-    from vomstudio.products.surface.measurable_map import shares_in_words
+    from vomstudio.products.surface.measurable_map import share_lines
 
     figures = text_tables.figures
     plane = (
@@ -141,7 +141,7 @@ def in_words(found: MeasurableMap) -> str:
             length=figures(found.length_m),
             resolution=figures(found.resolution_m),
         ),
-        *shares_in_words(found),
+        *share_lines(found),
     ]
     if found.best is not None:
         said.append(

@@ -44,13 +44,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress.stage(tr("Comparing repeated picks"))
     options = options_from(args, RepeatOptions)
     found = table_repeats(table, options.by, options.interpreter)
-    out.result(found.as_dict())
+    out.result(found.to_dict())
     out.note(tr("read as {convention}", convention=found.convention))
     out.warn(found.warnings)
-    out.text(_in_words(found))
+    out.text(_result_text(found))
 
 
-def _in_words(found: TableRepeats) -> str:
+def _result_text(found: TableRepeats) -> str:
     lines = [
         tr_n("{count} pick, {structures} of them picked again", "{count} picks, {structures} of "
              "them picked again", found.n, structures=found.structures)

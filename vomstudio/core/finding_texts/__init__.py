@@ -7,76 +7,16 @@ for one and for several of the value ``count``.
 
 from __future__ import annotations
 
-from vomstudio.core.finding_texts import (
-    alignment,
-    arguments,
-    commands,
-    control,
-    drawings,
-    edits,
-    facets,
-    files,
-    fractures,
-    frames,
-    jobs,
-    models,
-    nets,
-    notation,
-    options,
-    paths,
-    photos,
-    placing,
-    planes,
-    projects,
-    reconstruction,
-    registration,
-    sections,
-    sets,
-    structures,
-    surfaces,
-    survey,
-    tables,
-    tools,
-    views,
-    workspace,
-)
+import pkgutil
+from importlib import import_module
+
 from vomstudio.core.finding_texts.entry import Entry, Severity
 
 __all__ = ["SUBJECTS", "TEXTS", "Entry", "Severity", "texts_of"]
 
-SUBJECTS = (
-    alignment,
-    arguments,
-    commands,
-    control,
-    drawings,
-    edits,
-    facets,
-    files,
-    fractures,
-    frames,
-    jobs,
-    models,
-    nets,
-    notation,
-    options,
-    paths,
-    photos,
-    placing,
-    planes,
-    projects,
-    reconstruction,
-    registration,
-    sections,
-    sets,
-    structures,
-    surfaces,
-    survey,
-    tables,
-    tools,
-    views,
-    workspace,
-)
+_names = sorted(module.name for module in pkgutil.iter_modules(__path__))
+_modules = [import_module(f"{__name__}.{name}") for name in _names]
+SUBJECTS = tuple(module for module in _modules if hasattr(module, "TEXTS"))
 
 TEXTS: dict[str, Entry] = {
     code: entry for subject in SUBJECTS for code, entry in subject.TEXTS.items()

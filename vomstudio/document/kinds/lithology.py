@@ -11,7 +11,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.document import catalogue as of
 from vomstudio.document import kind
 from vomstudio.document.dimension_errors import registration_errors
-from vomstudio.document.figures import Figure, Subject, figure_in_words
+from vomstudio.document.figures import Figure, Subject, text_figure
 from vomstudio.document.kind import Attribute, GisLayer, Kind, Lookup, OwnGroup, Sketch
 from vomstudio.document.length_figures import (
     AREA,
@@ -124,7 +124,7 @@ def about(subject: Subject) -> list[str]:
     return [tr("Lithology: {lithology}", lithology=word)] if word else []
 
 
-LITHOLOGY = figure_in_words(
+LITHOLOGY = text_figure(
     "lithology",
     _("Lithology"),
     _("Rock, in the words of StraboSpot's forms"),

@@ -8,7 +8,7 @@ from typing import Literal
 
 from vomstudio.document import catalogue as of
 from vomstudio.document import kind
-from vomstudio.document.figures import Subject, figure_in_words
+from vomstudio.document.figures import Subject, text_figure
 from vomstudio.document.kind import Attribute, GisLayer, Kind, Lookup, OwnGroup, Sketch
 from vomstudio.document.measurement import (
     Floats,
@@ -48,14 +48,14 @@ def measure(at: Measuring, stations: Sequence[Station]) -> list[Measurement]:
     places = world_lines(stations, models)
     return [
         Measurement(
-            place, None, None, None, None, None, said=_in_words(station), metric=is_metric(model),
-            kind="station",
+            place, None, None, None, None, None, said=_station_text(station),
+            metric=is_metric(model), kind="station",
         )
         for station, place, model in zip(stations, places, models, strict=True)
     ]  # fmt: skip
 
 
-def _in_words(station: Station) -> str:
+def _station_text(station: Station) -> str:
     what = tr(dict(WHATS)[station.what])
     return f"{what} {station.number}".rstrip()
 
@@ -86,14 +86,14 @@ def _what(subject: Subject) -> str:
     return str(subject.feature.what)
 
 
-NUMBER = figure_in_words(
+NUMBER = text_figure(
     "number",
     _("Number"),
     _("Number of a station or sample, as written in the field"),
     lambda s: s.feature.number or None,
     words=("number",),
 )
-PHOTO = figure_in_words(
+PHOTO = text_figure(
     "photo",
     _("Photo"),
     _("Name or path of the photo of a station or sample"),

@@ -11,7 +11,7 @@ import numpy as np
 from vomstudio.core.findings import Finding
 from vomstudio.document import catalogue as of
 from vomstudio.document import kind
-from vomstudio.document.bed_words import in_words, notes_with_beds
+from vomstudio.document.bed_words import bed_lines, notes_with_beds
 from vomstudio.document.figures import Subject
 from vomstudio.document.kind import (
     Attribute,
@@ -227,7 +227,7 @@ KIND = Kind(
         Attribute("method", _("Fit"), "choice", METHODS), kind.NOTES,
     ),
     sketch=sketch,
-    remarks=lambda subject: in_words(subject.feature, subject.records),
+    remarks=lambda subject: bed_lines(subject.feature, subject.records),
     orientations=("plane",),
     evidence="picked",
     plane=kind.always,

@@ -84,7 +84,7 @@ class Frame:
             return tr("local frame, level: north and scale not known")
         return tr("local frame: not registered")
 
-    def known_in_words(self) -> str:
+    def known_text(self) -> str:
         """Which of north, vertical, scale and position are known, as sentences."""
         each = (
             (tr("north"), self.has_north),

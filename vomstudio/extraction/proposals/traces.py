@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding, Message
+from vomstudio.core.results import HIDDEN
 from vomstudio.extraction.followed_trace import near_surface, plane_of
 from vomstudio.extraction.following import Follower
 from vomstudio.extraction.proposals.edge_pictures import DRAWN
@@ -45,17 +45,12 @@ class Proposal(Shown):
     """
 
     line: str
-    points: npt.NDArray[np.float64] = field(repr=False)
+    points: npt.NDArray[np.float64] = field(repr=False, metadata=HIDDEN)
     length_m: float
     evidence: float
     doubt: float
     plane: Row | None
     band: BandFigures | None
-
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON, with the names of the command."""
-        told = {name: value for name, value in vars(self).items() if name != "points"}
-        return {**told, "band": None if self.band is None else self.band.as_dict()}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -68,11 +63,6 @@ class ProposedTraces(Shown):
     least_length_m: float
     surrogates: int
     warnings: tuple[Message, ...] = ()
-
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON, with the names of the command."""
-        told = {**vars(self), "warnings": list(self.warnings)}
-        return {**told, "proposals": [one.as_dict() for one in self.proposals]}
 
 
 def propose_traces(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from vomstudio.core.options import MAX_LENGTH_M, check_options, check_requires, option
+from vomstudio.core.options import MAX_LENGTH_M, Options, check_requires, option
 from vomstudio.words import to_translate
 
 MAX_SIGMA_M = 1e6
@@ -13,7 +13,7 @@ MAX_ERROR_DEG = 90.0
 
 
 @dataclass(frozen=True)
-class LogOptions:
+class LogOptions(Options):
     """Errors of boundaries and bedding, and the way up; None where the program chooses.
 
     Raises
@@ -45,12 +45,9 @@ class LogOptions:
         tip=to_translate("Younger beds lie below"),
     )
 
-    def __post_init__(self) -> None:
-        check_options(self)
-
 
 @dataclass(frozen=True)
-class LogLine:
+class LogLine(Options):
     """Bedding and line of a log, for the command.
 
     Raises
@@ -93,6 +90,6 @@ class LogLine:
     )
 
     def __post_init__(self) -> None:
-        check_options(self)
+        super().__post_init__()
         for name in ("of", "reach_m", "type"):
             check_requires(self, name, "line")

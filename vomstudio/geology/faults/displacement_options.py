@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vomstudio.core.options import check_exclusive, check_options, check_requires, option
+from vomstudio.core.options import Options, check_exclusive, check_requires, option
 from vomstudio.words import to_translate
 
 MAX_SIGMA_M = 1e6
@@ -12,7 +12,7 @@ MAX_ERROR_DEG = 90.0
 
 
 @dataclass(frozen=True)
-class ThreePointOptions:
+class ThreePointOptions(Options):
     """Error of the points.
 
     Raises
@@ -29,12 +29,9 @@ class ThreePointOptions:
         automatic=to_translate("estimated from the misfit of more than three points"),
     )
 
-    def __post_init__(self) -> None:
-        check_options(self)
-
 
 @dataclass(frozen=True)
-class DisplacementOptions:
+class DisplacementOptions(Options):
     """Fault, bed and slip of a displacement, with their errors.
 
     Raises
@@ -96,7 +93,7 @@ class DisplacementOptions:
     )
 
     def __post_init__(self) -> None:
-        check_options(self)
+        super().__post_init__()
         check_exclusive(self, "rake_deg", "slip")
         check_requires(self, "rake_deg", "bed")
         check_requires(self, "slip", "bed")

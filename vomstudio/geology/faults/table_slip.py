@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -105,10 +105,6 @@ class TableSlip(Shown):
     faults: tuple[FaultSlip, ...]
     dropped_lines: tuple[int, ...]
     warnings: tuple[Message, ...]
-
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON."""
-        return asdict(self)
 
 
 def table_slip(table: SlipRows) -> TableSlip:

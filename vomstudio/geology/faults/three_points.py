@@ -9,13 +9,14 @@ normals fill an elliptic cone, and of points nearly on one line all planes that 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding, Message
+from vomstudio.core.results import FLAT
 from vomstudio.errors import GeometryError
 from vomstudio.geology.measured import CONE95
 from vomstudio.geology.orientation import Plane, normals_to_planes
@@ -47,10 +48,10 @@ class ThreePoints(Shown):
     behind the errors, as it was stated, or as more than three points tell it themselves; warnings :
     what makes the plane doubtful; dropped_lines : of the table, without a place"""
 
-    plane: Plane
+    plane: Plane = field(metadata=FLAT)
     dip_error_deg: float | None
     dip_direction_error_deg: float | None
-    max_error95_deg: float | None
+    max_confidence95_deg: float | None
     n: int = 3
     rms_m: float | None = None
     sigma_m: float | None = None
@@ -73,21 +74,9 @@ class ThreePoints(Shown):
         """The same, with what the table said that its points are from."""
         return replace(self, dropped_lines=dropped, warnings=(*warnings, *self.warnings))
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Ready for JSON."""
-        return {
-            "dip_direction_deg": self.dip_direction_deg,
-            "dip_deg": self.dip_deg,
-            "strike_rhr_deg": self.strike_rhr_deg,
-            "dip_error_deg": self.dip_error_deg,
-            "dip_direction_error_deg": self.dip_direction_error_deg,
-            "max_confidence95_deg": self.max_error95_deg,
-            "n": self.n,
-            "rms_m": self.rms_m,
-            "sigma_m": self.sigma_m,
-            "dropped_lines": list(self.dropped_lines),
-            "warnings": list(self.warnings),
-        }
+        return super().to_dict() | {"strike_rhr_deg": self.strike_rhr_deg}
 
 
 def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreePoints:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vomstudio.core.options import check_exclusive, check_options, option
+from vomstudio.core.options import Options, check_exclusive, option
 from vomstudio.words import to_translate
 
 
 @dataclass(frozen=True)
-class FractureOptions:
+class FractureOptions(Options):
     """Where traces are counted and how they are grouped; None where the program chooses.
 
     Raises
@@ -76,5 +76,5 @@ class FractureOptions:
     )
 
     def __post_init__(self) -> None:
-        check_options(self)
+        super().__post_init__()
         check_exclusive(self, "by", "strikes")

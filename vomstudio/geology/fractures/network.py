@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 
 from vomstudio.core.findings import Finding, Message
-from vomstudio.core.results import to_dict
+from vomstudio.core.results import OPTIONAL
 from vomstudio.errors import GeometryError
 from vomstudio.geology.fractures.intervals import (
     UNKNOWN,
@@ -146,11 +146,7 @@ class FractureNetwork(Shown):
     terzaghi_cap: float | None
     warnings: tuple[Message, ...]
     notes: tuple[Finding, ...]
-    plane: TracePlane | None = None
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the object that ``--json`` prints; `plane` only if there is one."""
-        return to_dict(self, leave_out=("plane",) if self.plane is None else ())
+    plane: TracePlane | None = field(default=None, metadata=OPTIONAL)
 
 
 @dataclass(frozen=True, eq=False)

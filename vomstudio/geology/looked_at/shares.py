@@ -9,13 +9,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
-from vomstudio.core.results import to_dict
 from vomstudio.geology.looked_at.cells import CellGrid
 from vomstudio.reprs import Shown
 from vomstudio.words import to_translate
@@ -69,10 +67,6 @@ class LookedAt(Shown):
     density_1_per_m2: float | None
     P21_1_per_m: float | None
     reasons: tuple[Finding, ...]
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the object that ``--json`` prints."""
-        return to_dict(self)
 
 
 def cell_name(grid: CellGrid, number: int) -> str:

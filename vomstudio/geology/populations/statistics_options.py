@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from vomstudio.core.options import check_options, option
+from vomstudio.core.options import Options, option
 from vomstudio.words import to_translate
 
 
 @dataclass(frozen=True)
-class StatisticsOptions:
+class StatisticsOptions(Options):
     """How orientations are grouped, averaged and weighted.
 
     Raises
@@ -33,6 +33,3 @@ class StatisticsOptions:
         help=to_translate("weight each by its own error and the natural scatter"),
         automatic=to_translate("equal weights"),
     )
-
-    def __post_init__(self) -> None:
-        check_options(self)

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding, Message
-from vomstudio.core.results import to_dict
+from vomstudio.core.results import HIDDEN
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane, normals_to_planes, planes_to_poles
@@ -44,8 +43,6 @@ from vomstudio.words import tr
 Floats = npt.NDArray[np.float64]
 
 LEVEL = 0.05
-FIGURES_OF_ROWS = ("assignment", "probability", "rows", "discontinuity")
-"""Fields of `SetProposal` that tables contain and ``--json`` does not."""
 
 
 @dataclass(frozen=True)
@@ -104,15 +101,11 @@ class SetProposal(Shown):
     convention: str
     dropped_lines: tuple[int, ...]
     warnings: tuple[Message, ...]
-    assignment: tuple[str, ...] = field(default=())
-    probability: tuple[float, ...] = field(default=())
-    rows: tuple[int, ...] = field(default=())
+    assignment: tuple[str, ...] = field(default=(), metadata=HIDDEN)
+    probability: tuple[float, ...] = field(default=(), metadata=HIDDEN)
+    rows: tuple[int, ...] = field(default=(), metadata=HIDDEN)
     discontinuities: tuple[Discontinuity, ...] = field(default=())
-    discontinuity: tuple[str, ...] = field(default=())
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the object that ``--json`` prints, without the figures of single rows."""
-        return to_dict(self, leave_out=FIGURES_OF_ROWS)
+    discontinuity: tuple[str, ...] = field(default=(), metadata=HIDDEN)
 
 
 def propose_sets(

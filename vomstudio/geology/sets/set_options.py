@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vomstudio.core.options import check_exclusive, check_options, option
+from vomstudio.core.options import Options, check_exclusive, option
 from vomstudio.words import to_translate
 
 DEFAULT_MAX_SETS = 8
 
 
 @dataclass(frozen=True)
-class SetOptions:
+class SetOptions(Options):
     """Number of sets or seeds, and a scanline; None where the program chooses.
 
     Raises
@@ -47,6 +47,6 @@ class SetOptions:
     )
 
     def __post_init__(self) -> None:
-        check_options(self)
+        super().__post_init__()
         check_exclusive(self, "exactly", "max_sets")
         check_exclusive(self, "exactly", "seeds")

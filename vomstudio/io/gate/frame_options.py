@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from vomstudio.core.options import check_options, declarations, given_options, option
+from vomstudio.core.options import Options, declarations, given_options, option
 from vomstudio.geometry.units import METRES
 from vomstudio.words import to_translate
 
@@ -13,7 +13,7 @@ UpAxis = Literal["z", "y"]
 
 
 @dataclass(frozen=True)
-class FrameOptions:
+class FrameOptions(Options):
     """Up axis, unit and CRS of a file; None for what the file itself states.
 
     Raises
@@ -48,9 +48,6 @@ class FrameOptions:
         help=to_translate("convert the coordinates to this projected CRS in metres"),
         tip=to_translate("Convert the coordinates to this CRS"),
     )
-
-    def __post_init__(self) -> None:
-        check_options(self)
 
     @property
     def is_given(self) -> bool:

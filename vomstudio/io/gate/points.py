@@ -17,7 +17,7 @@ from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gate.metric import check_metric, looks_like_degrees
 from vomstudio.io.gate.reprojection import Reprojection
 from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
-from vomstudio.io.gis.axis_units import StatedAxes, in_words, refusal, unit_findings
+from vomstudio.io.gis.axis_units import StatedAxes, refusal, unit_findings, unit_text
 from vomstudio.io.gis.crs import crs_name, metric_crs, world_crs
 
 Array = npt.NDArray[np.float64]
@@ -140,7 +140,7 @@ def _without_crs(
     if unit_m != 1.0:
         points = points * unit_m
         known = next((name for name, metres in METRES.items() if metres == unit_m), None)
-        unit = f"{unit_m:g} m" if known is None else in_words(known)
+        unit = f"{unit_m:g} m" if known is None else unit_text(known)
         findings += (Finding("frame.unit-converted", unit=unit, height_unit=unit),)
     if options.unit is None and model is None:
         maybe = looks_like_degrees(_bounds(points))

@@ -183,7 +183,7 @@ def _name_of(crs: Any) -> str:
     return str(crs.to_wkt())
 
 
-def in_words(unit: str) -> str:
+def unit_text(unit: str) -> str:
     """The name of a unit within a sentence."""
     return tr(_WORDS[unit]) if unit in _WORDS else unit
 
@@ -193,15 +193,15 @@ def unit_findings(axes: StatedAxes) -> tuple[Finding, ...]:
     flat, _, high = axes.units
     findings: list[Finding] = []
     if axes.has_heights and flat == "unknown":
-        findings.append(Finding("frame.height-unit-only", height_unit=in_words(high)))
+        findings.append(Finding("frame.height-unit-only", height_unit=unit_text(high)))
     if axes.grows:
         findings.append(Finding("frame.axes-unused"))
     if axes.overruled is not None:
         findings.append(
             Finding(
                 "frame.height-unit-replaced",
-                height_unit=in_words(high),
-                crs_unit=in_words(axes.overruled),
+                height_unit=unit_text(high),
+                crs_unit=unit_text(axes.overruled),
             )
         )
     is_converted = (
@@ -211,7 +211,7 @@ def unit_findings(axes: StatedAxes) -> tuple[Finding, ...]:
     )
     if is_converted:
         findings.append(
-            Finding("frame.unit-converted", unit=in_words(flat), height_unit=in_words(high))
+            Finding("frame.unit-converted", unit=unit_text(flat), height_unit=unit_text(high))
         )
     return tuple(findings)
 

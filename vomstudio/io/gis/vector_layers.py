@@ -208,7 +208,7 @@ def _answer(request: dict[str, Any]) -> bytes:
     except _Unreadable:
         return packed({"unreadable": True}, [])
     except InputError as error:
-        return packed({"refused": error.as_dict()}, [])
+        return packed({"refused": error.to_dict()}, [])
 
 
 class _Unreadable(InputError):

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.core.findings import Finding
 from vomstudio.io.photos.apple_maker_note import Vector, acceleration
+from vomstudio.io.photos.photo import PhotoTags
 from vomstudio.io.photos.user_comment import comment_text
 
 if TYPE_CHECKING:
@@ -24,40 +25,19 @@ _UNITS_MM = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
 
 
 @dataclass(frozen=True)
-class Exif:
+class Exif(PhotoTags):
     """None where a tag is missing or cannot be meant; `problems` says what was dropped and why.
 
     focal_plane_px_per_mm : of the sensor, along the width of the picture as it was taken
     pixels : width and height as taken, which later programs may have changed
-    altitude_m : negative below the reference
-    altitude_reference : "sea level", "below sea level" or "ellipsoid"
-    direction_deg : azimuth of the view; direction_north : "true", "magnetic", or None where the
-        photo does not say
     acceleration : of an Apple phone, by its own axes, in units of g
     comment : text of `UserComment`
     """
 
     make: str | None = None
     model: str | None = None
-    serial: str | None = None
-    lens: str | None = None
-    focal_mm: float | None = None
-    focal_35mm: float | None = None
     focal_plane_px_per_mm: float | None = None
     pixels: tuple[int, int] | None = None
-    orientation: int = 1
-    taken: datetime | None = None
-    exposure_s: float | None = None
-    f_number: float | None = None
-    iso: float | None = None
-    digital_zoom: float | None = None
-    latitude_deg: float | None = None
-    longitude_deg: float | None = None
-    altitude_m: float | None = None
-    altitude_reference: str | None = None
-    gps_accuracy_m: float | None = None
-    direction_deg: float | None = None
-    direction_north: str | None = None
     acceleration: Vector | None = None
     comment: str | None = None
     problems: tuple[Finding, ...] = field(default=())

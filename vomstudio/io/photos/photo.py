@@ -7,28 +7,55 @@ from datetime import datetime
 from pathlib import Path
 
 
+@dataclass(frozen=True, kw_only=True)
+class PhotoTags:
+    """What EXIF states of a photo; None if it is missing.
+
+    focal_mm : of the lens; focal_35mm : its equivalent on 36 x 24 mm film
+    orientation : 1 to 8, turns the pixels for viewers
+    digital_zoom : factor, 1 for none
+    altitude_m : in `altitude_reference` "sea level", "below sea level" (then negative) or
+        "ellipsoid"
+    gps_accuracy_m : what the receiver states, horizontally
+    direction_deg : azimuth of the view by the phone's compass, from direction_north: "true",
+        "magnetic", or None where the photo does not say
+    """
+
+    serial: str | None = None
+    lens: str | None = None
+    focal_mm: float | None = None
+    focal_35mm: float | None = None
+    orientation: int = 1
+    taken: datetime | None = None
+    exposure_s: float | None = None
+    f_number: float | None = None
+    iso: float | None = None
+    digital_zoom: float | None = None
+    latitude_deg: float | None = None
+    longitude_deg: float | None = None
+    altitude_m: float | None = None
+    altitude_reference: str | None = None
+    gps_accuracy_m: float | None = None
+    direction_deg: float | None = None
+    direction_north: str | None = None
+
+
 @dataclass(frozen=True)
-class Photo:
+class Photo(PhotoTags):
     """What a photo says of itself; None where it says nothing.
 
     name : relative to the folder, with forward slashes
     width, height : pixels as stored; `orientation` (EXIF, 1 to 8) turns them for viewers only
     camera : make and model
-    focal_mm : of the lens; focal_35mm : its equivalent on 36 x 24 mm film
     sensor_width_mm : of the part of the sensor that the photo shows, along its long side
     focal_px : by the rule that `focal_source` names
-    altitude_m : in `altitude_reference` "sea level", "below sea level" (then negative) or
-        "ellipsoid"; relative_altitude_m : of a drone, above the place of take-off
+    relative_altitude_m : of a drone, above the place of take-off
     exif_altitude_m : height in EXIF if its sign contradicts that of XMP, which altitude_m then is
-    gps_accuracy_m : what the receiver states, horizontally
     yaw_deg, pitch_deg, roll_deg : of the optical axis: from north, above the horizon, about it
     has_zero_angles : these three are exactly 0 as written; has_comment_angles : they are from
         EXIF `UserComment`
-    direction_deg : azimuth of the view by the phone's compass, from direction_north: "true",
-        "magnetic", or None where the photo does not say
     down : the direction in which things fall, by the phone's accelerometer, in the frame of the
         camera (x right, y down, z forward, in the photo as stored), a unit vector
-    digital_zoom : factor, 1 for none
     mask : picture of the same size; white is used
     """
 
@@ -37,34 +64,17 @@ class Photo:
     width: int
     height: int
     camera: str | None = None
-    serial: str | None = None
-    lens: str | None = None
-    focal_mm: float | None = None
-    focal_35mm: float | None = None
     sensor_width_mm: float | None = None
     focal_px: float | None = None
     focal_source: str | None = None
-    orientation: int = 1
-    taken: datetime | None = None
-    exposure_s: float | None = None
-    f_number: float | None = None
-    iso: float | None = None
-    latitude_deg: float | None = None
-    longitude_deg: float | None = None
-    altitude_m: float | None = None
-    altitude_reference: str | None = None
     exif_altitude_m: float | None = None
     relative_altitude_m: float | None = None
-    gps_accuracy_m: float | None = None
     yaw_deg: float | None = None
     pitch_deg: float | None = None
     roll_deg: float | None = None
     has_zero_angles: bool = False
     has_comment_angles: bool = False
-    direction_deg: float | None = None
-    direction_north: str | None = None
     down: tuple[float, float, float] | None = None
-    digital_zoom: float | None = None
     mask: Path | None = None
 
     @property

@@ -11,7 +11,7 @@ import os
 import re
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +29,7 @@ from vomstudio.io.photos.metadata_checks import (
     signed_altitude,
     without_unmeasured_angles,
 )
-from vomstudio.io.photos.photo import Photo
+from vomstudio.io.photos.photo import Photo, PhotoTags
 from vomstudio.io.photos.pixels import opened
 from vomstudio.io.photos.user_comment import comment_angles
 from vomstudio.io.photos.xmp import Angles, DroneTags, read_drone_tags
@@ -81,7 +81,7 @@ class PhotoFolder(Shown):
             return self
         return replace(self, photos=[replace(p, mask=masks.get(p.name)) for p in self.photos])
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """In short, for people."""
         return {
             "folder": str(self.folder),
@@ -310,40 +310,29 @@ def _read(path: Path, name: str) -> tuple[Photo, list[Finding]]:
     if drone.ellipsoidal and tags.altitude_m is not None:
         reference = "ellipsoid"
     (yaw, pitch, roll), is_zero, is_comment = _angles(tags, drone)
+    shared = {each.name: getattr(tags, each.name) for each in fields(PhotoTags)} | {
+        "altitude_m": altitude,
+        "altitude_reference": reference,
+        "gps_accuracy_m": accuracy if tags.latitude_deg is not None else None,
+    }
     photo = Photo(
+        **shared,
         path=path,
         name=name,
         width=width,
         height=height,
         camera=camera_label(tags.make, tags.model),
-        serial=tags.serial,
-        lens=tags.lens,
-        focal_mm=tags.focal_mm,
-        focal_35mm=tags.focal_35mm,
         sensor_width_mm=sensor,
         focal_px=focal,
         focal_source=source,
-        orientation=tags.orientation,
-        taken=tags.taken,
-        exposure_s=tags.exposure_s,
-        f_number=tags.f_number,
-        iso=tags.iso,
-        latitude_deg=tags.latitude_deg,
-        longitude_deg=tags.longitude_deg,
-        altitude_m=altitude,
-        altitude_reference=reference,
         exif_altitude_m=tags.altitude_m if contradicts else None,
         relative_altitude_m=drone.relative_altitude_m,
-        gps_accuracy_m=accuracy if tags.latitude_deg is not None else None,
         yaw_deg=yaw,
         pitch_deg=pitch,
         roll_deg=roll,
         has_zero_angles=is_zero,
         has_comment_angles=is_comment,
-        direction_deg=tags.direction_deg,
-        direction_north=tags.direction_north,
         down=_down(tags, width, height),
-        digital_zoom=tags.digital_zoom,
     )
     return photo, [*tags.problems, *findings]
 

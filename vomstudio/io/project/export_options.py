@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from vomstudio.core.options import check_options, option
+from vomstudio.core.options import Options, option
 from vomstudio.words import to_translate
 
 ExportFormatName = Literal[
@@ -26,10 +26,7 @@ ExportFormatName = Literal[
 
 
 @dataclass(frozen=True)
-class ExportFormat:
+class ExportFormat(Options):
     """Format of an export. Raises UsageError for an unknown format."""
 
     to: ExportFormatName = option(help=to_translate("format of the export"))
-
-    def __post_init__(self) -> None:
-        check_options(self)

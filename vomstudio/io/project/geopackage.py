@@ -60,7 +60,7 @@ def write_layers(
         for layer in layers:
             write_layer(
                 parts[0], layer.name, _TYPES[layer.kind], _geometry(layer), layer.columns, crs,
-                described=table.limits.in_words, append=append,
+                described=table.limits.description, append=append,
             )  # fmt: skip
             append = True
         _add_styles(parts[0], [layer.name for layer in layers], styles)

@@ -25,7 +25,7 @@ from vomstudio.io.gate.points import ModelFrame, points_to_world
 from vomstudio.io.project.field_table import FieldTable, number_in
 from vomstudio.io.text.flag_words import is_overturned
 from vomstudio.io.text.orientation_reading import plane_of
-from vomstudio.io.text.tables import lines_in_words
+from vomstudio.io.text.tables import line_numbers_text
 from vomstudio.words import tr
 
 NOTATIONS = ("dipdir/dip", "strike/dip", "strike/dip lhr", "quadrant", "trend/plunge")
@@ -205,7 +205,7 @@ def _about_positions(rows: list[tuple[int, Finding]]) -> list[Finding]:
 
 
 def _of_rows(code: str, lines: list[int], **values: str) -> Finding:
-    return Finding(code, count=len(lines), rows=lines, lines=lines_in_words(lines), **values)
+    return Finding(code, count=len(lines), rows=lines, lines=line_numbers_text(lines), **values)
 
 
 def _orientation(

@@ -218,7 +218,7 @@ class PointGroups:
     """Comments of the table, which may name its CRS."""
 
 
-def lines_in_words(lines: Sequence[int], limit: int = 8) -> str:
+def line_numbers_text(lines: Sequence[int], limit: int = 8) -> str:
     """`line 4`, `lines 4, 7 and 9`, or `lines 4, 5, 6, 7, 8, 9, 10, 11 and 90 more`."""
     if len(lines) == 1:
         return tr("line {number}", number=lines[0])

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.results import Result
 from vomstudio.errors import UsageError
 from vomstudio.photogrammetry.base.region import Region
 
@@ -38,7 +38,7 @@ DEVICES = ("auto", "cpu", "cuda")
 
 
 @dataclass(frozen=True)
-class Settings:
+class Settings(Result):
     """quality : one of QUALITIES
     crs : "EPSG:n" of the model; None for the UTM zone of the cameras, where they have GPS
     control, marks : tables of ground control points and where they are seen in the photos; marks
@@ -82,6 +82,3 @@ class Settings:
     def steps(self) -> Quality:
         """Sizes and numbers of the chosen quality."""
         return QUALITIES[self.quality]
-
-    def as_dict(self) -> dict[str, Any]:
-        return {key: str(v) if isinstance(v, Path) else v for key, v in asdict(self).items()}

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 from vomstudio.photogrammetry.base.settings import Settings
 
@@ -21,9 +20,6 @@ class MemoryNeed:
     size_px: int
     needed_bytes: int
     free_bytes: int
-
-    def as_dict(self) -> dict[str, Any]:
-        return asdict(self)
 
 
 def memory_need(settings: Settings, sizes: Sequence[tuple[int, int]]) -> MemoryNeed:

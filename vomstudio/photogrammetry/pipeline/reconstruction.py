@@ -126,7 +126,7 @@ class _Run:
         self.checkpoints.tidy()
 
     def all(self) -> dict[str, Any]:
-        self.log.log(f"VOM Studio {__version__}, {self.settings.as_dict()}")
+        self.log.log(f"VOM Studio {__version__}, {self.settings.to_dict()}")
         self._remember()
         photos = self._checked()
         alignment, aligned = self._align(photos)
@@ -384,7 +384,7 @@ class _Run:
     # ------------------------------------------------------------------------------------------
     def _remember(self) -> None:
         """What was asked for, so that an unfinished run can be offered again."""
-        request = {"photos": str(self.folder), **self.settings.as_dict()}
+        request = {"photos": str(self.folder), **self.settings.to_dict()}
         write_whole(self.outputs.request, lambda path: write_json(path, request))
 
     def _finish(
@@ -432,7 +432,7 @@ class _Run:
             "photos": len(photos.photos),
             "registered": len(scene.views),
             "unregistered": missing,
-            "survey": survey.as_dict(),
+            "survey": survey.to_dict(),
             "alignment_notes": plain(alignment.notes),
             "reprojection_error_px": float(alignment.reprojection_error_px),
             "cameras": str(outputs.cameras),
@@ -460,7 +460,7 @@ class _Run:
             "calibration": report_data.calibration(cameras, photos.photos),
             "registration": registration,
             "model": report_data.model(cloud, textured, dressed.facts["report"]),
-            "settings": self.settings.as_dict(),
+            "settings": self.settings.to_dict(),
             "versions": report_data.versions("pycolmap", "open3d", "cv2", "numba"),
             "drawing": report_data.drawing(scene),
         }

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from vomstudio.core.findings import Finding, finding_of, plain
+from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.results import Result, to_dict
 from vomstudio.errors import GeometryError
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.photos.photo_names import photo_finder
@@ -48,7 +49,7 @@ class PointCheck:
 
 
 @dataclass(frozen=True)
-class ControlCheck:
+class ControlCheck(Result):
     """problem : why the points cannot register a model, else None
     crs : "EPSG:n", as asked for, stated or guessed; None for a local frame
     crs_reason : where it is from
@@ -89,15 +90,9 @@ class ControlCheck:
             most=max(seen),
         )
 
-    def as_dict(self) -> dict[str, Any]:
-        return {
-            "points": [{**asdict(p), "quality": p.quality} for p in self.points],
-            "crs": self.crs,
-            "crs_reason": self.crs_reason,
-            "summary": self.summary,
-            "problem": None if self.problem is None else self.problem.to_dict(),
-            "warnings": plain(self.warnings),
-        }
+    def to_dict(self) -> dict[str, Any]:
+        points = [to_dict(point) | {"quality": point.quality} for point in self.points]
+        return super().to_dict() | {"points": points, "summary": self.summary}
 
 
 def check_control(

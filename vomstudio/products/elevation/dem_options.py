@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vomstudio.core.options import MAX_LENGTH_M, MIN_LENGTH_M, check_options, option
+from vomstudio.core.options import MAX_LENGTH_M, MIN_LENGTH_M, Options, option
 from vomstudio.words import to_translate
 
 
 @dataclass(frozen=True)
-class DemOptions:
+class DemOptions(Options):
     """Grid and plane of an elevation model. Raises UsageError for a value outside its bounds."""
 
     gsd_m: float | None = option(
@@ -42,12 +42,9 @@ class DemOptions:
         decimals=4,
     )
 
-    def __post_init__(self) -> None:
-        check_options(self)
-
 
 @dataclass(frozen=True)
-class DemFiles:
+class DemFiles(Options):
     """Files to write beside the heights. Raises UsageError for a value outside its bounds."""
 
     hillshade: bool = option(
@@ -77,6 +74,3 @@ class DemFiles:
         tip=to_translate("Contour lines at multiples of this height"),
         empty=to_translate("none"),
     )
-
-    def __post_init__(self) -> None:
-        check_options(self)

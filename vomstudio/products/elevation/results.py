@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
 
 from vomstudio.core.findings import Message
-from vomstudio.core.results import to_dict
+from vomstudio.core.results import FLAT, Result
+
+Array = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class ElevationFigures:
+@dataclass(frozen=True, eq=False)
+class ElevationFigures(Result):
     """What is said of an elevation model.
 
     width, height : cells; gsd_m : side of a cell; coverage : share of cells with a height
@@ -28,33 +32,29 @@ class ElevationFigures:
     height: int
     gsd_m: float
     coverage: float
-    reference_point: tuple[float, ...]
+    reference_point: Array
     dip_direction_deg: float
     dip_deg: float
-    right: tuple[float, ...]
-    down: tuple[float, ...]
-    normal: tuple[float, ...]
+    right: Array
+    down: Array
+    normal: Array
     lowest_m: float
     highest_m: float
     interpolation_limit_m: float | None
-    cell_to_world: tuple[tuple[float, ...], ...]
+    cell_to_world: Array
     crs: str | None
 
 
 @dataclass(frozen=True)
-class WrittenElevation:
+class WrittenElevation(Result):
     """raster, sidecar, hillshade, slope, aspect, contours : files that were written, None for those
     that were not; figures : of the model; warnings : sentences"""
 
     raster: str
-    figures: ElevationFigures
+    figures: ElevationFigures = field(metadata=FLAT)
     sidecar: str
     hillshade: str | None
     slope: str | None
     aspect: str | None
     contours: str | None
     warnings: tuple[Message, ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the object that ``--json`` prints."""
-        return to_dict(self, flatten="figures")

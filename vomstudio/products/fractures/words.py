@@ -13,14 +13,14 @@ from vomstudio.words import tr, tr_n
 
 def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
     """Each figure with its name; errors and units with them."""
-    found = network.as_dict()
+    found = network.to_dict()
     nodes, length = found["nodes"], found["length"]
     rows = [
         (tr("traces"), tr("{traces:,}, in {pieces:,} pieces", traces=found["traces"],
                           pieces=found["pieces"])),
     ]  # fmt: skip
     if network.plane is not None:
-        rows.append((tr("plane"), _plane_in_words(network.plane)))
+        rows.append((tr("plane"), _plane_text(network.plane)))
     if found["area_m2"] is not None:
         rows += [
             (tr("area"), tr("{size} m2", size=number(found["area_m2"], 1))),
@@ -30,7 +30,7 @@ def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
                 _with_interval(found["P20_nodes_1_per_m2"], found["P20_nodes_95_1_per_m2"], "1/m2"),
             ),
             ("P21", _with_interval(found["P21_1_per_m"], found["P21_95_1_per_m"], "1/m")),
-            (tr("  dispersion"), _dispersion_in_words(found["dispersion"])),
+            (tr("  dispersion"), _dispersion_text(found["dispersion"])),
         ]
     if found["scanline"] is not None:
         line = found["scanline"]
@@ -48,7 +48,7 @@ def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
                                true=_with_interval(line["true_mean_m"],
                                                    line["true_mean_95_m"], "m"),
                                cv=number(line["cv"], 2))),
-            (tr("  dispersion"), _dispersion_in_words(line["dispersion"])),
+            (tr("  dispersion"), _dispersion_text(line["dispersion"])),
         ]  # fmt: skip
     rows.append((
         tr("nodes"),
@@ -63,10 +63,10 @@ def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
                                high=figures(high), naive=figures(length["naive_mean_m"]))),
         (tr("  cut off"), tr("{share} % of the pieces by the edge of the area",
                            share=number(100 * (length["censored_share"] or 0.0), 1))),
-        (tr("  distribution"), _law_in_words(length)),
+        (tr("  distribution"), _law_text(length)),
     ]  # fmt: skip
     for of_set in found["sets"] if len(found["sets"]) > 1 else ():
-        rows.append((tr("set {name}", name=of_set["name"]), _set_in_words(of_set, network.plane)))
+        rows.append((tr("set {name}", name=of_set["name"]), _set_text(of_set, network.plane)))
     return rows
 
 
@@ -80,13 +80,13 @@ def _with_interval(
     )  # fmt: skip
 
 
-def _dispersion_in_words(dispersion: float) -> str:
+def _dispersion_text(dispersion: float) -> str:
     return tr(
         "{ratio} times the variance of traces placed independently", ratio=number(dispersion, 1)
     )
 
 
-def _law_in_words(length: dict[str, Any]) -> str:
+def _law_text(length: dict[str, Any]) -> str:
     if length["distribution"] is None:
         return tr("none: {reason}", reason=length["reason"])
     parameters = ", ".join(
@@ -103,7 +103,7 @@ def _law_in_words(length: dict[str, Any]) -> str:
     )  # fmt: skip
 
 
-def _plane_in_words(plane: TracePlane) -> str:
+def _plane_text(plane: TracePlane) -> str:
     words = tr(
         "{plane}, scatter {scatter} m (maximum {largest} m), lengths {percent} % shorter than in "
         "space",
@@ -115,7 +115,7 @@ def _plane_in_words(plane: TracePlane) -> str:
     return tr("{plane}; angles of traces are clockwise from up on it", plane=words)
 
 
-def _set_in_words(of_set: dict[str, Any], plane: TracePlane | None) -> str:
+def _set_text(of_set: dict[str, Any], plane: TracePlane | None) -> str:
     strike = azimuth(of_set["strike_deg"], 0)
     if plane is None or plane.azimuths_from == "north":
         text = tr_n(

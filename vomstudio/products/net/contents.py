@@ -356,7 +356,7 @@ def means_of(
     return tuple(means)
 
 
-def means_in_words(means: Sequence[NetMean]) -> str:
+def means_text(means: Sequence[NetMean]) -> str:
     """What the open symbols of a net are."""
     of_clusters = {mean.of_cluster for mean in means}
     if of_clusters == {True}:

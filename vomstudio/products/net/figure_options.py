@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vomstudio.core.findings import Finding
-from vomstudio.core.options import check_options, check_requires, option
+from vomstudio.core.options import Options, check_requires, option
 from vomstudio.errors import UsageError
 from vomstudio.words import to_translate
 
@@ -26,7 +26,7 @@ _COLOR = re.compile(r"#[0-9a-fA-F]{6}")
 
 
 @dataclass(frozen=True)
-class FigureLook:
+class FigureLook(Options):
     """Letters, lines and colours of a figure.
 
     Raises
@@ -55,9 +55,6 @@ class FigureLook:
         automatic=to_translate("0.8"),
     )
     grey: bool = option(False, help=to_translate("draw without colours"))
-
-    def __post_init__(self) -> None:
-        check_options(self)
 
 
 @dataclass(frozen=True)
@@ -148,7 +145,7 @@ class SetColors:
 
 
 @dataclass(frozen=True)
-class StereonetOptions:
+class StereonetOptions(Options):
     """What a stereonet shows.
 
     Raises
@@ -246,7 +243,7 @@ class StereonetOptions:
     )
 
     def __post_init__(self) -> None:
-        check_options(self)
+        super().__post_init__()
         check_requires(self, "levels", "contour")
         check_requires(self, "quality", "fold")
         check_requires(self, "only_set", "fold")

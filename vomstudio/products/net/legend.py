@@ -14,7 +14,7 @@ from vomstudio.products.net.contents import (
     NetSet,
     circles_shown,
     fold_ellipse,
-    means_in_words,
+    means_text,
 )
 from vomstudio.products.net.style import NetStyle
 from vomstudio.words import tr
@@ -65,7 +65,7 @@ def legend_entries(net: NetContents, style: NetStyle) -> list[Entry]:
     if net.errors:
         entries.append(Entry(tr("95 % error of each"), style.soft, None, "-"))
     if net.means:
-        text = means_in_words(net.means)
+        text = means_text(net.means)
         entries.append(Entry(text, style.net, "o", None, outlined=True))
     if net.ellipses and not net.compact:
         text = (

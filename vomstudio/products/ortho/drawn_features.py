@@ -22,7 +22,7 @@ from vomstudio.products.ortho.vector_drawing import (
     write_dxf,
     write_gpkg,
 )
-from vomstudio.products.ortho.view_words import direction_in_words, end_labels
+from vomstudio.products.ortho.view_words import direction_text, end_labels
 from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
@@ -80,7 +80,7 @@ def draw_features(
         np.stack([low, high]) + shift,
         (left, right),
         axes,
-        (direction_in_words(plan.view),),
+        (direction_text(plan.view),),
         picture,
         plan.view.metric,
     )

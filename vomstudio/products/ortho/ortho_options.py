@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from vomstudio.core.options import (
     MAX_LENGTH_M,
     MIN_LENGTH_M,
+    Options,
     check_alternatives,
     check_exclusive,
-    check_options,
     check_requires,
     option,
 )
@@ -17,7 +17,7 @@ from vomstudio.words import to_translate
 
 
 @dataclass(frozen=True)
-class OrthoOptions:
+class OrthoOptions(Options):
     """View and pixel size of an orthophoto.
 
     Raises
@@ -58,7 +58,7 @@ class OrthoOptions:
     flip: bool = option(False, help=to_translate("look from the other side: a mirror image"))
 
     def __post_init__(self) -> None:
-        check_options(self)
+        super().__post_init__()
         for name in ("trend_deg", "plunge_deg"):
             check_exclusive(self, name, "plane", "fold")
         check_requires(self, "trend_deg", "plunge_deg")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding, Message
-from vomstudio.core.results import to_dict
+from vomstudio.core.results import FLAT, Result
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.domains import ProjectionAxis
 from vomstudio.geology.fold_planes import LeftOut
@@ -35,6 +35,8 @@ from vomstudio.products.ortho.view_directions import (
     view_of_plane,
 )
 from vomstudio.words import tr
+
+Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -176,8 +178,8 @@ def _fold_view(fold: TableFold, planned: Plan) -> FoldView:
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class OrthophotoFigures:
+@dataclass(frozen=True, eq=False)
+class OrthophotoFigures(Result):
     """What is said of a picture.
 
     width, height : pixels; gsd_m : of a pixel; trend_deg, plunge_deg : the way the viewer looks
@@ -195,21 +197,21 @@ class OrthophotoFigures:
     gsd_m: float
     trend_deg: float
     plunge_deg: float
-    right: tuple[float, ...]
-    down: tuple[float, ...]
-    direction: tuple[float, ...]
+    right: Array
+    down: Array
+    direction: Array
     sense: str
     sense_reason: Finding
     coverage: float
-    reference_point: tuple[float, ...]
-    pixel_to_world: tuple[tuple[float, ...], ...]
+    reference_point: Array
+    pixel_to_world: Array
     crs: str | None
     holes_filled_px: int
     holes_filled_up_to_m: float | None
 
 
 @dataclass(frozen=True)
-class WrittenOrthophoto:
+class WrittenOrthophoto(Result):
     """image, sidecar, depth, world_file, sheet, drawing (by format) : files that were written;
     figures : of the picture; fold : the axis that it looks along"""
 
@@ -219,13 +221,9 @@ class WrittenOrthophoto:
     world_file: str
     sheet: str | None
     drawing: dict[str, str] | None
-    figures: OrthophotoFigures
+    figures: OrthophotoFigures = field(metadata=FLAT)
     fold: FoldView | None
     warnings: tuple[Message, ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the object that ``--json`` prints."""
-        return to_dict(self, flatten="figures")
 
 
 def written(
@@ -253,14 +251,14 @@ def figures_of(facts: Mapping[str, Any]) -> OrthophotoFigures:
         facts["gsd_m"],
         facts["trend_deg"],
         facts["plunge_deg"],
-        tuple(facts["right"]),
-        tuple(facts["down"]),
-        tuple(facts["direction"]),
+        np.array(facts["right"]),
+        np.array(facts["down"]),
+        np.array(facts["direction"]),
         facts["sense"],
         Finding.from_dict(facts["sense_reason"]),
         facts["coverage"],
-        tuple(facts["reference_point"]),
-        tuple(map(tuple, facts["pixel_to_world"])),
+        np.array(facts["reference_point"]),
+        np.array(facts["pixel_to_world"]),
         facts["crs"],
         facts["holes_filled_px"],
         facts["holes_filled_up_to_m"],

@@ -30,7 +30,7 @@ from vomstudio.products.ortho.vector_drawing import (
     ticks_over,
 )
 from vomstudio.products.ortho.view_directions import View
-from vomstudio.products.ortho.view_words import direction_in_words, end_labels, unknown_in_words
+from vomstudio.products.ortho.view_words import direction_text, end_labels, unknown_direction_text
 from vomstudio.words import tr
 
 if TYPE_CHECKING:
@@ -100,9 +100,9 @@ def write_sheet(
 def _words(view: View, width_mm: float) -> list[str]:
     import textwrap
 
-    unknown = unknown_in_words(view)
+    unknown = unknown_direction_text(view)
     letters = round(width_mm / (LETTER_MM * _FONT_PT))
-    said = [direction_in_words(view)]
+    said = [direction_text(view)]
     reason = view.reason.message
     if tr(view.sense) not in reason:
         said += textwrap.wrap(reason, letters)

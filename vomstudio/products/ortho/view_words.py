@@ -24,7 +24,7 @@ def end_labels(view: View) -> tuple[str, str, str]:
     return format_wind(azimuth + 180.0), format_wind(azimuth), "N" if steep else tr("up")
 
 
-def direction_in_words(view: View) -> str:
+def direction_text(view: View) -> str:
     """Which way the viewer looks, and in which sense."""
     trend = format_azimuth(view.trend_deg, 1)
     return tr(
@@ -35,7 +35,7 @@ def direction_in_words(view: View) -> str:
     )
 
 
-def unknown_in_words(view: View) -> str | None:
+def unknown_direction_text(view: View) -> str | None:
     """What a model without registration leaves unknown, in words."""
     if view.north_known:
         return None if view.metric else tr("Not registered: scale unknown")

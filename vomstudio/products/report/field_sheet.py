@@ -189,7 +189,7 @@ def figures(plan: SurveyPlan) -> list[tuple[str, str]]:
             tr("Photos"),
             tr(
                 "{count}: {perpendicular} perpendicular, {oblique} oblique",
-                count=len(plan.stations),
+                count=len(plan.positions),
                 perpendicular=len(plan.of_kind("perpendicular")),
                 oblique=len(plan.of_kind("oblique")),
             ),
@@ -289,7 +289,7 @@ def _html(plan: SurveyPlan) -> str:
                 f"{s.turn_deg:+.0f}",
                 f"{s.tilt_deg:+.0f}",
             )
-            for s in plan.stations
+            for s in plan.positions
         ],
     )
     points = _rows(

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.results import Result
 from vomstudio.errors import GeometryError
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.folds import FoldAxis, fold_axis
@@ -37,7 +38,7 @@ _ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
-class Check:
+class Check(Result):
     """truth and measured: angles as a mapping, or one length in m; error and stated_95 in `unit`.
 
     stated_95 is None, and `within` too, where no error can be stated. total_95 : of a plane, with
@@ -59,18 +60,8 @@ class Check:
         """Whether the truth is no farther than `total_95`."""
         return None if self.total_95 is None else self.error <= self.total_95
 
-    def as_dict(self) -> dict[str, Any]:
-        return {
-            "name": self.name,
-            "truth": self.truth,
-            "measured": self.measured,
-            "error": self.error,
-            "stated_95": self.stated_95,
-            "within": self.within,
-            "total_95": self.total_95,
-            "within_total": self.within_total,
-            "unit": self.unit,
-        }
+    def to_dict(self) -> dict[str, Any]:
+        return super().to_dict() | {"within_total": self.within_total}
 
 
 @dataclass(frozen=True, eq=False)

@@ -74,7 +74,7 @@ def check_photos(
     )
 
 
-def in_words(checks: Sequence[Check]) -> str:
+def checks_text(checks: Sequence[Check]) -> str:
     """How far the photos' model is off, in sentences."""
     by_name = {check.name: check for check in checks}
     stated = [check for check in checks if check.within_total is not None]

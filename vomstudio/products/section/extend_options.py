@@ -8,7 +8,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.options import (
     MAX_LENGTH_M,
     MIN_LENGTH_M,
-    check_options,
+    Options,
     check_requires,
     option,
 )
@@ -17,7 +17,7 @@ from vomstudio.words import to_translate
 
 
 @dataclass(frozen=True)
-class ExtendOptions:
+class ExtendOptions(Options):
     """Plane to extend, if it is not fitted to points, and the beds beside it.
 
     Raises
@@ -62,7 +62,7 @@ class ExtendOptions:
     )
 
     def __post_init__(self) -> None:
-        check_options(self)
+        super().__post_init__()
         check_requires(self, "plane", "through")
         check_requires(self, "plane", "error_deg")
         for name in ("through", "error_deg", "through_error_m"):

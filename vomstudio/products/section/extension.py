@@ -6,13 +6,12 @@ import csv
 import io
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding, Message
-from vomstudio.core.results import to_dict
+from vomstudio.core.results import HIDDEN
 from vomstudio.errors import GeometryError
 from vomstudio.files.atomic import atomic_group, write_bytes
 from vomstudio.files.extensions import check_extension
@@ -82,12 +81,8 @@ class ExtendedPlane(Shown):
     length_m: float
     within_share: float
     warnings: tuple[Message, ...]
-    traces: tuple[Trace, ...] = field(default=())
-    bands: Bands | None = None
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the object that ``--json`` prints."""
-        return to_dict(self, leave_out=("traces", "bands"))
+    traces: tuple[Trace, ...] = field(default=(), metadata=HIDDEN)
+    bands: Bands | None = field(default=None, metadata=HIDDEN)
 
     def as_fields(self) -> dict[str, npt.NDArray[np.float32]]:
         """Fields of the model's points: distance from the nearest plane, the error of its position
@@ -309,7 +304,7 @@ def _table(found: ExtendedPlane, crs: str | None, model: str, axes: Axes) -> str
     names = columns_of(COLUMNS, metric=axes.metric)
     file = io.StringIO()
     file.write(head_line(f"VOM Studio {__version__}, a plane carried on over {model}"))
-    file.write(head_line(f"CRS: {crs or 'local'}; {axes.in_words}"))
+    file.write(head_line(f"CRS: {crs or 'local'}; {axes.description}"))
     file.write(
         f"# plane {plain_azimuth(found.dip_direction_deg)}/{found.dip_deg:.4f} "
         f"(dip direction/dip, deg); {names[-1]}: 95 % of its position, across it\n"

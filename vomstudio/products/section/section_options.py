@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from vomstudio.core.options import (
     MAX_LENGTH_M,
     MIN_LENGTH_M,
+    Options,
     check_alternatives,
-    check_options,
     check_requires,
     option,
 )
@@ -19,7 +19,7 @@ DOMAINS = "domains"
 
 
 @dataclass(frozen=True)
-class SectionOptions:
+class SectionOptions(Options):
     """Plane or line of a section.
 
     Raises
@@ -55,14 +55,14 @@ class SectionOptions:
     )
 
     def __post_init__(self) -> None:
-        check_options(self)
+        super().__post_init__()
         check_alternatives(self, "plane", "section_line")
         check_requires(self, "plane", "through")
         check_requires(self, "through", "plane")
 
 
 @dataclass(frozen=True)
-class SectionFeatures:
+class SectionFeatures(Options):
     """Features to project onto a section.
 
     Raises
@@ -96,6 +96,6 @@ class SectionFeatures:
     )
 
     def __post_init__(self) -> None:
-        check_options(self)
+        super().__post_init__()
         check_requires(self, "along", "features")
         check_requires(self, "within_m", "features")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding, Message
-from vomstudio.core.results import to_dict
+from vomstudio.core.results import FLAT, Result
 from vomstudio.errors import InputError
 from vomstudio.files.atomic import atomic_group, check_target
 from vomstudio.files.extensions import check_extension
@@ -87,17 +87,13 @@ class SectionFigures:
 
 
 @dataclass(frozen=True)
-class WrittenSection:
+class WrittenSection(Result):
     """file, features_file : what was written; figures : of the section; warnings : sentences"""
 
     file: str
-    figures: SectionFigures
+    figures: SectionFigures = field(metadata=FLAT)
     features_file: str | None
     warnings: tuple[Message, ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the object that ``--json`` prints."""
-        return to_dict(self, flatten="figures")
 
 
 def format_of(path: str | Path) -> str:
@@ -341,7 +337,7 @@ def _head(
     to_grid = "; azimuths to grid north" if axes.north else ""
     rows = [
         f"VOM Studio {__version__}, section of {Path(model).name}",
-        f"CRS: {crs or 'local'}; {axes.in_words}{to_grid}",
+        f"CRS: {crs or 'local'}; {axes.description}{to_grid}",
         f"{distance} along the section from {plain_azimuth(figures.left_deg, 2)} toward "
         f"{plain_azimuth(figures.right_deg, 2)} deg; {height}",
     ]

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding, Message
-from vomstudio.core.results import to_dict
+from vomstudio.core.results import HIDDEN
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
@@ -135,16 +135,13 @@ class SurfaceFigures(Shown):
     smoothest: SmoothestLine | None
     smoothest_reason: Finding | None
     warnings: tuple[Message, ...]
-    deviations: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    plan: HeightPlan | None = None
-    at_points: Array = field(default_factory=lambda: np.zeros(0))
-    holds: npt.NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, np.bool_))
-    profiles: tuple[Profile, ...] = ()
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the object that ``--json`` prints."""
-        left_out = ("deviations", "plan", "at_points", "holds", "profiles")
-        return to_dict(self, leave_out=left_out)
+    deviations: Array = field(default_factory=lambda: np.zeros((0, 0)), metadata=HIDDEN)
+    plan: HeightPlan | None = field(default=None, metadata=HIDDEN)
+    at_points: Array = field(default_factory=lambda: np.zeros(0), metadata=HIDDEN)
+    holds: npt.NDArray[np.bool_] = field(
+        default_factory=lambda: np.zeros(0, np.bool_), metadata=HIDDEN
+    )
+    profiles: tuple[Profile, ...] = field(default=(), metadata=HIDDEN)
 
 
 def analyse(

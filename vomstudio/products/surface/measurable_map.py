@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding, Message
-from vomstudio.core.results import to_dict
+from vomstudio.core.results import HIDDEN
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.measurable import (
     CLASSES,
@@ -70,12 +70,8 @@ class MeasurableMap(Shown):
     tenth_deg: float
     best: dict[str, float] | None
     warnings: tuple[Message, ...]
-    found: Measurable = field(repr=False)
-    values: dict[str, npt.NDArray[np.float32]] = field(repr=False)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the object that ``--json`` prints, without its files."""
-        return to_dict(self, leave_out=("found", "values"))
+    found: Measurable = field(repr=False, metadata=HIDDEN)
+    values: dict[str, npt.NDArray[np.float32]] = field(repr=False, metadata=HIDDEN)
 
     def as_fields(self) -> dict[str, npt.NDArray[np.generic]]:
         """Of each point or vertex of the model, by the names of FIELDS; NaN where there is none."""
@@ -125,7 +121,7 @@ def measurable_map(
     )  # fmt: skip
 
 
-def shares_in_words(found: MeasurableMap) -> tuple[str, ...]:
+def share_lines(found: MeasurableMap) -> tuple[str, ...]:
     """How much of the surface would tell the plane."""
     return (
         tr(

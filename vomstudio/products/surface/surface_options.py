@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vomstudio.core.options import MAX_LENGTH_M, MIN_LENGTH_M, check_options, option
+from vomstudio.core.options import MAX_LENGTH_M, MIN_LENGTH_M, Options, option
 from vomstudio.words import to_translate
 
 
 @dataclass(frozen=True)
-class SurfaceOptions:
+class SurfaceOptions(Options):
     """Patch and map of its deviations. Raises UsageError for a value outside its bounds."""
 
     around: str | None = option(
@@ -36,6 +36,3 @@ class SurfaceOptions:
         help=to_translate("side of a cell of the map, m"),
         automatic=to_translate("the mean edge or spacing"),
     )
-
-    def __post_init__(self) -> None:
-        check_options(self)

@@ -118,5 +118,6 @@ def _head(crs: str | None, axes: Axes) -> str:
     return head_line(
         f"VOM Studio {__version__}, deviations of a surface from its plane"
     ) + head_line(
-        f"CRS: {crs or 'local'}; {axes.in_words}; deviations are positive along the upward normal"
+        f"CRS: {crs or 'local'}; {axes.description}; "
+        "deviations are positive along the upward normal"
     )

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.results import HIDDEN
 from vomstudio.errors import GeometryError
 from vomstudio.progress import Progress, Silent
 from vomstudio.registration.by_model.matching import match
@@ -43,7 +44,7 @@ class FittedToReference:
     free : what the surfaces leave free, in words; warnings : sentences
     """
 
-    observation: Combined
+    observation: Combined = field(metadata=HIDDEN)
     places: int
     radius_m: float
     overlap: float
@@ -51,7 +52,7 @@ class FittedToReference:
     blocks: int
     block_m: float
     free: tuple[str, ...]
-    warnings: tuple[Finding, ...]
+    warnings: tuple[Finding, ...] = field(metadata=HIDDEN)
 
 
 def fit_to_reference(

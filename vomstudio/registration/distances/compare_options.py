@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vomstudio.core.options import MAX_LENGTH_M, MIN_LENGTH_M, check_options, option
+from vomstudio.core.options import MAX_LENGTH_M, MIN_LENGTH_M, Options, option
 from vomstudio.words import to_translate
 
 
 @dataclass(frozen=True)
-class CompareOptions:
+class CompareOptions(Options):
     """Kind of distances. Raises UsageError for a value outside its bounds."""
 
     m3c2_m: float | None = option(
@@ -35,6 +35,3 @@ class CompareOptions:
         automatic=to_translate("from the model's registration or reconstruction, else 0"),
         decimals=4,
     )
-
-    def __post_init__(self) -> None:
-        check_options(self)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
-from vomstudio.core.results import to_dict
+from vomstudio.core.results import HIDDEN
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry.cloud import PointCloud
@@ -77,8 +77,8 @@ class Comparison(Shown):
     positive_toward: Toward | None
     sides_by: str
     warnings: tuple[Finding, ...]
-    distances: Array
-    lod95: Array | None
+    distances: Array = field(metadata=HIDDEN)
+    lod95: Array | None = field(metadata=HIDDEN)
 
     def as_fields(self) -> dict[str, npt.NDArray[Any]]:
         """Fields of the model's points: `distance_m`, and with M3C2 `lod95_m` and `significant`
@@ -89,10 +89,6 @@ class Comparison(Shown):
             with np.errstate(invalid="ignore"):
                 told["significant"] = (np.abs(self.distances) > self.lod95).astype(np.uint8)
         return told
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the object that ``--json`` prints."""
-        return to_dict(self, leave_out=("distances", "lod95"))
 
 
 def compare(

@@ -120,7 +120,7 @@ class CameraMoves(QObject):
 
     def camera_state(self) -> dict[str, Any]:
         """The view as JSON-able values, for `set_camera_state`."""
-        return self.camera.as_dict()
+        return self.camera.to_dict()
 
     def set_camera_state(self, state: dict[str, Any]) -> None:
         """Take back a view; raises ValueError where it is none, and changes nothing then."""

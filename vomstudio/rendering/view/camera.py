@@ -299,7 +299,7 @@ class Camera:
 
     # -- stored with the project, as view state
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         return {
             "position": self.position.tolist(),
             "right": self.frame[0].tolist(),
@@ -311,7 +311,7 @@ class Camera:
         }
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Take a state made by `as_dict`; an unusable one raises ValueError and changes nothing."""
+        """Take a state made by `to_dict`; an unusable one raises ValueError and changes nothing."""
         try:
             position = np.array(state["position"], float)
             right = np.array(state["right"], float)

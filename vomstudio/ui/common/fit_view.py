@@ -170,7 +170,7 @@ class FitView(QWidget):
         self._badge.setPixmap(theme.verdict_icon(quality).pixmap(18, 18))
         self._word.setText(quality or "")
         for label in (self._badge, self._word):
-            label.setToolTip(verdict.limits.in_words if verdict else "")
+            label.setToolTip(verdict.limits.description if verdict else "")
         texts = ["–" if measured is None else _text(line, measured) for line in _LINES]
         for value, title, text in zip(self._values, self._titles, texts, strict=True):
             value.setText(text)

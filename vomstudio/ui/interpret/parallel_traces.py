@@ -43,7 +43,7 @@ def parallel_lines(studio: Studio) -> list[str]:
         found = parallel_beds([t.id for t in beds], np.concatenate(points), offsets)
     except GeometryError:
         return []
-    return _in_words(studio, found, {t.id: t.name for t in beds})
+    return _result_lines(studio, found, {t.id: t.name for t in beds})
 
 
 def _far_apart(measured: list[Measurement]) -> bool:
@@ -57,7 +57,7 @@ def _far_apart(measured: list[Measurement]) -> bool:
     return any(abs(float(a @ b)) < steepest for a, b in combinations(normals, 2))
 
 
-def _in_words(studio: Studio, found: ParallelBeds, names: dict[str, str]) -> list[str]:
+def _result_lines(studio: Studio, found: ParallelBeds, names: dict[str, str]) -> list[str]:
     plane = Plane(found.dip_direction_deg, found.dip_deg)
     lines = [
         tr_n(

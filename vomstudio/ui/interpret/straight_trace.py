@@ -17,7 +17,7 @@ def band_lines(studio: Studio, feature_id: str, measured: Measurement) -> list[s
     band = band_of_measured(measured)
     if band is None:
         return []
-    from vomstudio.geology.band_figures import band_figures, in_words
+    from vomstudio.geology.band_figures import band_figures, band_lines
 
     features = studio.session.features()
     priors = priors_among(
@@ -29,7 +29,7 @@ def band_lines(studio: Studio, feature_id: str, measured: Measurement) -> list[s
     if likely is not None:
         own = Plane(likely.dip_direction_deg, likely.dip_deg)
         plane = format_attitude(own, likely.max_confidence95_deg, studio.settings.notation)
-    return in_words(found, format_line(Line(found.trend_deg, found.plunge_deg)), plane)
+    return band_lines(found, format_line(Line(found.trend_deg, found.plunge_deg)), plane)
 
 
 def crossing_lines(studio: Studio) -> list[str]:

@@ -232,7 +232,7 @@ class OrientationModel(QAbstractTableModel):
             return Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
         if role == Qt.ItemDataRole.ToolTipRole:
             if column is QUALITY and (verdict := row.measured.verdict):
-                return as_words("\n".join(filter(None, (row.reasons, verdict.limits.in_words))))
+                return as_words("\n".join(filter(None, (row.reasons, verdict.limits.description))))
             return as_words(row.reasons or tr(column.tip))
         return None
 

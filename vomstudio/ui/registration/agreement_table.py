@@ -65,7 +65,7 @@ class AgreementTable(QWidget):
             self.hide()
             return
         found = self.agreement = agreement(planes[0], planes[1])
-        self.said.setText(_in_words(found))
+        self.said.setText(_summary_text(found))
         self.table.fill(
             [
                 (
@@ -87,7 +87,7 @@ class AgreementTable(QWidget):
         return measured_planes(self._studio, features)
 
 
-def _in_words(found: Agreement) -> str:
+def _summary_text(found: Agreement) -> str:
     if not found.n:
         return tr("No plane was measured on both: none has the same name or lies near another one.")
     said = tr(

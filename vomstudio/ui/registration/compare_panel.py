@@ -337,7 +337,7 @@ class ComparePanel(QWidget):
         self.figures.setVisible(self.held is not None)
         self.histogram.setVisible(self.held is not None)
         if self.held is not None:
-            self.figures.setText(in_words(self.held))
+            self.figures.setText(result_text(self.held))
 
     # --- the file ----------------------------------------------------------------------------
     def _ask_for_file(self) -> None:
@@ -415,7 +415,7 @@ def _read(path: Path) -> tuple[dict[str, Any], float, Any]:
     return fields, reach, counts_of(distances, reach)
 
 
-def in_words(held: Held) -> str:
+def result_text(held: Held) -> str:
     """Accuracy, precision, and what is more than chance, in lines."""
     told = held.figures
 

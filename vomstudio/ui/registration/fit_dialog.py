@@ -36,8 +36,8 @@ from vomstudio.ui.registration.fit_command import FitCopyButton
 from vomstudio.ui.registration.other_model import OtherModel, OtherModelBox, of_project
 from vomstudio.ui.registration.pair_table import (
     PairTable,
-    fitted_in_words,
-    placed_in_words,
+    fit_summary,
+    placement_summary,
 )
 from vomstudio.ui.registration.picking_view import PickingView
 from vomstudio.ui.registration.point_pairs import PointPairs
@@ -282,7 +282,7 @@ class FitDialog(QDialog):
         self.table.show_pairs(self.points.pairs, placed)
         self._show_marks()
         if self._job is None:
-            self.said.setText(self._in_words())
+            self.said.setText(self._result_text())
         self._explain_buttons()
 
     def _show_marks(self) -> None:
@@ -309,12 +309,12 @@ class FitDialog(QDialog):
         marks = {p.label: transform.apply(back, np.array([p.there]))[0] for p in points.pairs}
         self.there.show_marks(marks, own(there), own(should_there))
 
-    def _in_words(self) -> str:
+    def _result_text(self) -> str:
         if self._problem:
             return self._problem
         if self.fitted is not None:
-            return fitted_in_words(self.fitted, self._record())
-        return "" if self.placed is None else placed_in_words(self.placed)
+            return fit_summary(self.fitted, self._record())
+        return "" if self.placed is None else placement_summary(self.placed)
 
     # --- buttons -----------------------------------------------------------------------------
     def _explain_buttons(self) -> None:

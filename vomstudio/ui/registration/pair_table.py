@@ -51,7 +51,7 @@ class PairTable(QTableWidget):
                 self.setItem(row, column, item)
 
 
-def placed_in_words(placed: Placed) -> str:
+def placement_summary(placed: Placed) -> str:
     """What the points alone say."""
     from vomstudio.registration.remarks import worst_axis_findings
 
@@ -60,7 +60,7 @@ def placed_in_words(placed: Placed) -> str:
     return "\n".join([" ".join(map(str, said)), *map(str, reversed(placed.warnings))])
 
 
-def fitted_in_words(found: FittedModel, record: Registration | None) -> str:
+def fit_summary(found: FittedModel, record: Registration | None) -> str:
     """What points and surfaces together say. record : what they become, with the error of what the
     model was fitted to where that is known"""
     from vomstudio.registration.remarks import reference_fit_finding, worst_axis_findings

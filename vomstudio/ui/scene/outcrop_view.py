@@ -103,7 +103,7 @@ class OutcropView(QObject):
         if self.viewport is None or not self._studio.models:
             return None
         box = self._studio.display.clip_shown
-        return self.viewport.moves.camera_state(), None if box is None else box.as_dict()
+        return self.viewport.moves.camera_state(), None if box is None else box.to_dict()
 
     def restore(self, camera: dict[str, Any], box: dict[str, Any] | None) -> None:
         """Look as before. Raises ValueError where these are no camera or no box."""

@@ -36,7 +36,7 @@ class _Hidden:
 
 @dataclass(frozen=True)
 class _View:
-    """camera : as `Camera.as_dict` gives it"""
+    """camera : as `Camera.to_dict` gives it"""
 
     camera: dict[str, Any]
     box: ClipBox | None

@@ -260,12 +260,12 @@ class BedLogPanel(SeenPanel):
 
     # --- the answer --------------------------------------------------------------------------
     def _came(self, made: LogAnswer) -> None:
-        self._show(made, self._in_words(made))
+        self._show(made, self._result_text(made))
 
     def _failed(self, error: VomError) -> None:
         self._show(None, error.message)
 
-    def _in_words(self, made: LogAnswer) -> str:
+    def _result_text(self, made: LogAnswer) -> str:
         from vomstudio.products.section.decimals import with_error
 
         q, total = made.question, made.log.total_m

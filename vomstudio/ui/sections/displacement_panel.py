@@ -275,7 +275,7 @@ class DisplacementPanel(SeenPanel):
                     right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
                     item.setTextAlignment(right)
                 self.table.setItem(row, column, item)
-        self.said.setText(why if answered is None else self._in_words(answered))
+        self.said.setText(why if answered is None else self._result_text(answered))
         # In a low window what stands below the table has to be scrolled to: what is missing stands
         # above it, what is added to its figures below.
         self._column.removeWidget(self.said)
@@ -283,7 +283,7 @@ class DisplacementPanel(SeenPanel):
         self._column.insertWidget(place if answered is None else place + 1, self.said)
         self._refresh()
 
-    def _in_words(self, answered: Answered) -> str:
+    def _result_text(self, answered: Answered) -> str:
         found, notation = answered.found, self._studio.settings.notation
         unit = unit_of(axes_of(self._studio))
         known = answered.rake_deg is not None

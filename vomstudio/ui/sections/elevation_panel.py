@@ -231,7 +231,7 @@ class ElevationPanel(QWidget):
     def _came(self, metric: bool, made: WrittenElevation) -> None:
         self._job, self.made = None, made
         unit = "m" if metric else tr("units")
-        self.figures.setText(in_words(made, self._studio.settings.notation, unit))
+        self.figures.setText(result_text(made, self._studio.settings.notation, unit))
         said = [tr("Written to {file}.", file=made.raster), *map(str, made.warnings)]
         self.said.setText("\n".join(said))
         self._studio.info(tr("The elevation model was written to {file}.", file=made.raster))
@@ -277,7 +277,7 @@ class ElevationPanel(QWidget):
         return ["dem", *place, ("-o", asked.out), *options, "--force"]
 
 
-def in_words(made: WrittenElevation, notation: str, unit: str) -> str:
+def result_text(made: WrittenElevation, notation: str, unit: str) -> str:
     """The figures of the command, in lines."""
     f = made.figures
     plane = Plane(f.dip_direction_deg, f.dip_deg)

@@ -298,12 +298,12 @@ class SectionPanel(SeenPanel):
 
     # --- the answer -----------------------------------------------------------------------------
     def _came(self, made: SectionAnswer) -> None:
-        self._show(made, self._in_words(made))
+        self._show(made, self._result_text(made))
 
     def _failed(self, error: VomError) -> None:
         self._show(None, error.message.replace("--slab", tr("Slab")))
 
-    def _in_words(self, made: SectionAnswer) -> str:
+    def _result_text(self, made: SectionAnswer) -> str:
         f = made.figures
         unit = "m" if made.question.metric else tr("units")
         said = [

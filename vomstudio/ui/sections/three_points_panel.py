@@ -250,7 +250,7 @@ class ThreePointsPanel(SeenPanel):
                 self._sigma = number_in(self.sigma, "number.not-a-length") or 0.0
                 self.found = plane_of_three_points(points, ThreePointOptions(self._sigma).sigma_m)
                 self._points = points
-                said = self._in_words(self.found)
+                said = self._plane_text(self.found)
             except VomError as error:
                 said = error.message
         self.said.setText(said)
@@ -274,10 +274,11 @@ class ThreePointsPanel(SeenPanel):
             return Finding("three-points.too-few").message
         return np.array(rows)
 
-    def _in_words(self, found: ThreePoints) -> str:
-        plane = format_attitude(found.plane, found.max_error95_deg, self._studio.settings.notation)
+    def _plane_text(self, found: ThreePoints) -> str:
+        notation = self._studio.settings.notation
+        plane = format_attitude(found.plane, found.max_confidence95_deg, notation)
         counted = tr_n("{count} point", "{count} points", found.n)
-        if found.max_error95_deg is None:
+        if found.max_confidence95_deg is None:
             said = tr("{plane} through {points}.", plane=plane, points=counted)
             unknown = Finding("three-points.no-error")
             return f"{said} {unknown}{_after(found)}"
@@ -333,7 +334,7 @@ class ThreePointsPanel(SeenPanel):
         reading = Reading(
             edits.new_id("reading"), "", str(self.type.currentData()), "plane",
             found.dip_direction_deg, found.dip_deg, position=(x, y, z),
-            source=tr("three-point problem"), notes=self._in_words(found),
+            source=tr("three-point problem"), notes=self._plane_text(found),
         )  # fmt: skip
         if self._studio.attempt(edits.add_readings, [reading]):
             self._studio.selection.set((reading.id,))

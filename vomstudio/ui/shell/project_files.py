@@ -399,7 +399,7 @@ class Files(QObject):
         """Untitled projects that were closed without saving, the newest 20."""
         menu.clear()
         for work in discarded_works():
-            action = menu.addAction(work.in_words())
+            action = menu.addAction(work.describe())
             action.setToolTip(tr("Opens the project; Undo restores the discarded work."))
             action.triggered.connect(lambda _=False, p=work.folder: self.open_path(p))
         if menu.isEmpty():

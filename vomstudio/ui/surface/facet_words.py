@@ -10,7 +10,7 @@ from vomstudio.words import tr, tr_n
 from vomstudio.workspace.surfaces.facet_proposals import Proposals
 
 
-def summary_in_words(found: Proposals, left: Collection[int], accepted: Collection[int]) -> str:
+def summary_text(found: Proposals, left: Collection[int], accepted: Collection[int]) -> str:
     """How many are to be decided upon, and how much of the rock facets stand for, in a line."""
     count = tr_n("{count:,} facet to decide upon", "{count:,} facets to decide upon", len(left))
     share = found.share({*left, *accepted}) if found.whole else None
@@ -26,7 +26,7 @@ def summary_in_words(found: Proposals, left: Collection[int], accepted: Collecti
     )
 
 
-def share_in_words(found: Proposals, left: Collection[int], accepted: Collection[int]) -> str:
+def share_text(found: Proposals, left: Collection[int], accepted: Collection[int]) -> str:
     """The share of the exposed rock that lies in facets, proposed and accepted, and where not."""
     if not found.whole:
         return tr(
@@ -47,7 +47,7 @@ def share_in_words(found: Proposals, left: Collection[int], accepted: Collection
     return said
 
 
-def agreement_in_words(held: BothWays) -> str:
+def agreement_text(held: BothWays) -> str:
     """How far facets and picks bear each other out."""
     said = tr(
         "Picked planes with a facet beside them: {near} of {picked}; {found} of these agree with "

@@ -32,9 +32,9 @@ from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.interpret.measured_planes import measured_planes, planes_of
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.surface.facet_words import (
-    agreement_in_words,
-    share_in_words,
-    summary_in_words,
+    agreement_text,
+    share_text,
+    summary_text,
 )
 from vomstudio.ui.surface.facets_command import copy_facets
 from vomstudio.ui.surface.model_panel import LEAST_WIDTH, ProposalsPanel
@@ -222,8 +222,8 @@ class FacetsPanel(ProposalsPanel):
             if found is not None:
                 self._paint()
         if found is not None:
-            self.summary.setText(summary_in_words(found, facets.open, facets.accepted))
-        self.said.setText(self._in_words(found))
+            self.summary.setText(summary_text(found, facets.open, facets.accepted))
+        self.said.setText(self._summary_text(found))
         self._refresh_buttons()
 
     def _fill(self, found: Proposals | None) -> None:
@@ -253,11 +253,11 @@ class FacetsPanel(ProposalsPanel):
         by = str(self.colours.currentData())
         self._facets.paint(by, "hsv" if by == "dip direction" else None)
 
-    def _in_words(self, found: Proposals | None) -> str:
+    def _summary_text(self, found: Proposals | None) -> str:
         if found is None or self._facets.said:
             return str(self._facets.said)
         studio = self._studio
-        lines = [share_in_words(found, self._facets.open, self._facets.accepted)]
+        lines = [share_text(found, self._facets.open, self._facets.accepted)]
         lines += map(str, found.told.warnings)
         same = {patch.runs for patch in found.patches}
         picks = [
@@ -268,7 +268,7 @@ class FacetsPanel(ProposalsPanel):
         chosen = [(found.patches[i], found.measured[i]) for i in sorted(self._facets.open)]
         held = agreement_both_ways(measured_planes(studio, picks), planes_of(studio, chosen))
         if held.picked:
-            lines.append(agreement_in_words(held))
+            lines.append(agreement_text(held))
         return "\n".join(line for line in lines if line)
 
     # --- deciding ----------------------------------------------------------------------------

@@ -15,12 +15,12 @@ _WHAT = {
 }
 
 
-def costs_in_words() -> list[tuple[str, str]]:
+def cost_choices() -> list[tuple[str, str]]:
     """Costs that lines are proposed by, without fields, and what they are called."""
     return [(cost, tr(words)) for cost, words in COSTS if cost in _WHAT]
 
 
-def summary_in_words(found: ProposedLines, left: int) -> str:
+def summary_text(found: ProposedLines, left: int) -> str:
     """How many are to be decided upon."""
     said = tr_n("{count:,} line to decide upon.", "{count:,} lines to decide upon.", left)
     if not found.lines and not found.known:
@@ -38,7 +38,7 @@ def summary_in_words(found: ProposedLines, left: int) -> str:
     return " ".join([said, *map(str, found.told.warnings)])
 
 
-def reason_in_words(found: ProposedLines, line: ProposedLine) -> str:
+def reason_text(found: ProposedLines, line: ProposedLine) -> str:
     """Why a line is proposed, how much it is to be doubted, and what its plane is worth."""
     cost = found.options.used_cost
     what = tr(_WHAT[cost]) if cost in _WHAT else tr("Lower {field} than around it", field=cost)
@@ -50,7 +50,7 @@ def reason_in_words(found: ProposedLines, line: ProposedLine) -> str:
             evidence=line.evidence,
             length=line.length_m,
         ),
-        _doubt_in_words(line.doubt, found.told.surrogates),
+        _doubt_text(line.doubt, found.told.surrogates),
     ]
     if line.measured.problem:
         said.append(str(line.measured.problem))
@@ -60,7 +60,7 @@ def reason_in_words(found: ProposedLines, line: ProposedLine) -> str:
     return " ".join(said)
 
 
-def _doubt_in_words(doubt: float, surrogates: int) -> str:
+def _doubt_text(doubt: float, surrogates: int) -> str:
     as_strong = round(doubt * (1 + surrogates)) - 1
     if as_strong <= 0:
         return tr("None of {count} surfaces of noise has a line as strong.", count=surrogates)

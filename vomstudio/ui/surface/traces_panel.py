@@ -32,7 +32,7 @@ from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.scene.proposed_trace_drawings import SURE, line_area
 from vomstudio.ui.surface.model_panel import LEAST_WIDTH, ProposalsPanel
-from vomstudio.ui.surface.trace_words import costs_in_words, reason_in_words, summary_in_words
+from vomstudio.ui.surface.trace_words import cost_choices, reason_text, summary_text
 from vomstudio.words import tr
 from vomstudio.workspace.surfaces.trace_proposals import ProposedLines
 
@@ -161,7 +161,7 @@ class TracesPanel(ProposalsPanel):
         self._fields, before = fields, self.cost.currentData()
         with QSignalBlocker(self.cost):
             self.cost.clear()
-            for cost, words in costs_in_words():
+            for cost, words in cost_choices():
                 self.cost.addItem(words, cost)
             for name in fields:
                 self.cost.addItem(tr("low values of {field}", field=name), name)
@@ -243,7 +243,7 @@ class TracesPanel(ProposalsPanel):
             self._fill(found, left)
         said = self._traces.said
         if not said and found is not None:
-            said = summary_in_words(found, len(left))
+            said = summary_text(found, len(left))
         self.summary.setText(str(said))
         self.summary.setVisible(bool(said))
         self._tell_why()
@@ -273,7 +273,7 @@ class TracesPanel(ProposalsPanel):
         found, row = self._traces.found, self._current()
         said = ""
         if found is not None and row is not None:
-            said = reason_in_words(found, found.lines[row])
+            said = reason_text(found, found.lines[row])
         self.why.setText(said)
         self.why.setVisible(bool(said))
 

@@ -39,8 +39,8 @@ class PlanDrawing(QWidget):
     # --- where things are --------------------------------------------------------------------
     def _spans(self, plan: SurveyPlan) -> tuple[float, float, float, float, float]:
         """Least and largest along; least and largest up; largest away, m."""
-        along = [s.along_m for s in plan.stations]
-        up = [s.up_m for s in plan.stations]
+        along = [s.along_m for s in plan.positions]
+        up = [s.up_m for s in plan.positions]
         first = plan.of_kind("perpendicular")[0]
         wide, high = plan.footprint_m[0] / 2, plan.footprint_m[1] / 2
         return (
@@ -48,7 +48,7 @@ class PlanDrawing(QWidget):
             max(*along, plan.width_m, first.along_m + wide),
             min(*up, 0.0, first.up_m - high),
             max(*up, plan.height_m, first.up_m + high),
-            max(s.away_m for s in plan.stations),
+            max(s.away_m for s in plan.positions),
         )
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802
@@ -94,7 +94,7 @@ class PlanDrawing(QWidget):
         painter.drawRect(
             QRectF(x0 + first.along_m * scale - w / 2, y0 - first.up_m * scale - h / 2, w, h)
         )
-        for station in plan.stations:
+        for station in plan.positions:
             at = QPointF(x0 + station.along_m * scale, y0 - station.up_m * scale)
             dx = station.target_along_m - station.along_m
             dy = -(station.target_up_m - station.up_m)
@@ -111,11 +111,11 @@ class PlanDrawing(QWidget):
         self, painter: QPainter, plan: SurveyPlan, x0: float, y0: float, scale: float, flat: bool
     ) -> None:
         """The rock as a band; the camera stands below it, or above flat ground."""
-        farthest = max(s.away_m for s in plan.stations)
+        farthest = max(s.away_m for s in plan.positions)
         rock = y0 + farthest * scale if flat else y0
         self._rock(painter, QRectF(x0, rock if flat else rock - 6, plan.width_m * scale, 6))
         sign = -1.0 if flat else 1.0
-        for station in plan.stations:
+        for station in plan.positions:
             at = QPointF(x0 + station.along_m * scale, rock + sign * station.away_m * scale)
             dx = station.target_along_m - station.along_m
             self._station(painter, plan, station, at, dx, -sign * station.away_m)
@@ -139,7 +139,7 @@ class PlanDrawing(QWidget):
         painter.setPen(QPen(color, 1.2))
         painter.setBrush(color)
         size = math.hypot(dx, dy)
-        if size > 1e-3 * plan.distance_m and len(plan.stations) <= _MOST_ARROWS:
+        if size > 1e-3 * plan.distance_m and len(plan.positions) <= _MOST_ARROWS:
             painter.drawLine(at, at + QPointF(dx, dy) * (_ARROW / size))
         _mark(painter, at, oblique)
 

@@ -30,7 +30,8 @@ from PySide6.QtWidgets import (
 from vomstudio.core.findings import Finding
 from vomstudio.errors import VomError
 from vomstudio.io.gis.crs import parse_crs
-from vomstudio.jobs.survey_tasks import ControlFacts, MemoryFacts, PointFacts
+from vomstudio.jobs.survey_tasks import ControlFacts, PointFacts
+from vomstudio.photogrammetry.pipeline.memory_estimate import MemoryNeed
 from vomstudio.ui.common import file_filters, theme
 from vomstudio.ui.common.crs_field import CrsField
 from vomstudio.ui.common.explained import explain
@@ -366,7 +367,7 @@ class ReconstructDialog(QDialog):
             super().done(result)
 
 
-def _memory_words(memory: MemoryFacts) -> str:
+def _memory_words(memory: MemoryNeed) -> str:
     needed, free = gigabytes(memory.needed_bytes), gigabytes(memory.free_bytes)
     words = tr(
         "Depth maps and point cloud need up to {needed} of {free} of free memory.",

@@ -19,9 +19,9 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.jobs.events import Failed
-from vomstudio.jobs.survey_tasks import TAKE_FRAMES, FramesOrder, TakenFrames
+from vomstudio.jobs.survey_tasks import TAKE_FRAMES, FramesOrder
 from vomstudio.survey.survey_options import FrameOptions
-from vomstudio.survey.video import is_ours
+from vomstudio.survey.video import FrameReport, is_ours
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.explained import explain
@@ -145,7 +145,7 @@ class VideoDialog(QDialog):
         self.said.setText("")
         studio, open_photos, options = self._studio, self._open_photos, self.options.options()
 
-        def done(result: TakenFrames) -> None:
+        def done(result: FrameReport) -> None:
             self._ended(report_words(result))
             level = "info" if result.good_enough else "warning"
             studio.notice.emit(Notice(f"{video.name}: {result.verdict}", level))
@@ -183,7 +183,7 @@ class VideoDialog(QDialog):
             return
 
 
-def report_words(result: TakenFrames) -> str:
+def report_words(result: FrameReport) -> str:
     """Rich text: how many frames were kept and left out, the gaps, the warnings and the verdict."""
     lines = [
         tr_n(

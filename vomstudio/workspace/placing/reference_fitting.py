@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding, Message
+from vomstudio.core.results import FLAT, HIDDEN, Result
 from vomstudio.document.records import Registration
 from vomstudio.errors import InputError
 from vomstudio.io.models.frames import establish_frame
@@ -34,37 +35,22 @@ Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class ReferenceFit:
+class ReferenceFit(Result):
     """Fit of a model to a reference.
 
     name : name of the reference; fitted : result of the fit; crs : CRS of World
     stable_m : distance from a mask cloud within which the reference is stable, None without one
-    scale : whether the scale was fitted; reference : registration of the reference, None if it has
+    scale_fitted : whether the scale was; reference : registration of the reference, None if it has
     none
     """
 
-    name: str
-    fitted: FittedToReference
-    crs: str | None
+    name: str = field(metadata=HIDDEN)
+    fitted: FittedToReference = field(metadata=FLAT)
+    crs: str | None = field(metadata=HIDDEN)
     stable_m: float | None
-    scale: bool
-    warnings: tuple[Message, ...]
-    reference: Registration | None = None
-
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON."""
-        fitted = self.fitted
-        return {
-            "places": fitted.places,
-            "overlap": fitted.overlap,
-            "rms_m": fitted.rms_m,
-            "radius_m": fitted.radius_m,
-            "blocks": fitted.blocks,
-            "block_m": fitted.block_m,
-            "free": list(fitted.free),
-            "scale_fitted": self.scale,
-            "stable_m": self.stable_m,
-        }
+    scale_fitted: bool
+    warnings: tuple[Message, ...] = field(metadata=HIDDEN)
+    reference: Registration | None = field(default=None, metadata=HIDDEN)
 
 
 @dataclass(frozen=True)

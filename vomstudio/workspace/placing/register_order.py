@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vomstudio.core.findings import Finding, Message, finding_of
+from vomstudio.core.results import FLAT, HIDDEN, OPTIONAL, Result
 from vomstudio.document.records import IDENTITY, UNDECLARED, Model, ReadNorth, Registration
 from vomstudio.document.registration_frames import change_file_frame
 from vomstudio.errors import GeometryError, UsageError
@@ -40,21 +41,21 @@ _SURVEYED = (".las", ".laz", ".tif", ".tiff")
 
 
 @dataclass(frozen=True, eq=False)
-class Registered:
+class Registered(Result):
     """Result of a registration.
 
     placed : placement with all warnings; attitudes : residuals of photo attitudes; loaded : the
-    model, None for the placement alone; crs : CRS of World; fitted : fit to the reference;
+    model, None for the placement alone; crs : CRS of World; reference : fit to the reference;
     registration : record as in a project, from the file of the model to World; None for the
     placement alone
     """
 
-    placed: Placed
-    attitudes: Sequence[AttitudeMiss]
-    loaded: LoadedModel | None
-    crs: str | None
-    fitted: ReferenceFit | None
-    registration: Registration | None = None
+    placed: Placed = field(metadata=FLAT)
+    attitudes: Sequence[AttitudeMiss] = field(metadata=OPTIONAL)
+    loaded: LoadedModel | None = field(metadata=HIDDEN)
+    crs: str | None = field(metadata=HIDDEN)
+    reference: ReferenceFit | None = field(metadata=OPTIONAL)
+    registration: Registration | None = field(default=None, metadata=HIDDEN)
 
     @property
     def registration_in_world(self) -> Registration | None:
@@ -62,17 +63,6 @@ class Registered:
         if self.registration is None:
             return None
         return change_file_frame(self.registration, self.registration.matrix)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the result for JSON, with the names of the command."""
-        from dataclasses import asdict
-
-        values = self.placed.as_dict()
-        if self.fitted is not None:
-            values["reference"] = self.fitted.as_dict()
-        if self.attitudes:
-            values["attitudes"] = [asdict(photo) for photo in self.attitudes]
-        return values
 
 
 def register_model(model: str, options: RegisterOptions, progress: Progress) -> Registered:
@@ -169,7 +159,7 @@ def _registration(
     record = registration_of(placed, evidence.pairs, model, crs, reference, read_north)
     if fitted is None or fitted.reference is None:
         return record
-    record = add_reference_error(record, fitted.reference, scale_fitted=fitted.scale)
+    record = add_reference_error(record, fitted.reference, scale_fitted=fitted.scale_fitted)
     messages += reference_findings(record)
     return record
 

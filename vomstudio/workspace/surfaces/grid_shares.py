@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass, field
 
 from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.results import FLAT, Result
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import FaceGrid, Model, get
 from vomstudio.errors import VomError
@@ -15,17 +15,13 @@ from vomstudio.workspace.surfaces.face_grids import exposed_of, lines_on, share_
 
 
 @dataclass(frozen=True)
-class GridShare:
+class GridShare(Result):
     """id, name : of the grid; model : name; found : what was looked at"""
 
     id: str
     name: str
     model: str
-    found: LookedAt
-
-    def as_dict(self) -> dict[str, Any]:
-        """Ready for JSON."""
-        return asdict(self)
+    found: LookedAt = field(metadata=FLAT)
 
 
 def shares_of(desk: HeadlessProject) -> tuple[list[GridShare], list[Finding]]:

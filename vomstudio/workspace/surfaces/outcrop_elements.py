@@ -17,7 +17,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.signals import Signal
 from vomstudio.studio.background import Background
-from vomstudio.tools.chosen_elements import mask_as_dict, mask_from_dict
+from vomstudio.tools.chosen_elements import mask_from_dict, mask_to_dict
 from vomstudio.workspace.model_loading import OpenModel
 from vomstudio.workspace.models import Models
 from vomstudio.workspace.projects import Projects
@@ -102,7 +102,7 @@ class OutcropElements:
                 return
         else:
             self._hidden[model_id] = hidden
-        words = {id_: mask_as_dict(mask) for id_, mask in self._hidden.items()}
+        words = {id_: mask_to_dict(mask) for id_, mask in self._hidden.items()}
         self._projects.keep_view(_KEPT, {id_: each for id_, each in words.items() if each})
         self.hidden_changed.emit(model_id)
 

@@ -13,7 +13,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.regular import open_regular
 from vomstudio.geometry.units import METRES
-from vomstudio.io.gis.axis_units import StatedAxes, in_words, stated_axes
+from vomstudio.io.gis.axis_units import StatedAxes, stated_axes, unit_text
 from vomstudio.io.gis.geo_keys import Keys, name_keys
 from vomstudio.io.models.reader import Reference
 from vomstudio.io.text.encodings import as_utf8
@@ -84,17 +84,17 @@ def _joined(first: Reference, other: Reference, centre: tuple[float, float]) -> 
         ours = stated_axes(first.text, first.height_unit)
     heights = theirs.has_heights and ours.units[2] != theirs.units[2]
     if other.text is not None and (heights or _differ(ours, theirs, centre)):
-        warning = Finding("frame.two-crs", one=_in_words(ours), other=_in_words(theirs))
+        warning = Finding("frame.two-crs", one=_axes_text(ours), other=_axes_text(theirs))
         first = replace(first, warnings=(*first.warnings, warning))
     return first
 
 
-def _in_words(axes: StatedAxes) -> str:
+def _axes_text(axes: StatedAxes) -> str:
     from pyproj import CRS
 
     name = tr("one without a place") if axes.crs is None else CRS.from_user_input(axes.crs).name
     units = axes.units if len(set(axes.units)) > 1 else axes.units[:1]
-    return f"{name} ({', '.join(map(in_words, units))})"
+    return f"{name} ({', '.join(map(unit_text, units))})"
 
 
 def _differ(one: StatedAxes, other: StatedAxes, centre: tuple[float, float]) -> bool:

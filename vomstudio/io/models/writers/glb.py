@@ -72,7 +72,7 @@ def write(out: Outgoing) -> list[Finding]:
 def _axes(out: Outgoing) -> str:
     if out.axes == WORLD:
         return AXES
-    return f"glTF is +Y up; (x, -z, y) are {out.axes.in_words}"
+    return f"glTF is +Y up; (x, -z, y) are {out.axes.description}"
 
 
 def _origin(data: Mesh | PointCloud) -> npt.NDArray[np.float64]:

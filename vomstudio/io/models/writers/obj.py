@@ -80,7 +80,7 @@ def _write_model(path: Path, out: Outgoing, names: list[str], library: str | Non
     data = out.data
     points = positions_of(data)
     with open(path, "w", encoding="utf-8", newline="\n") as file:
-        file.write(f"# VOM Studio; {out.axes.in_words}\n")
+        file.write(f"# VOM Studio; {out.axes.description}\n")
         if out.crs is not None:
             file.write(f"# CRS {' '.join(out.crs.split())}\n")
         if library is not None:

@@ -106,7 +106,7 @@ def _header(
     lines = [
         "ply",
         "format binary_little_endian 1.0",
-        f"comment VOM Studio; {out.axes.in_words}",
+        f"comment VOM Studio; {out.axes.description}",
     ]
     if out.crs is not None and len(out.crs) < 20:
         lines.append(f"comment CRS {out.crs}")

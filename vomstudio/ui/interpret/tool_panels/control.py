@@ -43,7 +43,7 @@ from vomstudio.ui.interpret.tool_panels.compass_box import CompassBox
 from vomstudio.ui.interpret.tool_panels.control_command import copy_register
 from vomstudio.ui.interpret.tool_panels.control_map import ControlMap, MapPoint
 from vomstudio.ui.interpret.tool_panels.control_table import LABEL, TICK, ControlTable
-from vomstudio.ui.interpret.tool_panels.control_words import in_short, in_words, reading_tips
+from vomstudio.ui.interpret.tool_panels.control_words import in_short, placement_text, reading_tips
 from vomstudio.ui.interpret.tool_panels.known_table import KnownTable, typed
 from vomstudio.ui.interpret.tool_panels.readings import (
     Readings,
@@ -266,7 +266,7 @@ class ControlPanel(QWidget):
 
     def _solved(self, placed: Placed) -> None:
         self._show_click_error(placed)
-        said = in_words(placed, self.model, self.crs)
+        said = placement_text(placed, self.model, self.crs)
         self._show_placed(placed, "\n".join(filter(None, [said, self._counted])))
 
     def _unsolved(self, error: VomError) -> None:

@@ -50,14 +50,14 @@ def in_short(
     return finding_of(error)
 
 
-def in_words(placed: Placed, model: Model | None, crs: str | None) -> str:
+def placement_text(placed: Placed, model: Model | None, crs: str | None) -> str:
     """What a geologist must know of it."""
     from vomstudio.registration.remarks import vertical_error_findings
     from vomstudio.workspace.placing.known_lines import frame_after
 
     said = [_worth(placed)]
     if model is not None and not placed.known.all:
-        known = frame_after(placed, model, crs).known_in_words()
+        known = frame_after(placed, model, crs).known_text()
         then = [
             tr("After registering: {known}", known=known),
             *map(str, vertical_error_findings(placed)),
