@@ -25,7 +25,7 @@ def test_a_photo_is_followed_on_an_array_of_points_and_cameras_are_named(tmp_pat
     assert found.seen.shape == found.agreeing.shape == (found.vertices,)
     with refused("cameras.missing", vs.errors.UsageError, field="cameras"):
         vs.follow(cloud, clicks(made), photo=folder / "p0.png")
-    with pytest.raises(vs.errors.UsageError, match="Cameras are for a photo"):
+    with refused("option.requires", vs.errors.UsageError, option="cameras", other="photo"):
         vs.follow(cloud, clicks(made), cameras=folder / "cameras.json")
 
 

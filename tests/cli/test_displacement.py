@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from tests.messages import messages
+from tests.messages import by_code, messages
 
 HEAD = "name,hanging_x,hanging_y,hanging_z,footwall_x,footwall_y,footwall_z\n"
 # Ten metres down a fault of 090/60, seen at two places.
@@ -121,7 +121,8 @@ def test_a_slip_out_of_the_fault_is_told(run, write) -> None:
     table = write(PAIRS + "1005,2000,100,1000,2000,100\n")
     words = ("displacement", table, "--fault", "80/65", "--bed", "330/25", "--slip")
     told = run(*words, "0/80", "--json").json
-    assert any("leaves the fault by 22" in said for said in messages(told))
+    off = by_code(told["warnings"])["displacement.slip-off-fault"]
+    assert off["angle_deg"] == pytest.approx(22, abs=1)
     assert remarks(run(*words, "80/66", "--json").json) == []
 
 

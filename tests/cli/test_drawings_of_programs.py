@@ -17,7 +17,7 @@ import rasterio
 import shapely
 
 from tests.cli.test_trace_drawing import check, drawn, scene, truth
-from tests.messages import messages, shown_codes
+from tests.messages import by_code, shown_codes
 from vomstudio.io.gis.line_reading import read_gis_lines
 from vomstudio.io.gis.svg_lines import read_svg
 
@@ -320,8 +320,8 @@ def test_layers_of_other_pictures_and_lines_that_are_none(run, scene, tmp_path) 
     check(run, scene, path)
     ran = run("trace", scene / "wall.obj", "--from-ortho", path, "--sidecar", scene / "o.json",
               "-o", tmp_path / "e.csv", "--json")  # fmt: skip
-    said = " ".join(messages(ran.json))
-    assert "beds of the other picture, roads" in said
+    others = ("beds of the other picture", "roads")
+    assert by_code(ran.json["warnings"])["drawing.layers-left-out"]["names"] == others
     counts = {w["code"]: w.get("count") for w in ran.json["warnings"]}
     assert counts["drawing.invalid-shapes"] == 2
     assert counts["drawing.other-shapes"] == 1

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.cli.conftest import Run
-from tests.messages import codes, messages, shown_codes
+from tests.messages import codes, shown_codes
 from tests.specimens import figures
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
@@ -253,7 +253,7 @@ def test_picks_that_are_no_planes_are_named_and_the_others_added(run, project: P
               "--by", "bed", "--json")  # fmt: skip
     assert [item["name"] for item in ran.json["added"]] == ["good"]
     assert [item["id"] for item in ran.json["skipped"]] == ["short"]
-    assert "was not found" in " ".join(messages(ran.json))
+    assert "model.file-missing" in codes(ran.json)
     only = run("project", project, "add-picks", write("x,y,z\n0,0,0\n1,1,1\n"), "--type", "fault")
     assert only.code == 2
     assert "plane" in only.said

@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.messages import codes, messages
+from tests.messages import by_code, with_code
+from vomstudio.core.findings import Finding
 
 WEDGE = "v 0 0 0\nv 20 0 0\nv 20 10 0\nv 0 10 0\nv 0 0 5\nv 0 10 5\nf 5 2 3\nf 5 3 6\n"
 
@@ -165,10 +166,11 @@ def test_what_of_a_table_is_not_on_the_section_is_said(run, model, tmp_path) -> 
     ran = run("section", model, "--plane", "180/90", "--through", "0,4,0", "-o",
               tmp_path / "s.csv", "--features", planes, "--json")  # fmt: skip
     assert ran.code == 0, ran.err
-    said = " ".join(messages(ran.json))
-    assert "line 3" in said.lower()
-    assert "1 row of the table is a line" in said
-    assert {"table.rows-left-out", "orientation.unclear-overturned"} <= set(codes(ran.json))
+    findings = by_code(ran.json["warnings"])
+    assert {"table.rows-left-out", "orientation.unclear-overturned"} <= findings.keys()
+    assert findings["section.lines-left-out"]["count"] == 1
+    places = with_code(ran.json["warnings"], "table.rows-left-out")
+    assert any(3 in each.values["lines"] for each in places)
 
 
 def test_an_azimuth_of_a_table_can_be_told(run, model, tmp_path) -> None:  # type: ignore[no-untyped-def]
@@ -191,5 +193,5 @@ def test_a_dip_over_90_is_told_how_it_is_written(run, model, tmp_path) -> None: 
               "-o", tmp_path / "s.csv")  # fmt: skip
     assert ran.code == 2
     assert "line 2, dip" in ran.err
-    assert "Write 70 to the opposite side" in ran.err
-    assert "'overturned'" in ran.err
+    finding = Finding("orientation.overturned-dip", value=110, dip=70)
+    assert str(finding) in ran.err

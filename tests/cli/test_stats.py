@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.messages import messages
+from tests.messages import by_code, messages
 
 
 def test_the_published_folds_tensor_and_shape(run, data_dir: Path) -> None:
@@ -70,7 +70,8 @@ def test_kinds_pooled_in_one_set_are_named(run, write) -> None:
     path = write("kind,strike,dip\nbedding,30,40\nbedding,33,42\njoint,200,80\n")
     ran = run("stats", path, "--json")
     assert set(ran.json["sets"]) == {"all"}
-    assert "2 kinds (bedding, joint)" in messages(ran.json)[0]
+    several = by_code(ran.json["warnings"])["stats.several-kinds"]
+    assert several["kinds"] == ("bedding", "joint")
     apart = run("stats", path, "--by", "kind", "--json").json
     assert {name: s["n"] for name, s in apart["sets"].items()} == {"bedding": 2, "joint": 1}
     assert not messages(apart)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.messages import messages
+from tests.messages import by_code, codes, messages
 
 TABLE = "kind,dipdir,dip\n" + "".join(f"bedding,{80 + i},{30 + i}\n" for i in range(8))
 MAGIC = {"svg": b"<?xml", "pdf": b"%PDF", "png": b"\x89PNG"}
@@ -59,9 +59,8 @@ def test_contours_of_a_few_and_of_nothing_dense_are_warned_of(run, write, tmp_pa
     words = ["--contour", "kamb", "--levels", "900"]
     ran = run("stereonet", write(TABLE), "-o", tmp_path / "n.svg", *words, "--json")
     assert ran.code == 0
-    few, none = messages(ran.json)
-    assert "8 orientations are few" in few
-    assert "Nothing is dense enough" in none
+    assert codes(ran.json) == ["net.few-for-contours", "contours.none"]
+    assert by_code(ran.json["warnings"])["net.few-for-contours"]["count"] == 8
 
 
 @pytest.mark.parametrize(

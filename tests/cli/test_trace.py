@@ -10,6 +10,7 @@ import pytest
 from tests.extraction.small_onnx import convolution
 from tests.extraction.test_photo_following import clicks as wall_clicks
 from tests.extraction.test_photo_following import wall, written
+from vomstudio.words import tr
 
 PROMISED = {"table", "length_m", "snap_m", "plane"}
 
@@ -116,7 +117,8 @@ def test_the_edges_of_a_network_are_followed(run, tmp_path: Path) -> None:
     )  # fmt: skip
     assert seen.code == 0, seen.said
     assert seen.json["cost"] == "onnx"
-    assert seen.json["proposals"][0]["plane"]["notes"] == "proposed by onnx, not looked at"
+    notes = tr("proposed by {cost}, not looked at", cost="onnx")
+    assert seen.json["proposals"][0]["plane"]["notes"] == notes
     network.write_bytes(b"nothing")
     out = tmp_path / "n.csv"
     for more, said in (

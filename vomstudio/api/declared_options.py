@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
-from vomstudio.api.checking import flag, single_number, whole_number
+from vomstudio.api.checking import flag, single_number, whole_number, words_of
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import Declaration, declarations
 from vomstudio.errors import InputError, VomError
@@ -14,17 +14,11 @@ from vomstudio.errors import InputError, VomError
 Options = TypeVar("Options")
 
 
-def _text(value: Any, name: str) -> str | None:
-    if value is None or isinstance(value, str):
-        return value
-    raise InputError(Finding("option.not-text", type=type(value).__name__), field=name)
-
-
 _CHECKS: dict[type, Callable[[Any, str], Any]] = {
     float: single_number,
     int: whole_number,
     bool: flag,
-    str: _text,
+    str: words_of,
 }
 
 

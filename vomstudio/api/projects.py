@@ -13,7 +13,7 @@ from vomstudio.api.checking import flag, naming, path_of, points, required_text,
 from vomstudio.api.frame_arguments import frame_arguments_named, frame_options
 from vomstudio.api.models import Mesh, PointCloud, as_recorded
 from vomstudio.api.planes import LineFit, PlaneFit, line_of_row, plane_of_row
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding, Message, finding_of
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Model
 from vomstudio.errors import DocumentError, GeometryError, InputError, VomWarning
@@ -270,7 +270,7 @@ class Project:
             try:
                 models.append(model.read()._data)
             except InputError as error:
-                warn([str(error)])
+                warn([finding_of(error)])
         return plotted(models, feature_tables.drawings(self._records, self._measurements))
 
     # --- changing --------------------------------------------------------------------------------

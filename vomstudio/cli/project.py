@@ -419,9 +419,7 @@ def _changing(
     out.warn(problems)
     with HeadlessProject.opened(Path(args.project), settings, progress_of(args)) as desk:
         if desk.session.recovered and saves:
-            out.warn(
-                [tr("Unsaved changes of an earlier session were recovered and are saved now.")]
-            )
+            out.warn([Finding("project.recovered-and-saved")])
         yield desk
         if not saves:
             return

@@ -179,8 +179,8 @@ class SettingsFile:
     """Writes the settings, in order, also beside whoever asks for it: the disk may take its time,
     which a window must not wait for."""
 
-    def __init__(self, problem: Callable[[str], None]) -> None:
-        """problem : told from any thread why settings have not been kept"""
+    def __init__(self, problem: Callable[[VomError], None]) -> None:
+        """problem : receives the error, from any thread, if settings cannot be written"""
         self._problem = problem
         self._turn = threading.Lock()
         self._last = 0
@@ -211,7 +211,7 @@ class SettingsFile:
             try:
                 write_settings(settings, path)
             except VomError as error:
-                self._problem(str(error))
+                self._problem(error)
 
 
 def _toml(values: dict[str, Any], older: str) -> str:

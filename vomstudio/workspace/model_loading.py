@@ -110,7 +110,7 @@ class ModelLoader:
             Maximum number of points of a cloud in memory; a larger COPC file is streamed.
         """
         self.problem: Signal[Finding | VomError] = Signal()
-        self.convertible: Signal[Path, str, str] = Signal()
+        self.convertible: Signal[Path, str, VomError] = Signal()
         self.previewed: Signal[str, PointCloud] = Signal()
         self.ended: Signal[str] = Signal()
         self._jobs, self._background, self._streams = jobs, background, streams
@@ -139,7 +139,7 @@ class ModelLoader:
             if event.cancelled:
                 return
             if crs := event.error.get("suggested_crs"):
-                self.convertible.emit(path, str(crs), event.message)
+                self.convertible.emit(path, str(crs), event.to_error())
             else:
                 self.problem.emit(event.to_error())
 

@@ -162,10 +162,10 @@ class Models:
             on_failed=lambda event: self._notices.warn(event.to_error(), "error"),
         )
 
-    def _offer_conversion(self, path: Path, crs: str, message: str) -> None:
+    def _offer_conversion(self, path: Path, crs: str, error: VomError) -> None:
         """Report that a model is not metric, and offer to convert it."""
         self.convertible = path, crs
-        self._notices.tell(Notice(message, "error", CONVERT))
+        self._notices.tell(Notice(error, "error", CONVERT))
 
     def convert(self) -> None:
         """Open the model that was refused last as a copy in a metric CRS."""
@@ -214,7 +214,7 @@ class Models:
                 placement, findings = self._placement(path, stored, opened)
         except InputError as error:
             if crs := error.values.get("suggested_crs"):
-                self._offer_conversion(path, str(crs), str(error))
+                self._offer_conversion(path, str(crs), error)
             else:
                 self._notices.fail(error)
             return

@@ -19,7 +19,7 @@ class Preferences:
         self.recent_changed: Signal[()] = Signal()
         self.settings = settings
         self._notices = notices
-        self._file = SettingsFile(lambda text: post(lambda: notices.warn(text)))
+        self._file = SettingsFile(lambda error: post(lambda: notices.warn(error)))
         self._recent = later(PICTURE_FIRST_S, self._write_soon)
 
     def keep(self) -> None:
@@ -28,7 +28,7 @@ class Preferences:
         try:
             self._file.write(self.settings)
         except VomError as error:
-            self._notices.warn(str(error))
+            self._notices.warn(error)
         self.changed.emit()
 
     def remember(self, path: Path) -> None:

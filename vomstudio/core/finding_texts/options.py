@@ -11,7 +11,6 @@ TEXTS: dict[str, Entry] = {
         to_translate("“{value}” is not valid. Choose one of: {choices}."),
     ),
     "option.missing": ("error", to_translate("A value is needed, not None. Give one.")),
-    "option.not-text": ("error", to_translate("Text is needed, not a value of type {type}.")),
     "option.too-small": (
         "error",
         to_translate("{value} is too small. Use a number of at least {minimum}."),

@@ -168,6 +168,10 @@ TEXTS: dict[str, Entry] = {
         to_translate("All steps are on the disk again."),
     ),
     "project.closed": ("error", to_translate("The project is closed. Open it again.")),
+    "project.recovered-and-saved": (
+        "warning",
+        to_translate("Unsaved changes of an earlier session were recovered and are saved now."),
+    ),
     "project.recovered": (
         "warning",
         to_translate("Unsaved work was restored. Save it, or discard it with Undo."),

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from vomstudio.core.findings import Finding
 from vomstudio.document.records import Model, get
 from vomstudio.geometry.streaming.octree import StreamedCloud
+from vomstudio.jobs.events import Failed
 from vomstudio.jobs.model_tasks import CUT_MODEL, CutModel, ModelCut
 from vomstudio.words import tr
 from vomstudio.workspace.models import Models
@@ -57,7 +58,7 @@ class ModelCutting:
             if self._projects.project is not project:
                 return
             for warning in cut.warnings:
-                self._notices.warn(str(warning))
+                self._notices.warn(warning)
             label = f"Cut {name} out of {model.name}"
             self._models.open_model(cut.path, name, like=model_id, label=label)
 
@@ -66,10 +67,10 @@ class ModelCutting:
             order,
             title=tr("Cutting {name} out", name=name),
             on_done=done,
-            on_failed=lambda event: self._failed(bits, event.message, event.cancelled),
+            on_failed=lambda event: self._failed(bits, event),
         )
 
-    def _failed(self, bits: Path, message: str, cancelled: bool) -> None:
+    def _failed(self, bits: Path, event: Failed) -> None:
         bits.unlink(missing_ok=True)
-        if not cancelled:
-            self._notices.warn(message, "error")
+        if not event.cancelled:
+            self._notices.warn(event.to_error(), "error")
