@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding, Message, finding_of
 from vomstudio.document.edit import Edit
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Matrix, Model, get_feature
@@ -74,7 +74,7 @@ class ViewPanel(QWidget):
         self._soon.setSingleShot(True)
         self._soon.timeout.connect(self._ask)
         self._asked = NewestResult(
-            self, self._came, lambda error: self._came(error.message), lambda: None
+            self, self._came, lambda error: self._came(finding_of(error)), lambda: None
         )
         self._bedding = BeddingAxis(studio)
         self._faced: tuple[str, Matrix, npt.NDArray[np.float64]] | None = None
