@@ -111,9 +111,8 @@ def test_cells_are_marked_by_clicks_and_keys_and_counted(window, laid) -> None:
         exposed.covered[[one, two, three, four]].sum() / exposed.covered.sum()
     )
     assert found.counted_m2 == pytest.approx(exposed.covered[[one, two]].sum())
-    (warning,) = found.warnings
-    assert figures(str(warning))[0] == 2
-    assert str(warning) in panel.figures.toPlainText()
+    left_out = [2, round(100.0 * found.unmeasurable.share)]
+    assert left_out in [figures(line)[:2] for line in panel.figures.toPlainText().splitlines()]
     told = driver.tool_panel(window, CellsPanel).count.text()
     assert figures(told) == [4, grid.columns * grid.rows]
     wait(lambda: viewport.still, "the picture")

@@ -118,7 +118,7 @@ def test_work_goes_on_beside_a_full_disk_and_is_written_when_there_is_space(
         assert window.studio.project.journal.waits, "the disk was never full"
         notice = window.message_bar.notice
         assert notice.code == "project.steps-in-memory"
-        assert {"journal.disk-full"} <= shown_codes(notice.text)
+        assert notice.message.values["reason_code"] == "journal.disk-full"
         count = len(driver.traces(window))
         key(window, Qt.Key.Key_Z, driver.CTRL)
         assert len(driver.traces(window)) == count - 1
@@ -194,8 +194,10 @@ def test_a_project_that_cannot_be_written_is_opened_worked_on_and_saved_elsewher
         cache = window.studio.project.cache
         assert any(cache.glob("model-*/meta.json"))
         assert window.studio.project.folder == folder
-        assert window.message_bar.notice.code == "journal.disk-read-only"
-        assert str(folder) in window.message_bar.text
+        notice = window.message_bar.notice
+        assert notice.code == "project.steps-in-memory"
+        assert notice.message.values["file"] == str(folder)
+        assert notice.message.values["reason_code"] == "journal.disk-read-only"
         assert "Save as" in [b.text() for b in window.message_bar.findChildren(QPushButton)][-1]
         assert window.windowTitle().startswith("cliff (cannot ")
         assert not window.studio.worth_asking
