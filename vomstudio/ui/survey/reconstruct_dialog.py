@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
     QHeaderView,
     QLineEdit,
     QRadioButton,
+    QSpinBox,
     QTableWidget,
     QTableWidgetItem,
     QVBoxLayout,
@@ -175,6 +176,10 @@ class ReconstructDialog(QDialog):
         self.machine = OptionFields(ReconstructOptions, "make")
         self.machine.changed.connect(self._typing)
         fields, labels = self.machine.fields, self.machine.labels
+        for field in fields.values():
+            if isinstance(field, QSpinBox):
+                # The dialog itself waits for a pause in typing.
+                field.setKeyboardTracking(True)
         self.memory = Label()
         self.memory.setObjectName("make_memory")
         self.memory.setWordWrap(True)
