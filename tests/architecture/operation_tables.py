@@ -11,6 +11,7 @@ from vomstudio.cli.common.declared_options import help_text, metavar
 from vomstudio.core.operations import DOORS
 from vomstudio.core.options import Declaration, declarations
 from vomstudio.workspace.operations import OPERATIONS
+from vomstudio.workspace.project_options import ACTION_OPTIONS
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 COMMANDS, ARCHITECTURE = DOCS / "cli.md", DOCS / "architecture.md"
@@ -19,16 +20,21 @@ DOORS_BEGIN, DOORS_END = "<!-- doors -->\n", "<!-- end of doors -->"
 
 def renewed_commands(page: str) -> str:
     """Return the page with today's rows of all declared options."""
-    for command in dict.fromkeys(each.command_name for each in OPERATIONS):
-        heading = f"\n## vomstudio {command}\n"
+    sections = {
+        f"\n## vomstudio {command}\n": _options_of(command)
+        for command in dict.fromkeys(each.command_name for each in OPERATIONS)
+    }
+    for action, options in ACTION_OPTIONS.items():
+        sections[f"\n### vomstudio project PROJECT {action}\n"] = declarations(options)
+    for heading, declared in sections.items():
         start = page.index(heading) + len(heading)
-        end = page.find("\n## ", start)
-        end = len(page) if end < 0 else end
-        page = page[:start] + _with_rows(page[start:end], _options_of(command)) + page[end:]
+        following = re.search(r"\n##+ ", page[start:])
+        end = len(page) if following is None else start + following.start()
+        page = page[:start] + _with_rows(page[start:end], declared) + page[end:]
     return page
 
 
-def _options_of(command: str) -> list[Declaration]:
+def _options_of(command: str) -> tuple[Declaration, ...]:
     """Return the options of all operations of a command, each once."""
     declared = {
         each.flag: each
@@ -37,7 +43,7 @@ def _options_of(command: str) -> list[Declaration]:
         for options in (*operation.options, *operation.command_options)
         for each in declarations(options)
     }
-    return list(declared.values())
+    return tuple(declared.values())
 
 
 def _with_rows(section: str, declared: Sequence[Declaration]) -> str:

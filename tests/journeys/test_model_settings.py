@@ -142,9 +142,9 @@ def test_a_crs_that_is_none_is_said_and_threads_change_the_memory(window, sample
     assert said["stated"] == "EPSG:32633"
     assert not dialog.start.isEnabled()
     retype(dialog.crs, "")
-    dialog.threads.setFocus()
-    dialog.threads.selectAll()
-    QTest.keyClicks(dialog.threads, "1")
+    dialog.machine.fields["threads"].setFocus()
+    dialog.machine.fields["threads"].selectAll()
+    QTest.keyClicks(dialog.machine.fields["threads"], "1")
     driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
     settled(window)
     assert len(figures(dialog.memory.text())) == 2
@@ -264,7 +264,7 @@ def test_the_settings_follow_what_is_chosen_beside_them(window, sample) -> None:
     driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
     window.survey.choose_quality("preview")
     assert dialog.quality.currentData() == "preview"
-    dialog.seed.setValue(7)
+    dialog.machine.fields["seed"].setValue(7)
     driver.wait(lambda: not dialog._soon.isActive(), "the pause in typing")
     assert window.survey.settings.seed == 7
     assert window.survey.settings.quality == "preview"

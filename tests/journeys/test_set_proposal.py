@@ -96,7 +96,8 @@ def test_rejecting_changes_nothing_and_seeds_take_the_place_of_a_number(window, 
     assert dict(window.studio.records) == before
     QTest.keyClicks(panel.seeds, ", 95")
     QTest.keyClick(panel.seeds, Qt.Key.Key_Return)
-    assert shown_codes(panel.said.text())
+    driver.wait(lambda: panel.said.text(), "the reason")
+    assert shown_codes(panel.said.text()) == {"sets.seed-not-a-plane"}
 
 
 @pytest.mark.full

@@ -22,7 +22,14 @@ from vomstudio.cli.common.output import Output
 from vomstudio.core.findings import Finding
 from vomstudio.errors import DocumentError, UsageError
 from vomstudio.words import tr, tr_n
-from vomstudio.workspace.feature_values import FeatureValues
+from vomstudio.workspace.project_options import (
+    ACTION_OPTIONS,
+    CompactOptions,
+    FeatureValues,
+    ModelChoice,
+    PickOptions,
+    PlacementOptions,
+)
 
 if TYPE_CHECKING:
     from vomstudio.document.records import Typed
@@ -52,37 +59,21 @@ def add_parser(subparsers: Subparsers) -> None:
     model.add_argument("file", metavar="FILE", help=tr("model or cloud in any format that is read"))
     add_frame(model)
     register = add("register", _register, tr("Place a model by points that were found on it"))
-    _add_register(register)
+    register.add_argument(
+        "pairs",
+        metavar="PAIRS",
+        nargs="?",
+        default=None,
+        help=tr("table: label, model_x, model_y, model_z, x, y, z[, use, sigma_x, …]"),
+    )
     picks = add("add-picks", _add_picks, tr("Add traces: points in World along beds or fractures"))
     picks.add_argument("table", metavar="TABLE", help=tr("text table with x, y, z"))
-    picks.add_argument(
-        "--model",
-        default=None,
-        help=tr("name or id of the model they lie on (default: the only one)"),
-    )
-    picks.add_argument("--type", required=True, help=tr("feature type, such as bedding"))
-    picks.add_argument(
-        "--by",
-        metavar="COLUMN",
-        default=None,
-        help=tr("name or number of the column that tells the traces apart, and names them"),
-    )
-    picks.add_argument("--set", default="", help=tr("the set that they belong to"))
-    picks.add_argument(
-        "--domain", default="", help=tr("the domain that they lie in, such as a wall of a fault")
-    )
     taken = add("import", _import, tr("Add stations, contact lines and rock areas from a file"))
     taken.add_argument(
         "file", metavar="FILE", help=tr("GeoPackage, GeoJSON, shapefile, KML or CSV, as exported")
     )
-    taken.add_argument(
-        "--model",
-        default=None,
-        help=tr("name or id of the model they lie on (default: the only one)"),
-    )
     values = add("set", _set, tr("Change type, set, domain or name of features"))
     values.add_argument("ids", metavar="ID", nargs="+", help=tr("ids or names"))
-    add_options(values, FeatureValues)
     delete = add("delete", _delete, tr("Delete features"))
     delete.add_argument("ids", metavar="ID", nargs="+", help=tr("ids or names"))
     fit = add("fit", _fit, tr("Fit and judge the features"))
@@ -100,46 +91,9 @@ def add_parser(subparsers: Subparsers) -> None:
     add("redo", _redo, tr("Redo the step that was undone"))
     add("verify", _verify, tr("Verify every journal row and file of the project"))
     add("repair", _repair, tr("Replace a journal that has damaged rows, and keep the damaged one"))
-    compact = add(
-        "compact", _compact, tr("Remove journal rows and files that nothing refers to any more")
-    )
-    compact.add_argument(
-        "--dry-run", action="store_true", default=False, help=tr("only say what would go")
-    )
-
-
-def _add_register(register: Parser) -> None:
-    register.add_argument(
-        "pairs",
-        metavar="PAIRS",
-        nargs="?",
-        default=None,
-        help=tr("table: label, model_x, model_y, model_z, x, y, z[, use, sigma_x, …]"),
-    )
-    register.add_argument(
-        "--reference",
-        metavar="FILE",
-        default=None,
-        help=tr("fit it to this mesh or cloud of the same rock"),
-    )
-    register.add_argument(
-        "--stable",
-        metavar="MASK",
-        default=None,
-        help=tr("the part of the reference that has not moved"),
-    )
-    register.add_argument(
-        "--model", default=None, help=tr("name or id of the model (default: the only one)")
-    )
-    register.add_argument(
-        "--crs", metavar="EPSG", default=None, help=tr("the projected CRS of x, y, z")
-    )
-    register.add_argument(
-        "--click-sigma",
-        metavar="M",
-        default=None,
-        help=tr("error of the click on the model, one sigma (default: half its resolution)"),
-    )
+    add("compact", _compact, tr("Remove journal rows and files that nothing refers to any more"))
+    for action, options in ACTION_OPTIONS.items():
+        add_options(actions.choices[action], options)
 
 
 def _run(args: argparse.Namespace, out: Output) -> None:
@@ -261,26 +215,25 @@ def _register(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.cli.register import placement_text
     from vomstudio.io.control.observation_tables import read_pairs
     from vomstudio.io.gis.crs import metric_crs
-    from vomstudio.workspace.placing.registering import parse_click_sigma, set_words
+    from vomstudio.workspace.placing.registering import set_words
 
-    if args.reference is None and (args.pairs is None or args.stable is not None):
+    options = options_from(args, PlacementOptions)
+    if options.reference is None and args.pairs is None:
         raise UsageError(
             Finding("option.none-given", options=("PAIRS", "--reference")), field="PAIRS"
         )
     pairs = None if args.pairs is None else read_pairs(args.pairs)
-    crs = None if args.crs is None else metric_crs(args.crs, "--crs")
-    click_m = None
-    if args.click_sigma is not None:
-        click_m = parse_click_sigma(args.click_sigma, "--click-sigma")
+    crs = None if options.crs is None else metric_crs(options.crs, "--crs")
+    click_m = options.click_sigma_m
     more = {}
     with _changing(args, out) as desk:
-        model = desk.find_model(args.model)
-        if args.reference is None:
+        model = desk.find_model(options.model)
+        if options.reference is None:
             assert pairs is not None
             placed, turned, sets = desk.register(model, pairs, crs, click_m)
         else:
             placed, turned, sets, fitted = desk.fit_to_reference(
-                model, args.reference, pairs, crs, args.stable, click_m
+                model, options.reference, pairs, crs, options.stable, click_m
             )
             more = {"reference": fitted.to_dict()}
     out.warn(placed.warnings)
@@ -299,17 +252,18 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.gis.crs import world_crs
     from vomstudio.workspace.headless_project import Picks
 
+    options = options_from(args, PickOptions)
     with _changing(args, out) as desk:
-        model, kind = desk.find_model(args.model), desk.find_type(args.type)
+        model, kind = desk.find_model(options.model), desk.find_type(options.type)
         world = world_crs(model.frame.crs, model.frame.unit_m)
-        groups = read_points(args.table, args.by, model=ModelFrame(world)).groups
-        names = groups.ids if args.by is not None else ("",)
+        groups = read_points(args.table, options.by, model=ModelFrame(world)).groups
+        names = groups.ids if options.by is not None else ("",)
         ends = zip(groups.offsets, groups.offsets[1:], strict=False)
         picks = [
-            Picks(name, groups.points[first:last], domain=args.domain)
+            Picks(name, groups.points[first:last], domain=options.domain or "")
             for name, (first, last) in zip(names, ends, strict=True)
         ]
-        added = desk.add_picks(picks, model, kind, args.set)
+        added = desk.add_picks(picks, model, kind, options.set or "")
     warnings = [*groups.warnings, *added.warnings]
     left_out = [
         Finding("feature.left-out", feature=name, reason=reason) for name, reason in added.skipped
@@ -328,7 +282,7 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
 
 def _import(args: argparse.Namespace, out: Output) -> None:
     with _changing(args, out) as desk:
-        model = desk.find_model(args.model)
+        model = desk.find_model(options_from(args, ModelChoice).model)
         added = desk.take_in(Path(args.file), model)
     left_out = [
         Finding("feature.left-out", feature=name, reason=reason) for name, reason in added.skipped
@@ -380,14 +334,15 @@ def _repair(args: argparse.Namespace, out: Output) -> None:
 
 
 def _compact(args: argparse.Namespace, out: Output) -> None:
-    with _changing(args, out, saves=not args.dry_run) as desk:
-        if not args.dry_run:
+    dry_run = options_from(args, CompactOptions).dry_run
+    with _changing(args, out, saves=not dry_run) as desk:
+        if not dry_run:
             desk.save()
         plan = desk.project.compaction()
-        if not (args.dry_run or plan.nothing):
+        if not (dry_run or plan.nothing):
             desk.project.compact()
     what = {
-        "compacted": not (args.dry_run or plan.nothing),
+        "compacted": not (dry_run or plan.nothing),
         "rows": plan.rows,
         "of_rows": plan.of_rows,
         "assets": list(plan.assets),
@@ -400,7 +355,7 @@ def _compact(args: argparse.Namespace, out: Output) -> None:
     }
     said = (
         tr("would be removed: {rows} of {all_rows} rows, {files}", **counts)
-        if args.dry_run
+        if dry_run
         else tr("removed: {rows} of {all_rows} rows, {files}", **counts)
     )
     _report(args, out, what, said)

@@ -69,12 +69,12 @@ class SlopeFaces:
     facets: str | None = option(
         None,
         metavar="FACETS",
-        help=to_translate("use each facet of this table as a face, as facets -o writes it"),
+        help=to_translate("use each facet of this table as a face"),
     )
     labelled_model: str | None = option(
         None,
         metavar="MODEL",
-        help=to_translate("model with the labels of these facets, as facets --labels writes it"),
+        help=to_translate("labelled model with these facets"),
     )
     paint: str | None = option(
         None, metavar="OUT.ply", help=to_translate("write that model with the shares of each facet")

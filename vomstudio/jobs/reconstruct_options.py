@@ -53,19 +53,28 @@ class ReconstructOptions(Options):
         help=to_translate("coordinate reference system of the model, such as EPSG:32615"),
     )
     scheduler: str | None = option(
-        None, metavar="ADDRESS", help=to_translate("use the Dask cluster of this scheduler")
+        None,
+        metavar="ADDRESS",
+        label=to_translate("Cluster"),
+        help=to_translate("use the Dask cluster of this scheduler"),
+        tip=to_translate("Address of the scheduler of a Dask cluster"),
+        empty=to_translate("None, or tcp://computer:8786"),
     )
     threads: int | None = option(
         None,
         minimum=1,
         maximum=4096,
+        label=to_translate("Threads"),
         help=to_translate("threads on this computer"),
+        tip=to_translate("Number of threads; fewer need less memory"),
         automatic=to_translate("all processors"),
     )
     seed: int = option(
         0,
         minimum=0,
         maximum=2**31 - 1,
+        label=to_translate("Seed"),
+        tip=to_translate("With one thread the same seed gives the same model"),
         help=to_translate(
             "seed of random numbers; with --threads 1 the same seed gives the same model"
         ),

@@ -59,7 +59,6 @@ from vomstudio.workspace.drawn_traces import (
     trace_through,
     update_traces,
 )
-from vomstudio.workspace.feature_values import FeatureValues
 from vomstudio.workspace.models import name_of, new_model
 from vomstudio.workspace.placing.registering import (
     add_reference_error,
@@ -69,6 +68,7 @@ from vomstudio.workspace.placing.registering import (
     sets_turned_deg,
     turned_deg,
 )
+from vomstudio.workspace.project_options import FeatureValues
 from vomstudio.workspace.project_summary import chosen_features
 
 if TYPE_CHECKING:

@@ -92,7 +92,7 @@ OPERATIONS: tuple[Operation, ...] = (
         window="surface.facets_panel.FacetsPanel",
         missing={
             "project method": "`vs.facets` takes a model of a project",
-            "project command": "`facets --project` places the model; `accept` adds the facets",
+            "project command": "`facets --project` places the model; the window adds facets",
         },
     ),
     Operation(

@@ -118,7 +118,7 @@ class OptionFields(QObject, Generic[Options]):
             return choice
         if declared.kind is str:
             line = QLineEdit()
-            line.setPlaceholderText(declared.metavar or "")
+            line.setPlaceholderText(tr(declared.empty))
             line.textChanged.connect(lambda _: self.changed.emit())
             return line
         spin = SpinBox() if declared.kind is int else DoubleSpinBox()

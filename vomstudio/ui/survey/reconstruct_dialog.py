@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import os
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -21,6 +20,7 @@ from PySide6.QtWidgets import (
     QHeaderView,
     QLineEdit,
     QRadioButton,
+    QSpinBox,
     QTableWidget,
     QTableWidgetItem,
     QVBoxLayout,
@@ -30,6 +30,7 @@ from PySide6.QtWidgets import (
 from vomstudio.core.findings import Finding
 from vomstudio.errors import VomError
 from vomstudio.io.gis.crs import parse_crs
+from vomstudio.jobs.reconstruct_options import ReconstructOptions
 from vomstudio.jobs.survey_tasks import ControlFacts, PointFacts
 from vomstudio.photogrammetry.pipeline.memory_estimate import MemoryNeed
 from vomstudio.ui.common import file_filters, theme
@@ -40,12 +41,12 @@ from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.widgets import (
     ComboBox,
     Label,
-    SpinBox,
     allow,
     file_field,
     rich_label,
     rich_lines,
 )
+from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.photos.reconstruction_settings import QUALITIES, ReconstructionSettings
 from vomstudio.words import tr, tr_n
@@ -173,41 +174,28 @@ class ReconstructDialog(QDialog):
 
     def _make_machine(self) -> QGroupBox:
         box = QGroupBox(tr("This computer"))
-        processors = os.cpu_count() or 1
-        self.threads = SpinBox()
-        self.threads.setObjectName("make_threads")
-        self.threads.setRange(0, processors)
-        self.threads.setSpecialValueText(tr("All {count}", count=processors))
-        self.threads.setToolTip(tr("Number of threads; fewer need less memory."))
-        self.threads.valueChanged.connect(self._typing)
+        self.machine = OptionFields(ReconstructOptions, "make")
+        self.machine.changed.connect(self._typing)
+        fields, labels = self.machine.fields, self.machine.labels
+        for field in fields.values():
+            if isinstance(field, QSpinBox):
+                # The dialog itself waits for a pause in typing.
+                field.setKeyboardTracking(True)
         self.memory = Label()
         self.memory.setObjectName("make_memory")
         self.memory.setWordWrap(True)
-        self.seed = SpinBox()
-        self.seed.setRange(0, 999_999)
-        self.seed.setToolTip(
-            tr("Seed of the random numbers; with one thread the same seed gives the same model.")
-        )
-        self.seed.valueChanged.connect(self._typing)
-        self.scheduler = QLineEdit()
-        self.scheduler.setObjectName("make_scheduler")
-        self.scheduler.setPlaceholderText(tr("None, or tcp://computer:8786"))
-        self.scheduler.setToolTip(
-            tr("Address of the scheduler of a Dask cluster that shares the work.")
-        )
-        self.scheduler.textEdited.connect(self._typing)
         first = QHBoxLayout()
-        first.addWidget(self.threads)
+        first.addWidget(fields["threads"])
         first.addSpacing(8)
         first.addWidget(self.memory, 1)
         second = QHBoxLayout()
-        second.addWidget(self.seed)
+        second.addWidget(fields["seed"])
         second.addSpacing(16)
-        second.addWidget(Label(tr("Cluster")))
-        second.addWidget(self.scheduler, 1)
+        second.addWidget(labels["scheduler"])
+        second.addWidget(fields["scheduler"], 1)
         form = QFormLayout(box)
-        form.addRow(tr("Threads"), first)
-        form.addRow(tr("Seed"), second)
+        form.addRow(labels["threads"], first)
+        form.addRow(labels["seed"], second)
         return box
 
     # --- settings ----------------------------------------------------------------------------
@@ -221,9 +209,8 @@ class ReconstructDialog(QDialog):
         self.control.setText("" if settings.control is None else str(settings.control))
         self.marks.setText("" if settings.marks is None else str(settings.marks))
         self.crs.setText(settings.crs or "")
-        self.threads.setValue(settings.threads or 0)
-        self.seed.setValue(settings.seed)
-        self.scheduler.setText(settings.scheduler or "")
+        for name in self.machine.fields:
+            self.machine.show_value(name, getattr(settings, name))
         self._filling = False
 
     def _settings(self) -> ReconstructionSettings:
@@ -232,7 +219,7 @@ class ReconstructDialog(QDialog):
             return Path(text).expanduser() if text else None
 
         control = path(self.control) if self.by_control.isChecked() else None
-        before = self._survey.settings
+        before, machine = self._survey.settings, self.machine.options()
         marks = path(self.marks) if control is not None else None
         try:
             crs = parse_crs(self.crs.text())[0] if self.crs.text().strip() else None
@@ -247,9 +234,9 @@ class ReconstructDialog(QDialog):
             # What is asked for beside them makes them asked for.
             found=before.found and same and crs is None,
             crs=crs,
-            threads=self.threads.value() or None,
-            seed=self.seed.value(),
-            scheduler=self.scheduler.text().strip() or None,
+            threads=machine.threads,
+            seed=machine.seed,
+            scheduler=machine.scheduler,
         )
 
     def _typing(self, *_: object) -> None:
