@@ -147,8 +147,8 @@ def _in_words(found: TableFold) -> str:
             else [("  " + tr("not good"), tr("{count}", count=result["not_good"]))]
         ),
         *(
-            ("  " + tr("left out"), f"{o['n']} {o['what']}: {o['reason']}")
-            for o in result["left_out"]
+            ("  " + tr("left out"), f"{each.n} {each.what}: {each.reason}")
+            for each in found.left_out
         ),
         (tr("beta"), tr("{line}  trend/plunge, 95 %", line=text_tables.measured_line(beta))),
         ("  " + tr("confidence"), confidence),
@@ -175,4 +175,4 @@ def _in_words(found: TableFold) -> str:
         ),
     ]
     lines = [f"{label:<14} {value}" for label, value in rows]
-    return "\n".join([*lines, *(f"  - {reason}" for reason in result["reasons"])])
+    return "\n".join([*lines, *(f"  - {reason}" for reason in found.reasons)])

@@ -48,7 +48,7 @@ def _in_words(name: str, found: dict[str, Any]) -> str:
     lines = [_heading(name, found)]
     fisher = found["fisher"]
     if fisher is None:
-        said = tr("none: {reason}", reason=found["fisher_reason"])
+        said = tr("none: {reason}", reason=found["fisher_reason"]["message"])
     else:
         said = (
             f"{text_tables.line(fisher)}  "
@@ -57,7 +57,7 @@ def _in_words(name: str, found: dict[str, Any]) -> str:
             f"R {text_tables.number(fisher['R'], 4)}" + _fit(fisher["fit_p"])
         )
         if fisher["alpha95_deg"] is None and found["fisher_reason"]:
-            said += f" ({found['fisher_reason']})"
+            said += f" ({found['fisher_reason']['message']})"
     lines.append(f"  {tr('Fisher mean'):<15} {said}")
     if fisher is not None and fisher["registration_error_deg"] is not None:
         said = tr(
@@ -109,7 +109,7 @@ def _models_in_words(found: dict[str, Any]) -> list[str]:
 def _bingham_in_words(found: dict[str, Any]) -> str:
     bingham = found["bingham"]
     if bingham is None:
-        return tr("none: {reason}", reason=found["bingham_reason"])
+        return tr("none: {reason}", reason=found["bingham_reason"]["message"])
     said = f"k1 {bingham['k1']:.2f}, k2 {bingham['k2']:.2f}"
     regions = [
         "-" if of is None else f"{of['max_deg']:.1f} x {of['min_deg']:.1f}"
@@ -124,7 +124,7 @@ def _bingham_in_words(found: dict[str, Any]) -> str:
 def _kent_in_words(found: dict[str, Any]) -> str:
     kent = found["kent"]
     if kent is None:
-        return tr("none: {reason}", reason=found["kent_reason"])
+        return tr("none: {reason}", reason=found["kent_reason"]["message"])
     said = tr(
         "{mean} within {largest:.2f} x {smallest:.2f} deg (joint 95 %), longest toward {major}; "
         "kappa {kappa:.2f}, beta {beta:.2f}",
