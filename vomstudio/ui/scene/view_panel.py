@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding, Message, finding_of
 from vomstudio.document.edit import Edit
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Matrix, Model, get_feature
