@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from tests.document.conftest import MODEL, MemoryJournal
-from tests.messages import refused
+from tests.messages import refused, shown_codes
 from tests.samples import bed
 from tests.tools.fakes import Context, event
 from vomstudio.core.findings import Finding
@@ -100,7 +100,7 @@ def test_one_click_is_no_line(line, context):
     clicks(line, STRIA[:1])
     assert line.finish() is None, "two clicks at one place"
     assert line.open
-    assert "same place" in str(context.said[-1])
+    assert "points.coincident" in shown_codes(str(context.said[-1]))
 
 
 def test_the_reading_follows_the_cursor_from_the_first_click_on(line, context):

@@ -236,7 +236,8 @@ def test_three_collinear_points_say_why_while_they_are_picked(tool, context):
     clicks(tool, LINE)
     count, *why = context.shown[-1].reading
     assert count == "3 points"
-    assert " ".join(why) == tool.measurement.problem
+    assert tool.measurement.problem.code == "points.collinear"
+    assert " ".join(why) == tool.measurement.problem.message
 
 
 # --- continuing -------------------------------------------------------------------------------

@@ -147,8 +147,8 @@ def _result_text(found: TableFold) -> str:
             else [("  " + tr("not good"), tr("{count}", count=result["not_good"]))]
         ),
         *(
-            ("  " + tr("left out"), f"{o['n']} {o['what']}: {o['reason']}")
-            for o in result["left_out"]
+            ("  " + tr("left out"), f"{each.n} {each.what}: {each.reason}")
+            for each in found.left_out
         ),
         (tr("beta"), tr("{line}  trend/plunge, 95 %", line=text_tables.measured_line(beta))),
         ("  " + tr("confidence"), confidence),
@@ -174,5 +174,5 @@ def _result_text(found: TableFold) -> str:
             ),
         ),
     ]
-    reasons = (f"  - {reason}" for reason in result["reasons"])
+    reasons = (f"  - {reason}" for reason in found.reasons)
     return "\n".join([text_tables.labelled(rows, 14), *reasons])

@@ -65,13 +65,13 @@ def _result_text(name: str, found: dict[str, Any]) -> str:
 def _fisher_rows(found: dict[str, Any]) -> list[tuple[str, str]]:
     fisher, number = found["fisher"], text_tables.number
     if fisher is None:
-        return [(tr("Fisher mean"), tr("none: {reason}", reason=found["fisher_reason"]))]
+        return [(tr("Fisher mean"), tr("none: {reason}", reason=found["fisher_reason"]["message"]))]
     said = (
         f"{text_tables.line(fisher)}  alpha95 {number(fisher['alpha95_deg'], 2)} deg, "
         f"kappa {number(fisher['kappa'], 2)}, R {number(fisher['R'], 4)}{_fit(fisher['fit_p'])}"
     )
     if fisher["alpha95_deg"] is None and found["fisher_reason"]:
-        said += f" ({found['fisher_reason']})"
+        said += f" ({found['fisher_reason']['message']})"
     rows = [(tr("Fisher mean"), said)]
     if fisher["registration_error_deg"] is not None:
         said = tr(
@@ -106,7 +106,7 @@ def _weight_rows(weights: dict[str, Any] | None) -> list[tuple[str, str]]:
 def _bingham_text(found: dict[str, Any]) -> str:
     bingham = found["bingham"]
     if bingham is None:
-        return tr("none: {reason}", reason=found["bingham_reason"])
+        return tr("none: {reason}", reason=found["bingham_reason"]["message"])
     said = f"k1 {bingham['k1']:.2f}, k2 {bingham['k2']:.2f}"
     regions = [
         "-" if of is None else f"{of['max_deg']:.1f} x {of['min_deg']:.1f}"
@@ -121,7 +121,7 @@ def _bingham_text(found: dict[str, Any]) -> str:
 def _kent_text(found: dict[str, Any]) -> str:
     kent = found["kent"]
     if kent is None:
-        return tr("none: {reason}", reason=found["kent_reason"])
+        return tr("none: {reason}", reason=found["kent_reason"]["message"])
     said = tr(
         "{mean} within {largest:.2f} x {smallest:.2f} deg (joint 95 %), longest toward {major}; "
         "kappa {kappa:.2f}, beta {beta:.2f}",

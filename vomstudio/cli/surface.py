@@ -115,7 +115,7 @@ def _result_text(found: dict[str, Any], unit: str) -> str:
     ]
     hurst, line = found["hurst"], found["smoothest"]
     if hurst is None:
-        said.append(str(found["hurst_reason"]))
+        said.append(found["hurst_reason"]["message"])
     else:
         said.append(
             tr(
@@ -128,7 +128,7 @@ def _result_text(found: dict[str, Any], unit: str) -> str:
             )
         )
     if line is None:
-        said.append(str(found["smoothest_reason"]))
+        said.append(found["smoothest_reason"]["message"])
     else:
         said.append(
             tr(

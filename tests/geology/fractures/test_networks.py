@@ -202,13 +202,14 @@ def test_an_area_beyond_the_traces_is_said() -> None:
     about the middle all."""
     lines = shapely.linestrings([[(0, k), (10, k)] for k in range(11)])
 
-    def said(x: float, y: float, radius: float) -> list[str]:
+    def share_percent(x: float, y: float, radius: float) -> float | None:
         area = shapely.Point(x, y).buffer(radius, 256)
         found = fracture_network(lines, Counted(area=area, circle=(x, y, radius))).found
-        return [words for words in found.notes if "beyond the outermost traces" in words]
+        note = by_code(found.notes).get("fractures.area-beyond-traces")
+        return None if note is None else note["share_percent"]
 
-    assert said(5, 5, 4) == []
-    assert said(0, 0, 4)[0].startswith("75%")
-    assert said(0, 5, 4)[0].startswith("50%")
+    assert share_percent(5, 5, 4) is None
+    assert share_percent(0, 0, 4) == pytest.approx(75, abs=0.1)
+    assert share_percent(0, 5, 4) == pytest.approx(50, abs=0.1)
     # pi 50^2 = 7854 of which 100 are mapped.
-    assert said(5, 5, 50)[0].startswith("99%")
+    assert share_percent(5, 5, 50) == pytest.approx(100.0 * (1.0 - 100.0 / 7854.0), abs=0.1)

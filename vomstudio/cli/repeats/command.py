@@ -15,6 +15,7 @@ from vomstudio.cli.common.arguments import (
 )
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
+from vomstudio.core.findings import Finding
 from vomstudio.geology.looked_at.repeat_options import RepeatOptions
 from vomstudio.words import tr, tr_n
 
@@ -83,7 +84,7 @@ def _result_text(found: TableRepeats) -> str:
              error=own.spread.error95_deg)
         for own in found.interpreters
     ]  # fmt: skip
-    lines += [
-        tr("{id} was left out: {reason}.", id=one.id, reason=one.reason) for one in found.left_out
+    left_out = [
+        Finding("feature.left-out", feature=each.id, reason=each.reason) for each in found.left_out
     ]
-    return "\n".join([*lines, *map(str, found.reasons)])
+    return "\n".join([*lines, *map(str, left_out), *map(str, found.reasons)])

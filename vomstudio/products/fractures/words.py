@@ -88,7 +88,7 @@ def _dispersion_text(dispersion: float) -> str:
 
 def _law_text(length: dict[str, Any]) -> str:
     if length["distribution"] is None:
-        return tr("none: {reason}", reason=length["reason"])
+        return tr("none: {reason}", reason=length["reason"]["message"])
     parameters = ", ".join(
         f"{name} {figures(value)}" for name, value in length["parameters"].items()
     )
