@@ -2,9 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Protocol, Self
+
+NOT_FINITE = ("inf", "-inf", "nan")
+"""Numbers that JSON does not have; they are stored there as text."""
+
+
+def for_json(values: Mapping[str, object]) -> dict[str, object]:
+    """Return values with text in place of numbers that are not finite."""
+    return {
+        name: str(value) if isinstance(value, float) and not math.isfinite(value) else value
+        for name, value in values.items()
+    }
+
+
+def from_json(values: Mapping[str, object]) -> dict[str, object]:
+    """Return the values that `for_json` was given."""
+    return {
+        name: float(value) if isinstance(value, str) and value in NOT_FINITE else value
+        for name, value in values.items()
+    }
 
 
 class _Finding(Protocol):
@@ -64,7 +84,7 @@ class VomError(Exception):
 
     def to_dict(self) -> dict[str, object]:
         """The `error` object of the command line's JSON."""
-        return self.values | {
+        return for_json(self.values) | {
             "code": self.code,
             "file": self.file,
             "line": self.line,
@@ -168,5 +188,5 @@ def from_dict(error: dict[str, object], exit_code: int) -> VomError:
         return Cancelled(again.message)
     again.code, again.exit_code = str(error.get("code", again.code)), exit_code
     known = ("code", "file", "line", "field", "message")
-    again.values = {name: value for name, value in error.items() if name not in known}
+    again.values = from_json({name: value for name, value in error.items() if name not in known})
     return again

@@ -134,7 +134,7 @@ def test_what_cannot_be_proposed_is_refused() -> None:
         proposed(points, grey, "colour")
     with refused("option.not-a-length", field="--min-length"):
         proposed(points, grey, "dark", min_length_m=float("nan"))
-    with refused("option.too-small", field="--max-lines", minimum="1"):
+    with refused("option.too-small", field="--max-lines", minimum=1):
         proposed(points, grey, "dark", max_lines=0)
 
 

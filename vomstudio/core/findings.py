@@ -13,7 +13,7 @@ from string import Formatter
 from typing import Any
 
 from vomstudio.core.finding_texts import TEXTS, Severity, texts_of
-from vomstudio.errors import VomError
+from vomstudio.errors import VomError, for_json, from_json
 from vomstudio.words import tr, tr_n
 
 UNCODED = "uncoded"
@@ -109,7 +109,7 @@ class Finding:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the object that ``--json`` prints: code, severity, message and the values."""
-        values = self.values
+        values = for_json(self.values)
         if self.code == UNCODED:
             values.pop("text")
         return {"code": self.code, "severity": self.severity, "message": self.message} | values
@@ -118,7 +118,9 @@ class Finding:
     def from_dict(cls, row: Mapping[str, Any]) -> Finding:
         """Return the finding that `to_dict` described, for example in another process."""
         reserved = ("code", "severity", "message")
-        values = {name: value for name, value in row.items() if name not in reserved}
+        values: dict[str, Any] = from_json(
+            {name: value for name, value in row.items() if name not in reserved}
+        )
         if row["code"] == UNCODED:
             prefix = f"{values['file']}: " if "file" in values else ""
             values["text"] = row["message"].removeprefix(prefix)
@@ -173,10 +175,9 @@ def placeholders(code: str) -> frozenset[str]:
 def _frozen(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return tuple(map(_frozen, value))
-    if value is None or isinstance(value, str | int | float):
-        return value
     # Scalars of NumPy have a method `item`.
-    return value.item() if hasattr(value, "item") else str(value)
+    value = value.item() if hasattr(value, "item") else value
+    return value if value is None or isinstance(value, str | int | float) else str(value)
 
 
 def _shown(value: Any) -> Any:
@@ -188,4 +189,15 @@ def _shown(value: Any) -> Any:
     if isinstance(value, str):
         # Messages of libraries may have several lines.
         return " ".join(value.split()) if "\n" in value else value
+    if isinstance(value, float):
+        return _Number(value)
     return tr("none") if value is None else value
+
+
+class _Number(float):
+    """A number that a text without a format of its own shows with its significant digits."""
+
+    __slots__ = ()
+
+    def __format__(self, spec: str) -> str:
+        return super().__format__(spec or ".12g")

@@ -107,21 +107,19 @@ class Declaration:
             return
         if self.maximum is None:
             if not self.minimum <= value < float("inf"):
-                raise self._refusal("option.too-small", value, minimum=f"{self.minimum:.12g}")
+                raise self._refusal("option.too-small", value, minimum=self.minimum)
         elif not (self.minimum or 0.0) <= value <= self.maximum:
             if self.minimum == MIN_LENGTH_M:
-                maximum = f"{self.maximum:.12g}"
-                raise self._refusal("option.not-a-length", value, maximum=maximum)
+                raise self._refusal("option.not-a-length", value, maximum=self.maximum)
             raise self._refusal(
                 "option.out-of-range",
                 value,
-                minimum=f"{self.minimum or 0.0:.12g}",
-                maximum=f"{self.maximum:.12g}",
+                minimum=self.minimum or 0.0,
+                maximum=self.maximum,
             )
 
     def _refusal(self, code: str, value: Any, **values: Any) -> UsageError:
-        shown = f"{value:.12g}" if isinstance(value, float) else value
-        return UsageError(Finding(code, value=shown, **values), field=self.flag)
+        return UsageError(Finding(code, value=value, **values), field=self.flag)
 
 
 def option(

@@ -28,6 +28,10 @@ FIRST_YEAR, LAST_YEAR = 1900, 2029
 _MAX_LATITUDE_DEG = 89.9
 _MIN_HORIZONTAL_NT = 2000.0
 """Below it a compass does not point anywhere (WMM2025 report, "blackout zone")."""
+_YAWS_CORRECTED = {
+    "true": "north.true-yaws-corrected",
+    "magnetic": "north.magnetic-yaws-corrected",
+}
 
 
 def default_north_sigma_deg(north: str) -> float:
@@ -135,8 +139,8 @@ class North:
         """
         correction = self.correction(north)
         if correction is None:
-            lacking = "declination" if north == "magnetic" else "convergence"
-            raise UsageError(Finding(f"north.no-{lacking}"), field=option)
+            code = "north.no-declination" if north == "magnetic" else "north.no-convergence"
+            raise UsageError(Finding(code), field=option)
         return correction
 
     def convergence_deg(self, place: tuple[float, float] | None = None) -> float | None:
@@ -205,7 +209,7 @@ def on_grid(table: AttitudeTable, north: North, messages: list[Message]) -> Atti
             angles[row, 0] += correction.deg
             added.setdefault(word, []).append(correction.deg)
     messages += [
-        Finding(f"north.{word}-yaws-corrected", minimum_deg=min(turns), maximum_deg=max(turns))
+        Finding(_YAWS_CORRECTED[word], minimum_deg=min(turns), maximum_deg=max(turns))
         for word, turns in added.items()
         if any(turns)
     ]

@@ -184,6 +184,6 @@ class RegisterOptions(Options):
         for flag, value in errors.items():
             if value and value < MIN_ERROR:
                 raise UsageError(
-                    Finding("option.too-small", value=f"{value:g}", minimum=f"{MIN_ERROR:g}"),
+                    Finding("option.too-small", value=value, minimum=MIN_ERROR),
                     field=flag,
                 )

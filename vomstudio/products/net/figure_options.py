@@ -89,9 +89,9 @@ class StereonetFigure(FigureLook):
                 raise UsageError(
                     Finding(
                         "option.out-of-range",
-                        value=f"{value:.12g}",
-                        minimum=f"{minimum:g}",
-                        maximum=f"{maximum:g}",
+                        value=value,
+                        minimum=minimum,
+                        maximum=maximum,
                     ),
                     field="--size",
                 )
