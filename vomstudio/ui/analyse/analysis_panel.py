@@ -113,11 +113,11 @@ class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
         """Compute the result. Runs in a thread. Raises VomError."""
         raise NotImplementedError
 
-    def _in_words(self, made: Answer) -> str:
+    def _result_text(self, made: Answer) -> str:
         raise NotImplementedError
 
     def _came(self, made: Answer) -> None:
-        self._show(made, self._in_words(made))
+        self._show(made, self._result_text(made))
 
     def _failed(self, error: VomError) -> None:
         self._show(None, error.message)

@@ -14,8 +14,8 @@ from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import FeatureType, Typed
 from vomstudio.document.registration_errors import models_of, turns_of
 from vomstudio.errors import VomError
+from vomstudio.ui.analyse.analysis_panel import LazyPanel
 from vomstudio.ui.analyse.group_box import SELECTED, Choice, GroupBox
-from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.analyse.statistics_words import Rows, domain_rows, fold_rows, statistics_rows
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from vomstudio.geology.folds import FoldAxis
 
 
-class StatisticsPanel(SeenPanel):
+class StatisticsPanel(LazyPanel):
     """Figures of one group of features. Kinds are never pooled, except where the user selects
     them, and then it is said."""
 
