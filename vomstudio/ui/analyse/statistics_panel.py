@@ -146,8 +146,8 @@ class StatisticsPanel(LazyPanel):
             axis = planes.axis()
         except VomError as error:
             return [(title, [(tr("Verdict"), error.message)])]
-        rows = fold_rows(axis, planes, self._studio.settings.notation)
-        return [(title, rows), *_domains(planes, axis)]
+        axis, domains = _domains(planes, axis)
+        return [(title, fold_rows(axis, planes, self._studio.settings.notation)), *domains]
 
     def _pooled(self, features: Sequence[Typed]) -> Rows:
         kinds = {f.type_id for f in features}
@@ -163,10 +163,10 @@ class StatisticsPanel(LazyPanel):
         return [(tr("Mind"), said)]
 
 
-def _domains(planes: FoldPlanes, axis: FoldAxis) -> list[tuple[str, Rows]]:
+def _domains(planes: FoldPlanes, axis: FoldAxis) -> tuple[FoldAxis, list[tuple[str, Rows]]]:
     """The domains of the planes of a type (hanging wall, footwall), and where none is in any its
-    sets, if there are several."""
-    from vomstudio.geology.domains import domain_axes
+    sets, if there are several; with the axis as its domains allow it."""
+    from vomstudio.geology.domains import by_domains, domain_axes
 
     stated = any(feature.domain for feature in planes.features)
     members: dict[str, list[int]] = {}
@@ -174,13 +174,15 @@ def _domains(planes: FoldPlanes, axis: FoldAxis) -> list[tuple[str, Rows]]:
         name = feature.domain or tr("no domain") if stated else feature.set_name or tr("no set")
         members.setdefault(name, []).append(row)
     if len(members) < 2:
-        return []
+        return axis, []
     beds = {
         name: (planes.azimuth_deg[own], planes.dip_deg[own])
         for name, own in sorted(members.items(), key=lambda item: natural(item[0]))
     }
     title = tr("Its domains") if stated else tr("Its sets as domains")
-    return [(title, domain_rows(*domain_axes(beds, axis)))]
+    figures, one_axis = domain_axes(beds, axis)
+    axis = by_domains(axis, one_axis) if stated else axis
+    return axis, [(title, domain_rows(figures, one_axis))]
 
 
 def _empty(choice: Choice) -> str:
