@@ -95,13 +95,10 @@ def make_project(folder: Path, count: int) -> Path:
     from vomstudio.document import edits
     from vomstudio.document.edit import change
     from vomstudio.io.gate.frame_options import FrameOptions
-    from vomstudio.io.project.folder import Project
-    from vomstudio.io.settings import read_settings
     from vomstudio.workspace.headless_project import HeadlessProject
 
     path = folder / f"{count}.vom"
-    project = Project.create(path, settings=read_settings()[0].affecting_results)
-    head = HeadlessProject(project)
+    head = HeadlessProject.create(path)
     model = head.add_model(cliff(folder), FrameOptions(crs="EPSG:32633")).model
     session = head.session
     if count <= 2 * BULK + 1000:
@@ -113,7 +110,7 @@ def make_project(folder: Path, count: int) -> Path:
         made = [replace(trace(i, model), name=f"B{i + 1:02d}") for i in range(count)]
         session.apply(change(session.records, f"Add {count} traces", {t.id: t for t in made}))
     head.save()
-    project.close()
+    head.close()
     return path
 
 
@@ -273,11 +270,10 @@ def moved(studio: Any, id_: str, k: int) -> None:
 # --- without a window ----------------------------------------------------------------------------
 def headless(path: Path) -> None:
     from vomstudio.document import edits
-    from vomstudio.io.settings import read_settings
     from vomstudio.workspace.headless_project import HeadlessProject
 
     begun, used = time.perf_counter(), time.process_time()
-    with HeadlessProject.opened(path, read_settings()[0]) as head:
+    with HeadlessProject.open(path) as head:
         session = head.session
         whole, used = time.perf_counter() - begun, time.process_time() - used
         print(f"== {len(session.features()):,} traces without a window")

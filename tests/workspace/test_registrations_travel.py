@@ -30,7 +30,6 @@ from vomstudio.io.models.model_copy import copy_model
 from vomstudio.io.models.registration_file import registration_path
 from vomstudio.io.photos.cameras_file import FILE_NAME, Cameras, write_cameras
 from vomstudio.io.project.folder import Project
-from vomstudio.io.settings import Settings
 from vomstudio.jobs.model_tasks import ModelCut, ModelExport, _cut_model, _export_model
 from vomstudio.progress import Silent
 from vomstudio.workspace.headless_project import AddedModel, HeadlessProject, Picks
@@ -92,7 +91,7 @@ def case(tmp_path: Path) -> Case:
 @contextlib.contextmanager
 def desk(folder: Path) -> Iterator[HeadlessProject]:
     Project.create(folder).close()
-    with HeadlessProject.opened(folder, Settings()) as opened:
+    with HeadlessProject.open(folder) as opened:
         yield opened
 
 

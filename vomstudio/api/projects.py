@@ -2,38 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import Any, Literal, Self
 
 from vomstudio.api import feature_tables
 from vomstudio.api.checking import flag, naming, path_of, points, required_text, warn, words_of
 from vomstudio.api.frame_arguments import frame_arguments_named, frame_options
 from vomstudio.api.models import Mesh, PointCloud, as_recorded
 from vomstudio.api.planes import LineFit, PlaneFit, line_of_row, plane_of_row
-from vomstudio.core.findings import Finding, Message, finding_of
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Model
 from vomstudio.errors import DocumentError, GeometryError, InputError, VomWarning
 from vomstudio.io.project.export import export_records, refuse_empty
-from vomstudio.io.project.folder import Project as ProjectFolder
 from vomstudio.io.project.journal import own_files
 from vomstudio.io.project.verify import Verification, verify
-from vomstudio.io.settings import read_settings
 from vomstudio.reprs import html_table, in_lines
 from vomstudio.workspace.headless_project import HeadlessProject, Picks
-from vomstudio.workspace.layer_export import written_layers
-from vomstudio.workspace.project_summary import fitted_records
+from vomstudio.workspace.project_summary import ModelFacts, fitted_records, model_facts
 from vomstudio.workspace.surfaces.grid_shares import GridShare, shares_of
 
-if TYPE_CHECKING:
-    from vomstudio.io.settings import Settings
 
-
-@dataclass(frozen=True, eq=False)
-class ProjectModel:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ProjectModel(ModelFacts):
     """A model of a project.
 
     id, name, kind ("mesh" or "cloud"); path : of its file, as the project keeps it; frame : how it
@@ -47,13 +40,6 @@ class ProjectModel:
     ('sample', 'EPSG:32633', 0)
     """
 
-    id: str
-    name: str
-    kind: str
-    path: str
-    frame: str
-    crs: str | None
-    features: int
     _project: Project = field(repr=False)
 
     def read(self) -> Mesh | PointCloud:
@@ -90,13 +76,10 @@ class Project:
     [['B01', 38.0, 'good']]
     """
 
-    def __init__(self, folder: ProjectFolder, settings: Settings) -> None:
-        self._desk: HeadlessProject | None = HeadlessProject(folder)
-        self._folder = folder.folder
-        self._measurements = Measurements(settings.thresholds)
-        session = folder.session
-        self._recovered = session.recovered
-        self._opened_at = session.top
+    def __init__(self, desk: HeadlessProject) -> None:
+        self._desk: HeadlessProject | None = desk
+        self._folder = desk.project.folder
+        self._measurements = Measurements(desk.settings.thresholds)
 
     # --- coming and going ------------------------------------------------------------------------
     @classmethod
@@ -107,11 +90,10 @@ class Project:
         notebook, which is named. Work that a crash left unsaved is part of it, and a warning says
         so.
         """
-        settings = _settings()
-        folder = ProjectFolder.open(path_of(path, "path"), settings=settings.affecting_results)
-        made = cls(folder, settings)
-        warnings = [*folder.problems]
-        if made._recovered:
+        desk = HeadlessProject.open(path_of(path, "path"))
+        made = cls(desk)
+        warnings = [*desk.warnings, *desk.project.problems]
+        if desk.recovered:
             warnings.append(Finding("project.recovered"))
         try:
             warn(warnings)
@@ -125,9 +107,9 @@ class Project:
     def create(cls, path: str | Path) -> Self:
         """A new project in the folder NAME.vom. Raises vs.errors.TargetError where there is one
         already, or the folder cannot be made."""
-        settings = _settings()
-        folder = ProjectFolder.create(path_of(path, "path"), settings=settings.affecting_results)
-        return cls(folder, settings)
+        desk = HeadlessProject.create(path_of(path, "path"))
+        warn(desk.warnings)
+        return cls(desk)
 
     def __enter__(self) -> Self:
         return self
@@ -145,24 +127,13 @@ class Project:
         crash had left unsaved stays as it is where nothing else was changed. Closing it twice does
         no harm."""
         desk, self._desk = self._desk, None
-        if desk is None:
-            return
-        session = desk.session
-        try:
-            untouched = self._recovered and session.top == self._opened_at
-            # Where its place is gone or full it was said when that was met.
-            if session.dirty and not untouched and desk.project.write_failure is None:
-                session.discard_unsaved()
-        finally:
-            desk.project.close()
+        if desk is not None:
+            desk.close()
 
     def save(self) -> None:
         """Make what was done the state that the next who opens it finds, and bring its GIS layers
         (project.gpkg) up to date."""
-        desk = self._open_desk()
-        desk.save()
-        self._recovered, self._opened_at = False, desk.session.top
-        warn(written_layers(self._folder, bool(desk.session.features())))
+        warn(self._open_desk().save())
 
     def save_as(self, path: str | Path) -> None:
         """Go on in another folder NAME.vom, with the whole history, saved; what was open stays
@@ -173,9 +144,8 @@ class Project:
         then all is as before. Files that can no longer be read are named in a warning.
         """
         desk = self._open_desk()
-        left_out = desk.project.save_as(path_of(path, "path"))
+        left_out = desk.save_as(path_of(path, "path"))
         self._folder = desk.project.folder
-        self._recovered, self._opened_at = False, desk.session.top
         warn(left_out)
 
     # --- looking ---------------------------------------------------------------------------------
@@ -187,13 +157,8 @@ class Project:
     @property
     def models(self) -> tuple[ProjectModel, ...]:
         """In the order in which they came."""
-        session = self._open_desk().session
-        on = [getattr(feature, "model_id", None) for feature in session.features()]
         return tuple(
-            ProjectModel(
-                m.id, m.name, m.kind, m.path, m.frame.name(), m.frame.crs, on.count(m.id), self
-            )
-            for m in session.of(Model)
+            ProjectModel(**vars(facts), _project=self) for facts in model_facts(self._records)
         )
 
     @property
@@ -410,13 +375,3 @@ class Project:
 
 def _points(given: Any) -> Any:
     return points(given)
-
-
-def _settings() -> Settings:
-    settings, problems = read_settings()
-    _warn_all(problems)
-    return settings
-
-
-def _warn_all(sentences: Iterable[Message]) -> None:
-    warn(sentences, 5)

@@ -20,7 +20,7 @@ from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError, VomError
+from vomstudio.errors import UsageError
 from vomstudio.geology.beds.log_options import LogLine, LogOptions
 from vomstudio.words import tr
 
@@ -160,8 +160,6 @@ def _of_line(
     progress.stage(tr("Measuring thicknesses"))
     with numbers_of(args.table):
         found = answer(question)
-        if isinstance(found, VomError):
-            raise found
     q = found.question
     names = tuple(q.names[id_] for id_ in found.bed_ids)
     return _Made(found.log, found.bed, found.bed95_deg, found.sigma_m, (), q.metric, names)

@@ -32,7 +32,8 @@ from vomstudio.workspace.project_options import (
 )
 
 if TYPE_CHECKING:
-    from vomstudio.document.records import Typed
+    from vomstudio.core.findings import Message
+    from vomstudio.document.records import Feature
     from vomstudio.workspace.headless_project import HeadlessProject
     from vomstudio.workspace.project_summary import ProjectSummary
 
@@ -114,12 +115,10 @@ def _list(args: argparse.Namespace, out: Output) -> None:
 
 
 def _create(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.io.project.folder import Project
-    from vomstudio.io.settings import read_settings
+    from vomstudio.workspace.headless_project import HeadlessProject
 
-    settings, problems = read_settings()
-    out.warn(problems)
-    Project.create(Path(args.project), settings=settings.affecting_results).close()
+    with HeadlessProject.create(Path(args.project)) as desk:
+        out.warn(desk.warnings)
     _report(args, out, {"created": args.project}, tr("created: {project}", project=args.project))
 
 
@@ -138,7 +137,7 @@ def _delete(args: argparse.Namespace, out: Output) -> None:
     _report(args, out, {"deleted": _named(deleted)}, words)
 
 
-def _named(features: Sequence[Typed]) -> list[dict[str, str]]:
+def _named(features: Sequence[Feature]) -> list[dict[str, str]]:
     return [{"id": each.id, "name": each.name} for each in features]
 
 
@@ -264,39 +263,24 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
             for name, (first, last) in zip(names, ends, strict=True)
         ]
         added = desk.add_picks(picks, model, kind, options.set or "")
-    warnings = [*groups.warnings, *added.warnings]
-    left_out = [
-        Finding("feature.left-out", feature=name, reason=reason) for name, reason in added.skipped
-    ]
-    out.warn([*warnings, *left_out])
-    what = {
-        "added": [{"id": trace.id, "name": trace.name} for trace in added.traces],
-        "skipped": [{"id": name, "reason": reason} for name, reason in added.skipped],
-        "warnings": warnings,
-    }
-    said = tr_n(
+    words = tr_n(
         "{count} trace on {model}", "{count} traces on {model}", len(added.traces), model=model.name
     )
-    _report(args, out, what, said)
+    warnings = [*groups.warnings, *added.warnings]
+    _report_added(args, out, added.traces, added.skipped, warnings, words)
 
 
 def _import(args: argparse.Namespace, out: Output) -> None:
     with _changing(args, out) as desk:
         model = desk.find_model(options_from(args, ModelChoice).model)
         added = desk.take_in(Path(args.file), model)
-    left_out = [
-        Finding("feature.left-out", feature=name, reason=reason) for name, reason in added.skipped
-    ]
-    out.warn([*added.warnings, *left_out])
-    what = {
-        "added": [{"id": feature.id, "name": feature.name} for feature in added.features],
-        "skipped": [{"id": name, "reason": reason} for name, reason in added.skipped],
-        "warnings": list(added.warnings),
-    }
-    count = len(added.features)
-    said = tr_n("{count} feature on {model}", "{count} features on {model}", count,
-                model=model.name)  # fmt: skip
-    _report(args, out, what, said)
+    words = tr_n(
+        "{count} feature on {model}",
+        "{count} features on {model}",
+        len(added.features),
+        model=model.name,
+    )
+    _report_added(args, out, added.features, added.skipped, added.warnings, words)
 
 
 def _profile(args: argparse.Namespace, out: Output) -> None:
@@ -336,8 +320,8 @@ def _repair(args: argparse.Namespace, out: Output) -> None:
 def _compact(args: argparse.Namespace, out: Output) -> None:
     dry_run = options_from(args, CompactOptions).dry_run
     with _changing(args, out, saves=not dry_run) as desk:
-        if not dry_run:
-            desk.save()
+        if not dry_run and desk.session.dirty:
+            desk.session.save()
         plan = desk.project.compaction()
         if not (dry_run or plan.nothing):
             desk.project.compact()
@@ -366,26 +350,38 @@ def _changing(
     args: argparse.Namespace, out: Output, *, saves: bool = True
 ) -> Iterator[HeadlessProject]:
     """The open project; what was done to it is saved, and its layers are brought up to date."""
-    from vomstudio.io.settings import read_settings
     from vomstudio.workspace.headless_project import HeadlessProject
-    from vomstudio.workspace.layer_export import written_layers
 
-    settings, problems = read_settings()
-    out.warn(problems)
-    with HeadlessProject.opened(Path(args.project), settings, progress_of(args)) as desk:
-        if desk.session.recovered and saves:
+    with HeadlessProject.open(Path(args.project), progress_of(args)) as desk:
+        out.warn(desk.warnings)
+        if desk.recovered and saves:
             out.warn([Finding("project.recovered-and-saved")])
         yield desk
-        if not saves:
-            return
-        desk.save()
-        folder, has_features = desk.project.folder, bool(desk.session.features())
-    out.warn(written_layers(folder, has_features))
+        if saves:
+            out.warn(desk.save())
 
 
 def _report(args: argparse.Namespace, out: Output, what: dict[str, Any], words: str) -> None:
     out.result({**_summary(args).to_dict(), **what})
     out.text(words)
+
+
+def _report_added(
+    args: argparse.Namespace,
+    out: Output,
+    features: Sequence[Feature],
+    skipped: Sequence[tuple[str, Message]],
+    warnings: Sequence[Message],
+    words: str,
+) -> None:
+    left_out = [Finding("feature.left-out", feature=name, reason=each) for name, each in skipped]
+    out.warn([*warnings, *left_out])
+    what = {
+        "added": _named(features),
+        "skipped": [{"id": name, "reason": reason} for name, reason in skipped],
+        "warnings": list(warnings),
+    }
+    _report(args, out, what, words)
 
 
 # --- in words ------------------------------------------------------------------------------------

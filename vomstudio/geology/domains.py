@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -72,6 +72,14 @@ def describe_domain(domain: DomainFigures, decimals: int) -> str:
         verdict=domain.axis.verdict,
         valid=domain.axis.valid,
     )
+
+
+def by_domains(axis: FoldAxis, one_axis: OneAxisFigures) -> FoldAxis:
+    """Return the axis of all planes with the verdict that its domains allow."""
+    if one_axis.serves_all:
+        return replace(axis, reasons=(*axis.reasons, *one_axis.reasons))
+    reasons = (*one_axis.reasons, *axis.reasons)
+    return replace(axis, verdict="two axes", valid="no", reasons=reasons)
 
 
 def domain_axes(

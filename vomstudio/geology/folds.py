@@ -93,8 +93,7 @@ class FoldAxis:
     registration_error_deg: larger half-angle of the 95 % region by which the registrations of the
     planes' models can turn beta, None where none is known. total: the joint 95 % region with it,
     None where that of the planes is not known.
-    strays: the planes that the verdict is not about; beta is that of all. judged: the reasons that
-    are the verdict's own.
+    strays: the planes that the verdict is not about; beta is that of all.
     """
 
     n: int
@@ -117,7 +116,6 @@ class FoldAxis:
     leave_one_out: LeaveOneOut | None = None
     pairs: tuple[PairFigures, ...] = ()
     strays: tuple[Stray, ...] = ()
-    judged: tuple[Finding, ...] = ()
 
     @property
     def error95_deg(self) -> float | None:
@@ -196,26 +194,33 @@ def fold_axis(
     uniform = uniformity(poles, False).p
     bowed = bowed_findings(bowed_deg, shape.arc_deg)
 
+    left_out = None if n < 4 else _leave_one_out(poles, axes[2])
+    called = names or [str(row + 1) for row in range(n)]
+    stray, others = strays_of(poles, axes), None
+    if stray.any():
+        kept = ~stray
+        azimuths, dips = np.atleast_1d(dip_direction_deg)[kept], np.atleast_1d(dip_deg)[kept]
+        rest = None if turns is None else turns.of(kept)
+        younger = None if flags is None else flags[kept]
+        known = [called[row] for row in np.flatnonzero(kept).tolist()]
+        others = fold_axis(azimuths, dips, rest, bowed_deg, waviness_deg, known, younger)
+        if others.valid == "no" or others.strays:
+            others = None
+
     def judged(error95_deg: float | None) -> Verdict:
         found = verdict_of(shape, error95_deg, uniform, waviness_deg)
         valid = "conditional" if bowed and found.valid == "yes" else found.valid
-        return replace(found, valid=valid, reasons=(*bowed, *found.reasons))
+        found = replace(found, valid=valid, reasons=(*bowed, *found.reasons))
+        if others is not None or left_out is None or semi_axes is None:
+            return found
+        return _on_many(found, poles, shape, left_out, semi_axes[0], called, bowed, waviness_deg)
 
     made = axis_of(poles, values, axes, semi_axes, axes[1], judged, turned, shape_findings(shape))
-    left_out = None if n < 4 else _leave_one_out(poles, axes[2])
     found = replace(made, shape=shape, limbs=_limbs(shape), leave_one_out=left_out)
-    stray = strays_of(poles, axes)
-    if not stray.any():
-        return _on_many(found, poles, names, bowed, waviness_deg)
-    azimuths, dips = np.atleast_1d(dip_direction_deg), np.atleast_1d(dip_deg)
-    rest = None if turns is None else turns.of(~stray)
-    called = [names[row] if names else str(row + 1) for row in np.flatnonzero(~stray).tolist()]
-    kept = None if flags is None else flags[~stray]
-    others = fold_axis(azimuths[~stray], dips[~stray], rest, bowed_deg, waviness_deg, called, kept)
-    if others.valid == "no" or others.strays:
-        return _on_many(found, poles, names, bowed, waviness_deg)
-    strayed = [int(row) for row in np.flatnonzero(stray)]
-    listed = [names[row] if names else str(row + 1) for row in strayed]
+    if others is None:
+        return found
+    strayed = np.flatnonzero(stray).tolist()
+    listed = [called[row] for row in strayed]
     return replace(
         found,
         strays=tuple(Stray(row, names[row] if names else None) for row in strayed),
@@ -237,60 +242,54 @@ def _semi_axes(values: Array, n: int) -> tuple[float, float] | None:
 
 
 def _on_many(
-    found: FoldAxis,
+    found: Verdict,
     poles: Array,
-    names: Sequence[str] | None,
+    shape: Shape,
+    left: LeaveOneOut,
+    most_deg: float,
+    names: Sequence[str],
     bowed: Sequence[Finding],
     waviness_deg: float | None,
-) -> FoldAxis:
+) -> Verdict:
     """The verdict, which must not rest on one plane: undetermined where beta turns out of its own
     95 % region without a plane, or the others have another verdict; the weaker of both validities.
     """
-    left, most, shape = found.leave_one_out, found.max_confidence95_deg, found.shape
-    if left is None or most is None or shape is None or found.n < FEW_PLANES:
+    if len(poles) < FEW_PLANES or found.name in ("homoclinal", "scattered"):
         return found
-    if found.verdict in ("homoclinal", "scattered"):
-        return found
-    turned = left.turn_deg > max(most, FELT_DEG)
+    turned = left.turn_deg > max(most_deg, FELT_DEG)
     row, other = lone_limb(poles), None
-    if row is None:
-        row, other = _decisive(found, poles, left.index, waviness_deg)
-    if row is None and turned and found.verdict not in ("conical", "two axes"):
+    if row is None and found.name != "undetermined":
+        row, other = _decisive(found, poles, shape, left.index, waviness_deg)
+    if row is None and turned and found.name not in ("conical", "two axes"):
         # Where there is no one axis beta may turn.
         row = left.index
     if row is None:
         return found
-    if other is not None and other.untested and found.verdict == "cylindrical":
-        said = cone_untested_finding(names[row] if names else str(row + 1), other)
+    if other is not None and other.untested and found.name == "cylindrical":
+        said = cone_untested_finding(names[row], other)
         return replace(found, valid="conditional", reasons=(said, *found.reasons))
     turn = left.turn_deg if turned and row == left.index else None
-    name = names[row] if names else str(row + 1)
-    said = lone_plane_finding(name, turn, most, other)
+    said = lone_plane_finding(names[row], turn, most_deg, other)
+    if found.name == "undetermined":
+        return replace(found, reasons=(said, *found.reasons))
     # What spoke for the shape does so no more.
-    reasons = found.reasons
-    if found.verdict != "undetermined":
-        reasons = tuple(each for each in reasons if each in bowed or each not in found.judged)
-    valid = "no" if found.valid == "no" and found.verdict == "undetermined" else "conditional"
-    return replace(found, verdict="undetermined", valid=valid, reasons=(said, *reasons))
+    return Verdict("undetermined", "conditional", (said, *bowed))
 
 
 def _decisive(
-    found: FoldAxis, poles: Array, turns_most: int, waviness_deg: float | None
+    found: Verdict, poles: Array, shape: Shape, turns_most: int, waviness_deg: float | None
 ) -> tuple[int | None, Verdict | None]:
     """The plane without which the others have another verdict, and that; only of the few that can
     be it: the ends of the arc, the one farthest from the great circle, the one that turns beta
     most."""
-    shape = found.shape
-    if shape is None or found.verdict == "undetermined":
-        return None, None
     far = int(np.argmax(np.abs(poles @ shape.axes[2])))
     for row in dict.fromkeys((*arc_ends(poles, shape.axes), turns_most, far)):
         # Two axes of the others would be no doubt of any other verdict.
-        two = found.verdict == "two axes"
+        two = found.name == "two axes"
         other = _verdict_without(poles, row, waviness_deg, two=two)
         # The best of several cones through all planes but one is often better by chance alone.
-        by_chance = found.verdict == "cylindrical" and other.name == "conical"
-        alike = other.name == found.verdict or found.valid == other.valid == "no"
+        by_chance = found.name == "cylindrical" and other.name == "conical"
+        alike = other.name == found.name or found.valid == other.valid == "no"
         if not alike and not by_chance:
             return row, other
     return None, None
@@ -351,7 +350,6 @@ def axis_of(
         valid=verdict.valid,
         verdict=verdict.name,
         reasons=(*verdict.reasons, *counted, *known, *said),
-        judged=verdict.reasons,
         registration_error_deg=registration,
         total=total,
     )

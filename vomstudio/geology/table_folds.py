@@ -13,7 +13,7 @@ from vomstudio.core.findings import Finding, Message, cause_of
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.common_turns import Turns
-from vomstudio.geology.domains import DomainFigures, OneAxisFigures, domain_axes
+from vomstudio.geology.domains import DomainFigures, OneAxisFigures, by_domains, domain_axes
 from vomstudio.geology.fold_options import FoldOptions
 from vomstudio.geology.fold_planes import FoldFilter, LeftOut, choose_planes, verdict_in
 from vomstudio.geology.folding.figures import AxisFigures
@@ -73,20 +73,15 @@ def table_fold(table: OrientationRows, options: FoldOptions | None = None) -> Ta
     which = FoldFilter(options.quality, options.only_set)
     choice = _Choice(table)
     axis = choice.find_axis(options.kind, sets, waviness_deg, which)
-    figures = {f.name: getattr(axis.figures, f.name) for f in fields(AxisFigures)}
-    rows = np.flatnonzero(choice.use)
-    worst = axis.leave_one_out
-    if worst is not None:
-        figures["leave_one_out"] = replace(worst, id=str(table.ids[rows[worst.index]]))
     found, one_axis = None, None
     if domain is not None:
         found, one_axis = _domains(table, choice, axis, domain, waviness_deg)
-        if not one_axis.serves_all:
-            figures.update(
-                verdict="two axes", valid="no", reasons=(*one_axis.reasons, *figures["reasons"])
-            )
-        else:
-            figures["reasons"] = (*figures["reasons"], *one_axis.reasons)
+        axis = by_domains(axis, one_axis)
+    figures = {f.name: getattr(axis.figures, f.name) for f in fields(AxisFigures)}
+    worst = axis.leave_one_out
+    if worst is not None:
+        rows = np.flatnonzero(choice.use)
+        figures["leave_one_out"] = replace(worst, id=str(table.ids[rows[worst.index]]))
     return TableFold(
         n=len(table),
         used=int(choice.use.sum()),

@@ -5,12 +5,11 @@ Every change is the journalled edit that the window makes, and is made at once, 
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -35,6 +34,8 @@ from vomstudio.errors import DocumentError, GeometryError, InputError, UsageErro
 from vomstudio.geology.profiles import PROFILES
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.places import why_not_at
 from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.io.control.observation_tables import Pairs
@@ -44,7 +45,7 @@ from vomstudio.io.models.converted_copy import write_converted
 from vomstudio.io.models.frames import establish_frame
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.project.folder import MODELS, Project
-from vomstudio.io.settings import Settings
+from vomstudio.io.settings import Settings, read_settings
 from vomstudio.jobs.drawing_tasks import collect_lines
 from vomstudio.progress import Progress, Silent
 from vomstudio.registration.evidence import Evidence, register
@@ -59,6 +60,7 @@ from vomstudio.workspace.drawn_traces import (
     trace_through,
     update_traces,
 )
+from vomstudio.workspace.layer_export import written_layers
 from vomstudio.workspace.models import name_of, new_model
 from vomstudio.workspace.placing.registering import (
     add_reference_error,
@@ -120,31 +122,98 @@ class AddedPicks:
     warnings: tuple[Message, ...]
 
 
-class HeadlessProject:
-    """A project without a window. Changes are in the journal at once; after `save` nobody who opens
-    the project is asked about unsaved work."""
+@dataclass(frozen=True, eq=False)
+class _Known:
+    """A model as it was read: its surface, bounds, some of its points and its resolution.
 
-    def __init__(self, project: Project, progress: Progress | None = None) -> None:
-        self.project = project
-        self._progress = progress or Silent()
-        self._surfaces: dict[str, PaintSurface | None] = {}
-        self._bounds: dict[str, npt.NDArray[np.float64]] = {}
-        self._extents: dict[str, npt.NDArray[np.float64]] = {}
-        # Only registrations need them.
-        self._resolutions: dict[str, Callable[[], float | None]] = {}
+    why_not : why it could not be read
+    """
+
+    surface: PaintSurface | None = None
+    bounds: Array | None = None
+    extent: Array | None = None
+    resolution: Callable[[], float | None] = lambda: None
+    why_not: tuple[Finding, ...] = ()
 
     @classmethod
-    @contextlib.contextmanager
-    def opened(
-        cls, folder: Path, settings: Settings, progress: Progress | None = None
-    ) -> Iterator[HeadlessProject]:
-        """Open a project and close it again. Raises InputError where the folder is no project, or
-        is open elsewhere."""
+    def of(cls, data: Mesh | PointCloud) -> _Known:
+        # Only registrations need the resolution.
+        resolution = partial(known_resolution, data)
+        return cls(surface_of(data), data.bounds, some_points(data), resolution)
+
+
+class HeadlessProject:
+    """An open project without a window: what every door without one stands on.
+
+    Changes are in the journal at once; after `save` nobody who opens the project is asked about
+    unsaved work. A context manager closes it.
+
+    settings : by which it was opened; warnings : about them; recovered : it has changes that a
+    crash left unsaved
+    """
+
+    def __init__(
+        self,
+        project: Project,
+        settings: Settings,
+        warnings: Sequence[Message] = (),
+        progress: Progress | None = None,
+    ) -> None:
+        self.project, self.settings, self.warnings = project, settings, tuple(warnings)
+        self._progress = progress or Silent()
+        self.recovered, self._opened_at = self.session.recovered, self.session.top
+        self._known: dict[str, _Known] = {}
+
+    # --- opening and closing -----------------------------------------------------------------
+    @classmethod
+    def open(cls, folder: Path, progress: Progress | None = None) -> Self:
+        """Open a project. Raises InputError if the folder is not one, or is open elsewhere."""
+        settings, problems = read_settings()
         project = Project.open(folder, settings=settings.affecting_results)
+        return cls(project, settings, problems, progress)
+
+    @classmethod
+    def create(cls, folder: Path) -> Self:
+        """Create a project. Raises TargetError if the folder exists or cannot be made."""
+        settings, problems = read_settings()
+        project = Project.create(folder, settings=settings.affecting_results)
+        return cls(project, settings, problems)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def save(self) -> list[Finding]:
+        """Mark the present state as saved and update the GIS layers; report if that failed."""
+        if self.session.dirty:
+            self.session.save()
+        self._has_been_saved()
+        return written_layers(self.project.folder, bool(self.session.features()))
+
+    def save_as(self, folder: Path) -> list[Finding]:
+        """Save the project in another folder and go on there; report files that are left out."""
+        left_out = self.project.save_as(folder)
+        self._has_been_saved()
+        return left_out
+
+    def _has_been_saved(self) -> None:
+        self.recovered, self._opened_at = False, self.session.top
+
+    def close(self) -> None:
+        """Close the project; unsaved changes are put aside, and `undo` brings them back.
+
+        What a crash left unsaved stays as it is if nothing else was changed.
+        """
+        session = self.session
         try:
-            yield cls(project, progress)
+            untouched = self.recovered and session.top == self._opened_at
+            # A folder that is gone or full has been reported when it was met.
+            if session.dirty and not untouched and self.project.write_failure is None:
+                session.discard_unsaved()
         finally:
-            project.close()
+            self.project.close()
 
     @property
     def session(self) -> Session:
@@ -260,10 +329,7 @@ class HeadlessProject:
             placement,
         )
         self.session.apply(edits.add_model(self.session.records, model))
-        self._surfaces[model.id] = surface_of(loaded.data)
-        self._bounds[model.id] = loaded.data.bounds
-        self._extents[model.id] = some_points(loaded.data)
-        self._resolutions[model.id] = partial(known_resolution, loaded.data)
+        self._known[model.id] = _Known.of(loaded.data)
         return AddedModel(model, True, (*loaded.warnings, *established.findings))
 
     def add_picks(
@@ -368,21 +434,21 @@ class HeadlessProject:
         from vomstudio.io.gis.crs import world_crs
         from vomstudio.io.project.listed_import import read_listed
 
-        surface, warnings = self._surface(model)
+        known = self._read(model)
         frame = model.frame
         found = read_listed(
             path, model, self.session.records, world_crs(frame.crs, frame.unit_m),
-            None if surface is None else surface.area_inside, self._bounds.get(model.id),
+            None if known.surface is None else known.surface.area_inside, known.bounds,
             self._progress,
         )  # fmt: skip
         edit = edits.add_features(self.session.records, found.features)
         self.session.apply(edit)
         added = tuple(r for r in edit.after.values() if isinstance(r, Feature))
-        return replace(found, features=added, warnings=(*warnings, *found.warnings))
+        return replace(found, features=added, warnings=(*known.why_not, *found.warnings))
 
     def _why_not_on(self, model: Model, points: Array) -> Finding | None:
         """Return why points (n, 3) in the frame of its file cannot lie on a model, or None."""
-        bounds = self._bounds.get(model.id)
+        bounds = self._read(model).bounds
         if bounds is None or not len(points):
             return None
         low, high = bounds
@@ -400,23 +466,17 @@ class HeadlessProject:
         Returns the placement, and by how many degrees the model and each set on it turned. Raises
         GeometryError.
         """
-        self._surface(model)
-        bounds, extent = self._bounds.get(model.id), self._extents.get(model.id)
+        known = self._read(model)
         placed = placed_by_points(
             pairs,
-            bounds,
+            known.bounds,
             model,
             crs,
-            extent,
+            known.extent,
             click_sigma_m=click_sigma_m,
-            resolution=self._resolution(model),
+            resolution=known.resolution(),
         )
         return self._placed(model, placed, registration_of(placed, pairs, model, crs))
-
-    def _resolution(self, model: Model) -> float | None:
-        """Return the resolution of a model in the unit of its file, None if it is not at hand."""
-        compute = self._resolutions.get(model.id)
-        return None if compute is None else compute()
 
     def fit_to_reference(
         self,
@@ -435,8 +495,7 @@ class HeadlessProject:
         """
         from vomstudio.workspace.placing.reference_fitting import Standing, fit_model
 
-        self._surface(model)
-        resolution = self._resolution(model)
+        resolution = self._read(model).resolution()
         evidence = Evidence(pairs=pairs, click_sigma_m=click_sigma_m, resolution=resolution)
         frame, registration = model.frame, model.registration
         scale_error = None if registration is None else registration.scale_error
@@ -507,10 +566,10 @@ class HeadlessProject:
             mine = [f for f in features if f.model_id == model.id]
             if not mine:
                 continue
-            surface, said = self._surface(model)
-            left += said
-            if surface is not None:
-                measured |= {f.id: measured_anew(surface, f) for f in mine}
+            known = self._read(model)
+            left += known.why_not
+            if known.surface is not None:
+                measured |= {f.id: measured_anew(known.surface, f) for f in mine}
         if features and not measured:
             return 0, tuple(left)
         self.session.apply(edits.update_surroundings(records, measured))
@@ -531,11 +590,6 @@ class HeadlessProject:
             raise DocumentError(Finding("edit.nothing-to-redo"))
         self.session.redo()
         return label
-
-    def save(self) -> None:
-        """Mark the present state as saved."""
-        if self.session.dirty:
-            self.session.save()
 
     # --- models' data ------------------------------------------------------------------------
     def read_model(self, model: Model) -> LoadedModel:
@@ -558,33 +612,17 @@ class HeadlessProject:
 
     def _surface_for_planes(self, model: Model) -> tuple[PaintSurface | None, tuple[Finding, ...]]:
         """Return the surface of a model, and findings about new planes if it is not known."""
-        surface, warnings = self._surface(model)
-        return surface, (*warnings, Finding("surroundings.unknown")) if warnings else ()
+        known = self._read(model)
+        return known.surface, known.why_not and (*known.why_not, Finding("surroundings.unknown"))
 
-    def _surface(self, model: Model) -> tuple[PaintSurface | None, tuple[Finding, ...]]:
-        """Return the surface of a model; None, with why, if its file is gone or has changed."""
-        if model.id in self._surfaces:
-            return self._surfaces[model.id], ()
-        path = self.project.find_model(model)
-        why = Finding("model.file-missing", model=model.name, file=model.path)
-        found: PaintSurface | None = None
-        if path is not None:
+    def _read(self, model: Model) -> _Known:
+        """Return what the file of a model contains, or why it cannot be read."""
+        if model.id not in self._known:
             try:
-                folder = model_cache.folder_of(path, self.project.cache)
-                loaded = model_cache.load(path, folder, self._progress)
-                if loaded.content_hash == model.content_hash:
-                    found = surface_of(loaded.data)
-                    self._bounds[model.id] = loaded.data.bounds
-                    self._extents[model.id] = some_points(loaded.data)
-                    self._resolutions[model.id] = partial(known_resolution, loaded.data)
-                else:
-                    why = Finding("model.changed", file=path, model=model.name)
+                self._known[model.id] = _Known.of(self.read_model(model).data)
             except VomError as error:
-                why = finding_of(error)
-        self._surfaces[model.id] = found
-        if found is not None:
-            return found, ()
-        return None, (why,)
+                self._known[model.id] = _Known(why_not=(finding_of(error),))
+        return self._known[model.id]
 
 
 def _matching(records: Sequence[Named], wanted: str) -> list[Named]:

@@ -71,17 +71,12 @@ def summarise(folder: Path) -> ProjectSummary:
     features = [r for r in records.values() if isinstance(r, Feature)]
     typed = [f for f in features if isinstance(f, Typed)]
     names = {r.id: r.name for r in records.values() if isinstance(r, FeatureType)}
-    on = Counter(getattr(f, "model_id", None) for f in features)
     return ProjectSummary(
         project=str(folder),
         schema=schema,
         sound=not played.problems,
         problems=tuple(played.problems),
-        models=tuple(
-            ModelFacts(m.id, m.name, m.path, m.kind, m.frame.name(), m.frame.crs, on[m.id])
-            for m in records.values()
-            if isinstance(m, Model)
-        ),
+        models=model_facts(records),
         features=len(features),
         kinds=dict(Counter(kind_of(f).name for f in features)),
         types=dict(Counter(names.get(f.type_id, f.type_id) for f in typed)),
@@ -94,6 +89,16 @@ def summarise(folder: Path) -> ProjectSummary:
         ),
         unsaved=played.top != played.saved_top,
         draft=played.draft is not None,
+    )
+
+
+def model_facts(records: Mapping[str, Record]) -> tuple[ModelFacts, ...]:
+    """Describe the models of a project, in the order in which they came."""
+    on = Counter(getattr(f, "model_id", None) for f in records.values() if isinstance(f, Feature))
+    return tuple(
+        ModelFacts(m.id, m.name, m.path, m.kind, m.frame.name(), m.frame.crs, on[m.id])
+        for m in records.values()
+        if isinstance(m, Model)
     )
 
 

@@ -87,12 +87,9 @@ def _add(
     Returns the traces that were ``added`` or ``updated``, and the features that are ``unchanged``.
     """
     from vomstudio.document.records import get_feature
-    from vomstudio.io.settings import read_settings
     from vomstudio.workspace.headless_project import HeadlessProject
-    from vomstudio.workspace.layer_export import written_layers
 
-    settings, problems = read_settings()
-    with HeadlessProject.opened(Path(project), settings, progress_of(args)) as desk:
+    with HeadlessProject.open(Path(project), progress_of(args)) as desk:
         drawn = desk.add_drawing(
             brought,
             names,
@@ -103,10 +100,8 @@ def _add(
             options.set or "",
             update=options.update,
         )
-        desk.save()
-        folder, records = desk.project.folder, desk.session.records
-        has_features = bool(desk.session.features())
-    messages = (*problems, *drawn.messages, *written_layers(folder, has_features))
+        messages = (*desk.warnings, *drawn.messages, *desk.save())
+        records = desk.session.records
     warnings += [each for each in messages if each not in warnings]
     ids = {
         "added": [trace.id for trace in drawn.traces],

@@ -13,7 +13,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.document.bed_words import POINT
 from vomstudio.document.measurement import Measurement, common_error_deg, scatter_of
 from vomstudio.document.records import Feature, Logged
-from vomstudio.errors import InputError, VomError
+from vomstudio.errors import InputError
 from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.orientation import Plane, angle_between_planes
 from vomstudio.words import tr
@@ -93,30 +93,27 @@ def words_along(line: Feature) -> dict[str, RockWords]:
     return {key: RockWords(lithology, notes) for key, lithology, notes in beds}
 
 
-def answer(question: LogQuestion) -> LogAnswer | VomError:
-    """What `vomstudio log` says of these boundaries, or why it says nothing."""
+def answer(question: LogQuestion) -> LogAnswer:
+    """What `vomstudio log` says of these boundaries. Raises VomError."""
     from vomstudio.geology.beds.bed_log import bed_log
 
     q = question
-    try:
-        reach = _reach(q)
-        boundaries = _boundaries(q, reach)
-        bed = _bed(q, boundaries, reach)
-        sigma = q.options.sigma_m
-        if sigma is None:
-            met = [q.traces[b.key] for b in boundaries if b.key in q.traces]
-            # The line itself follows the face: how it strays from a plane is no error.
-            sigma = scatter_of([replace(q.line, fit=None), *met])
-        # Names tell the boundaries of an interval apart, so each is another one.
-        told = told_apart([b.name for b in boundaries])
-        said = [q.words.get(b.key, RockWords()) for b in boundaries]
-        found = bed_log(
-            [b.place for b in boundaries], bed.plane, names=told,
-            lithologies=[w.lithology for w in said], notes=[w.notes for w in said],
-            sigma_m=sigma, bed_error_deg=bed.error95_deg, overturned=q.options.overturned,
-        )  # fmt: skip
-    except VomError as error:
-        return error
+    reach = _reach(q)
+    boundaries = _boundaries(q, reach)
+    bed = _bed(q, boundaries, reach)
+    sigma = q.options.sigma_m
+    if sigma is None:
+        met = [q.traces[b.key] for b in boundaries if b.key in q.traces]
+        # The line itself follows the face: how it strays from a plane is no error.
+        sigma = scatter_of([replace(q.line, fit=None), *met])
+    # Names tell the boundaries of an interval apart, so each is another one.
+    told = told_apart([b.name for b in boundaries])
+    said = [q.words.get(b.key, RockWords()) for b in boundaries]
+    found = bed_log(
+        [b.place for b in boundaries], bed.plane, names=told,
+        lithologies=[w.lithology for w in said], notes=[w.notes for w in said],
+        sigma_m=sigma, bed_error_deg=bed.error95_deg, overturned=q.options.overturned,
+    )  # fmt: skip
     if not bed.are_parallel or bed.fit95_deg > _DOUBTFUL_DEG:
         warning = Finding("log.beds-not-parallel", count=len(bed.ids), error_deg=bed.fit95_deg)
         found = replace(found, warnings=(*found.warnings, warning))

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from html import escape
 
 import numpy as np
-from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QPushButton
+from PySide6.QtWidgets import QLineEdit, QPushButton
 
 from vomstudio.core.findings import Finding
 from vomstudio.document.kinds import kind_of
@@ -19,15 +19,13 @@ from vomstudio.io.project.feature_table import feature_table
 from vomstudio.io.text.orientation_reading import OrientationTable
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.tools.interaction_types import Area
-from vomstudio.ui.analyse.seen_panel import SeenPanel
+from vomstudio.ui.analyse.analysis_panel import AnalysisPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import chosen_features, why_none_chosen
-from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import drawn_points
-from vomstudio.ui.common.qt_background import NewestResult
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import narrow_form
+from vomstudio.ui.common.widgets import allow, button_row, narrow_form
 from vomstudio.ui.forms.figures_page import FiguresPage
 from vomstudio.ui.forms.form_beside import FormBeside
 from vomstudio.ui.interpret.tool_panels.common import hint_label
@@ -39,18 +37,13 @@ _COLOR = (1.0, 0.76, 0.03)
 _CORNERS = 48
 
 
-class RepeatsPanel(SeenPanel):
-    """found : what is shown, None where there is none"""
+class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
+    """Picks offered a second time, and their spread."""
 
     def __init__(self, studio: Studio, view: OutcropView) -> None:
-        super().__init__(studio)
-        explain(self, "fractures.md#picked-again")
+        super().__init__(studio, "repeats", "fractures.md#picked-again", tr("Counting…"))
         self._view = view
         self._round = studio.workspace.repeats
-        self.found: TableRepeats | None = None
-        self._asked = NewestResult(
-            self, self._came, studio.fail, lambda: self.said.setText(tr("Counting…"))
-        )
         self.interpreter = QLineEdit()
         self.interpreter.setObjectName("repeats_interpreter")
         self.interpreter.setPlaceholderText(tr("initials"))
@@ -58,14 +51,14 @@ class RepeatsPanel(SeenPanel):
         self.share.setObjectName("repeats_share")
         self.share.setToolTip(tr("How many of the picks are offered again, in percent."))
         self.begin = QPushButton(theme.icon("replay"), tr("Offer picks again"))
+        self.begin.setToolTip(tr("A random share of the picks, the first ones hidden."))
         self.name = QPushButton(tr("Name the selected"))
+        self.name.setToolTip(tr("Say that the selected features were picked by this interpreter."))
         self.look = QPushButton(theme.icon("image-filter-center-focus"), tr("Show the place"))
         self.skip = QPushButton(tr("Skip"))
         self.stop = QPushButton(tr("Stop"))
         self.offered = hint_label()
         self.offered.setObjectName("repeats_offered")
-        self.said = hint_label()
-        self.said.setObjectName("repeats_said")
         self.figures = FiguresPage(_first_step())
         self.figures.setAccessibleName(tr("Spread of the repeats"))
         self._arrange()
@@ -75,18 +68,9 @@ class RepeatsPanel(SeenPanel):
         form = narrow_form()
         form.addRow(tr("Interpreter"), self.interpreter)
         form.addRow(tr("Share (%)"), self.share)
-        body = FormBeside(self)
-        column = body.column
-        column.addLayout(form)
-        for row_of in ((self.begin, self.name), (self.look, self.skip, self.stop)):
-            row = QHBoxLayout()
-            for button in row_of:
-                row.addWidget(button)
-            row.addStretch()
-            column.addLayout(row)
-        column.addWidget(self.offered)
-        column.addWidget(self.said)
-        body.put_beside(self.figures)
+        first = button_row(self.begin, self.name)
+        second = button_row(self.look, self.skip, self.stop)
+        FormBeside.fill(self, form, first, second, self.offered, self.said, beside=self.figures)
 
     def _connect(self) -> None:
         studio = self._studio
@@ -95,19 +79,18 @@ class RepeatsPanel(SeenPanel):
             (self.skip, self._round.skip), (self.stop, self._round.stop),
         ):  # fmt: skip
             button.clicked.connect(lambda _=False, run=run: self._run(run))
-        self.share.textChanged.connect(lambda _: self._refresh_buttons())
+        self.share.textChanged.connect(lambda _: self._refresh())
         studio.project_opened.connect(self._soon)
         studio.edited.connect(self._soon)
         studio.selection_changed.connect(lambda _: self._refresh_name())
         self._round.changed.connect(self._offer)
-        studio.jobs.closed.connect(self._asked.close)
 
     def _run(self, run: Callable[[], object]) -> None:
         try:
             run()
         except VomError as error:
             self._studio.fail(error)
-        self._refresh_buttons()
+        self._refresh()
 
     # --- a round -----------------------------------------------------------------------------
     def _begin(self) -> None:
@@ -144,7 +127,7 @@ class RepeatsPanel(SeenPanel):
                    kind=tr(kind_of(feature).title).lower())
             )  # fmt: skip
             self._look()
-        self._refresh_buttons()
+        self._refresh()
 
     def _look(self) -> None:
         """Before the face around the place, so that the attitude is not given away."""
@@ -186,15 +169,8 @@ class RepeatsPanel(SeenPanel):
             viewport.features.change({_PLACE: drawing})
 
     # --- figures -----------------------------------------------------------------------------
-    def show_now(self) -> None:
-        if not self._studio.has_project:
-            return
-        why = self._asked.answer(self._question(), table_repeats)
-        if why is not None:
-            self.found = None
-            self.said.clear()
-            self.figures.say(why)
-        self._refresh_buttons()
+    def _answer(self, question: OrientationTable) -> TableRepeats:
+        return table_repeats(question)
 
     def _question(self) -> OrientationTable | str:
         studio = self._studio
@@ -207,14 +183,18 @@ class RepeatsPanel(SeenPanel):
         except VomError as error:
             return error.message
 
-    def _came(self, made: TableRepeats) -> None:
-        self.found = made
-        names = {f.id: f.name for f in self._studio.session.of(Repeatable)}
-        self.said.setText("\n".join(map(str, made.reasons)))
-        self.figures.setHtml(figures_html(made, names))
-        self._refresh_buttons()
+    def _result_text(self, made: TableRepeats) -> str:
+        return "\n".join(map(str, made.reasons))
 
-    def _refresh_buttons(self) -> None:
+    def _show(self, answered: TableRepeats | None, said: str) -> None:
+        super()._show(answered, "" if answered is None else said)
+        if answered is None:
+            self.figures.say(said)
+        else:
+            names = {f.id: f.name for f in self._studio.session.of(Repeatable)}
+            self.figures.setHtml(figures_html(answered, names))
+
+    def _refresh(self) -> None:
         if not self._studio.has_project:
             return
         going = self._round.current is not None
@@ -223,17 +203,16 @@ class RepeatsPanel(SeenPanel):
             why = tr("There are no picks that were not repeated yet.")
         if why is None and self._share() is None:
             why = tr("A share lies between 0 and 100 percent.")
-        _allow(self.begin, why, tr("A random share of the picks, the first ones hidden."))
+        allow(self.begin, why)
         for button in (self.look, self.skip, self.stop):
-            _allow(button, None if going else tr("No pick is offered."), "")
+            allow(button, None if going else tr("No pick is offered."))
         self._refresh_name()
 
     def _refresh_name(self) -> None:
         # The picks that could be offered do not change with what is selected.
         if not self._studio.has_project:
             return
-        _allow(self.name, why_none_chosen(self._studio),
-               tr("Say that the selected features were picked by this interpreter."))  # fmt: skip
+        allow(self.name, why_none_chosen(self._studio))
 
 
 def _first_step() -> str:
@@ -282,8 +261,3 @@ def figures_html(found: TableRepeats, names: dict[str, str]) -> str:
 
 def _degrees(value: float | None) -> str:
     return "–" if value is None else f"{value:.1f}°"
-
-
-def _allow(button: QPushButton, why_not: str | None, tip: str) -> None:
-    button.setEnabled(why_not is None)
-    button.setToolTip(tip if why_not is None else tr("Not now: {reason}", reason=why_not))

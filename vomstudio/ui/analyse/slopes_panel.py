@@ -24,9 +24,9 @@ from vomstudio.geology.notation import format_plane, parse_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.geology.slopes import SlopeFace
+from vomstudio.ui.analyse.analysis_panel import AnalysisPanel
 from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
 from vomstudio.ui.analyse.picture_file import ask_for_picture
-from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.analyse.slope_answer import (
     SlopeAnswer,
     SlopeQuestion,
@@ -46,35 +46,27 @@ from vomstudio.ui.analyse.slope_facets import (
 )
 from vomstudio.ui.analyse.slope_results import SlopeResults
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.qt_background import NewestResult, QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, allow
 from vomstudio.ui.forms.copied_command import CopyCommandButton, Words
 from vomstudio.ui.forms.copied_planes import copy_with_table
 from vomstudio.ui.forms.options_form import OptionFields
-from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
+from vomstudio.ui.interpret.tool_panels.common import narrow_column
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.display import usual_look
 
 _FRICTION_DEG = 30.0
 
 
-class SlopesPanel(SeenPanel):
-    """answered : what is shown, None where there is nothing to say"""
+class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | FacetsAnswer]):
+    """One face, or each facet that was found on the model."""
 
     def __init__(self, studio: Studio) -> None:
-        super().__init__(studio)
-        explain(self, "conventions.md#slopes")
+        super().__init__(studio, "slope", "conventions.md#slopes", tr("Computing…"))
         self._writing = False
         self._notation = ""
         self._chosen_here: tuple[str, ...] | None = None
         self._features: list[Typed] = []
-        self.answered: SlopeAnswer | None = None
-        self._background = QtBackground(self)
-        self._asked = NewestResult(
-            self, self._came, self._failed, lambda: self.said.setText(tr("Computing…"))
-        )
         self.of = GroupBox(studio, tr("All planes"))
         self.of.setAccessibleName(tr("Planes"))
         self.of.activated.connect(self._group_chosen)
@@ -106,11 +98,8 @@ class SlopesPanel(SeenPanel):
         )
         self.limits.keep_narrow()
         self.limits.activated.connect(self._soon)
-        self.said = hint_label()
-        self.said.setObjectName("slope_said")
         self.results = SlopeResults()
         self.results.chosen.connect(self._select)
-        self.by_facet: FacetsAnswer | None = None
         self.facets = FacetSlopesView()
         self.facets.setVisible(False)
         self.facets.painted.connect(lambda _: self._paint())
@@ -126,7 +115,6 @@ class SlopesPanel(SeenPanel):
         studio.edited.connect(self._edited)
         studio.selection_changed.connect(lambda _: self._selected())
         studio.facets.changed.connect(self._facets_changed)
-        studio.jobs.closed.connect(self._close)
         self._notation_changed()
 
     def _arrange(self) -> None:
@@ -184,17 +172,24 @@ class SlopesPanel(SeenPanel):
             self._soon()
 
     # --- the question ------------------------------------------------------------------------
-    def show_now(self) -> None:
+    def _list(self) -> None:
         self.of.list_groups()
         self._refresh_take()
-        if self._at_facets:
-            why = self._asked.answer(self._facets_question(), answer_facets)
-        else:
-            why = self._asked.answer(self._question(), answer)
-        if why is None:
-            self._refresh_buttons()
-        else:
-            self._show(None, why)
+
+    def _answer(self, question: SlopeQuestion | FacetsQuestion) -> SlopeAnswer | FacetsAnswer:
+        if isinstance(question, FacetsQuestion):
+            return answer_facets(question)
+        return answer(question)
+
+    @property
+    def by_facet(self) -> FacetsAnswer | None:
+        """The result of each facet, if it is shown."""
+        return self.answered if isinstance(self.answered, FacetsAnswer) else None
+
+    @property
+    def by_face(self) -> SlopeAnswer | None:
+        """The result of one face, if it is shown."""
+        return self.answered if isinstance(self.answered, SlopeAnswer) else None
 
     @property
     def _at_facets(self) -> bool:
@@ -214,8 +209,9 @@ class SlopesPanel(SeenPanel):
             return tr("There are no planes here. Pick some, or import field measurements.")
         return features, dict(measured)
 
-    def _question(self) -> SlopeQuestion | str:
-        """Or why there is none."""
+    def _question(self) -> SlopeQuestion | FacetsQuestion | str:
+        if self._at_facets:
+            return self._facets_question()
         planes = self._planes()
         if isinstance(planes, str):
             return planes
@@ -273,29 +269,20 @@ class SlopesPanel(SeenPanel):
             self._studio.facets.paint_shares(mode, shares_of(self.by_facet, mode))
 
     # --- the answer --------------------------------------------------------------------------
-    def _came(self, made: SlopeAnswer | FacetsAnswer) -> None:
-        if isinstance(made, SlopeAnswer):
-            self._show(made, " ".join([_counted(made), *map(str, made.found.warnings)]))
-        else:
-            self._show(made, " ".join([_counted_facets(made), *map(str, made.found.warnings)]))
-            self._paint()
+    def _result_text(self, made: SlopeAnswer | FacetsAnswer) -> str:
+        counted = _counted(made) if isinstance(made, SlopeAnswer) else _counted_facets(made)
+        return " ".join([counted, *map(str, made.found.warnings)])
 
-    def _failed(self, error: VomError) -> None:
-        self._show(None, error.message)
-
-    def _show(self, answered: SlopeAnswer | FacetsAnswer | None, said: str) -> None:
-        self.answered = answered if isinstance(answered, SlopeAnswer) else None
-        self.by_facet = answered if isinstance(answered, FacetsAnswer) else None
-        self.said.setText(said)
+    def _draw(self) -> None:
         self.results.setVisible(not self._at_facets)
         self.facets.setVisible(self._at_facets)
         found = self._studio.facets.found
         opened = None if found is None else self._studio.models.get(found.model_id)
         look = usual_look([] if opened is None else [opened.data])
         self.facets.show_answer(self.by_facet, self._studio.settings.notation, look)
-        self.results.show_answer(self.answered, self._studio.settings.notation)
+        self.results.show_answer(self.by_face, self._studio.settings.notation)
         self.results.mark(self._studio.selection.ids)
-        self._refresh_buttons()
+        self._paint()
 
     def _select(self, ids: list[str]) -> None:
         # One may be deleted that is still listed.
@@ -327,11 +314,11 @@ class SlopesPanel(SeenPanel):
             self.face.setText(format_plane(plane, self._notation, 1))
 
     # --- what is taken away ------------------------------------------------------------------
-    def _refresh_buttons(self) -> None:
+    def _refresh(self) -> None:
         why = None
         if self._asked.waiting:
             why = tr("the planes are being looked at")
-        elif self.answered is None and self.by_facet is None:
+        elif self.answered is None:
             why = (
                 tr("find the facets first")
                 if self._at_facets
@@ -353,9 +340,9 @@ class SlopesPanel(SeenPanel):
         if self.by_facet is not None:
             self._copy_facets(self.by_facet)
             return
-        if self.answered is None:
+        if self.by_face is None:
             return
-        question = self.answered.question
+        question = self.by_face.question
         copy_with_table(
             self, self._studio, "slope-planes.csv", [f.id for f in question.features],
             partial(words_of, question.face),
@@ -379,26 +366,21 @@ class SlopesPanel(SeenPanel):
 
     def write_figure(self, path: Path) -> None:
         """The four nets to a file, in a thread."""
-        if self.answered is None:
+        if self.by_face is None:
             return
         self._writing = True
-        self._refresh_buttons()
+        self._refresh()
         studio, said = self._studio, tr("Exported to {file}.", file=path)
         self._background.run(
-            partial(write_figure, self.answered, path),
+            partial(write_figure, self.by_face, path),
             lambda _: self._written(partial(studio.info, said)),
             lambda error: self._written(partial(studio.fail, error)),
         )
 
     def _written(self, report: Callable[[], None]) -> None:
         self._writing = False
-        self._refresh_buttons()
+        self._refresh()
         report()
-
-    def _close(self) -> None:
-        self._timer.stop()
-        self._asked.close()
-        self._background.stop()
 
 
 def _counted(made: SlopeAnswer) -> str:

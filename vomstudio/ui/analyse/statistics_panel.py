@@ -14,8 +14,8 @@ from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import FeatureType, Typed
 from vomstudio.document.registration_errors import models_of, turns_of
 from vomstudio.errors import VomError
+from vomstudio.ui.analyse.analysis_panel import LazyPanel
 from vomstudio.ui.analyse.group_box import SELECTED, Choice, GroupBox
-from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.analyse.statistics_words import Rows, domain_rows, fold_rows, statistics_rows
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from vomstudio.geology.folds import FoldAxis
 
 
-class StatisticsPanel(SeenPanel):
+class StatisticsPanel(LazyPanel):
     """Figures of one group of features. Kinds are never pooled, except where the user selects
     them, and then it is said."""
 
@@ -146,8 +146,8 @@ class StatisticsPanel(SeenPanel):
             axis = planes.axis()
         except VomError as error:
             return [(title, [(tr("Verdict"), error.message)])]
-        rows = fold_rows(axis, planes, self._studio.settings.notation)
-        return [(title, rows), *_domains(planes, axis)]
+        axis, domains = _domains(planes, axis)
+        return [(title, fold_rows(axis, planes, self._studio.settings.notation)), *domains]
 
     def _pooled(self, features: Sequence[Typed]) -> Rows:
         kinds = {f.type_id for f in features}
@@ -163,10 +163,10 @@ class StatisticsPanel(SeenPanel):
         return [(tr("Mind"), said)]
 
 
-def _domains(planes: FoldPlanes, axis: FoldAxis) -> list[tuple[str, Rows]]:
+def _domains(planes: FoldPlanes, axis: FoldAxis) -> tuple[FoldAxis, list[tuple[str, Rows]]]:
     """The domains of the planes of a type (hanging wall, footwall), and where none is in any its
-    sets, if there are several."""
-    from vomstudio.geology.domains import domain_axes
+    sets, if there are several; with the axis as its domains allow it."""
+    from vomstudio.geology.domains import by_domains, domain_axes
 
     stated = any(feature.domain for feature in planes.features)
     members: dict[str, list[int]] = {}
@@ -174,13 +174,15 @@ def _domains(planes: FoldPlanes, axis: FoldAxis) -> list[tuple[str, Rows]]:
         name = feature.domain or tr("no domain") if stated else feature.set_name or tr("no set")
         members.setdefault(name, []).append(row)
     if len(members) < 2:
-        return []
+        return axis, []
     beds = {
         name: (planes.azimuth_deg[own], planes.dip_deg[own])
         for name, own in sorted(members.items(), key=lambda item: natural(item[0]))
     }
     title = tr("Its domains") if stated else tr("Its sets as domains")
-    return [(title, domain_rows(*domain_axes(beds, axis)))]
+    figures, one_axis = domain_axes(beds, axis)
+    axis = by_domains(axis, one_axis) if stated else axis
+    return axis, [(title, domain_rows(figures, one_axis))]
 
 
 def _empty(choice: Choice) -> str:

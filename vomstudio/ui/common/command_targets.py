@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from PySide6.QtCore import QStandardPaths
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
-from vomstudio.document.records import Model, OnAModel, Typed, get_feature
+from vomstudio.document.records import Feature, Model, OnAModel, Picked, Typed, get_feature
 from vomstudio.files.regular import is_folder
 from vomstudio.paths import resource
 from vomstudio.ui.common.studio import Studio
@@ -18,6 +18,8 @@ from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
     from vomstudio.document.measurement import Measurement
+
+Line = TypeVar("Line", bound=Picked)
 
 
 def chosen_features(studio: Studio) -> list[str]:
@@ -52,6 +54,18 @@ def current_model(studio: Studio) -> Model | None:
     if len(undeclared) == 1:
         return undeclared[0]
     return models[-1] if models else None
+
+
+def current_feature(studio: Studio) -> Feature | None:
+    """The feature that was selected last."""
+    current = studio.selection.current if studio.has_project else None
+    return None if current is None else get_feature(studio.records, current)
+
+
+def current_line(studio: Studio, kind: type[Line], least: int = 2) -> Line | None:
+    """The selected feature if it is of this kind and has enough vertices."""
+    found = current_feature(studio)
+    return found if isinstance(found, kind) and len(found.vertices) >= least else None
 
 
 def start_folder(studio: Studio) -> str:

@@ -277,6 +277,26 @@ def row_of(*widgets: QWidget) -> QWidget:
     return row
 
 
+def button_row(*buttons: QWidget) -> QHBoxLayout:
+    """Buttons side by side, at the left."""
+    row = QHBoxLayout()
+    for button in buttons:
+        row.addWidget(button)
+    row.addStretch()
+    return row
+
+
+def icon_button(icon: str, text: str) -> QToolButton:
+    """A button that shows its text as a tooltip."""
+    from vomstudio.ui.common import theme
+
+    button = QToolButton()
+    button.setIcon(theme.icon(icon))
+    button.setAccessibleName(text)
+    button.setToolTip(text)
+    return button
+
+
 def file_field(name: str, choose: str, browse: Callable[[], object]) -> tuple[QLineEdit, QWidget]:
     """A field for a file's path, and the row that holds it with a button beside it.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, QSize
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QBoxLayout, QLayout, QVBoxLayout, QWidget
 
 from vomstudio.ui.common.widgets import Scrolling
 
@@ -32,6 +32,18 @@ class FormBeside(QWidget):
         self._scrolls = Scrolling(self._form)
         self._form.installEventFilter(self)
         self._beside = False
+
+    @classmethod
+    def fill(cls, panel: QWidget, *parts: QWidget | QLayout, beside: QWidget) -> FormBeside:
+        """Fill a panel with parts in a column and a picture beside it."""
+        body = cls(panel)
+        for part in parts:
+            if isinstance(part, QLayout):
+                body.column.addLayout(part)
+            else:
+                body.column.addWidget(part)
+        body.put_beside(beside)
+        return body
 
     def put_beside(self, picture: QWidget) -> None:
         """Once the column of the form is full."""

@@ -7,15 +7,15 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QWidget
 
 from vomstudio.errors import VomError
 from vomstudio.geology.notation import format_plane, parse_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.vectors import wrap360
-from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import current_measurement
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import icon_button
 from vomstudio.words import tr
 
 ViewDirection = Callable[[], tuple[float, float] | None]
@@ -37,7 +37,7 @@ class PlaneField(QWidget):
         self.line = QLineEdit()
         self.line.setObjectName(name)
         self.line.textChanged.connect(lambda _: self.changed.emit())
-        self.take = _button("cursor-default-click-outline", tr("Take selected"))
+        self.take = icon_button("cursor-default-click-outline", tr("Take selected"))
         self.take.clicked.connect(lambda _=False: self._take_selected())
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -45,7 +45,7 @@ class PlaneField(QWidget):
         row.addWidget(self.line, 1)
         row.addWidget(self.take)
         if view is not None:
-            self.facing = _button("eye-outline", tr("Take this view"))
+            self.facing = icon_button("eye-outline", tr("Take this view"))
             self.facing.setToolTip(tr("The plane that faces the view of the outcrop."))
             self.facing.clicked.connect(lambda _=False: self._take_view())
             row.addWidget(self.facing)
@@ -103,11 +103,3 @@ class PlaneField(QWidget):
 def plane_text(plane: Plane) -> str:
     """Return a plane as options take it, dip direction and dip."""
     return f"{plane.dip_direction_deg:.10g}/{plane.dip_deg:.10g}"
-
-
-def _button(icon: str, text: str) -> QToolButton:
-    button = QToolButton()
-    button.setIcon(theme.icon(icon))
-    button.setAccessibleName(text)
-    button.setToolTip(text)
-    return button

@@ -254,17 +254,7 @@ class ViewPanel(QWidget):
         where it is known."""
         axis = self._bedding.found()
         if not isinstance(axis, Finding) and angle_between_lines(axis.beta, direction) < SAME_DEG:
-            text = tr_n(
-                "Along the fold axis (beta) {line} (95 %) of {count} bedding plane; "
-                "verdict: {verdict}; view along it valid: {valid}.",
-                "Along the fold axis (beta) {line} (95 %) of {count} bedding planes; "
-                "verdict: {verdict}; view along it valid: {valid}.",
-                axis.n,
-                line=format_attitude(axis.beta, axis.error95_deg),
-                verdict=axis.verdict,
-                valid=axis.valid,
-            )
-            return text, axis.error95_deg
+            return _axis_text(axis), axis.error95_deg
         # Of thousands that are selected none is what somebody looks along.
         for id_ in islice(reversed(self._studio.selection.ids), _MOST_ASKED):
             feature = get_feature(self._studio.records, id_)
@@ -395,16 +385,7 @@ class ViewPanel(QWidget):
         )
         self._show_cost()
         if not isinstance(axis, Finding):
-            text = tr_n(
-                "<b>Fold axis (beta) {line}</b> (95 %) of {count} bedding plane<br>"
-                "Verdict: {verdict} (valid: {valid})",
-                "<b>Fold axis (beta) {line}</b> (95 %) of {count} bedding planes<br>"
-                "Verdict: {verdict} (valid: {valid})",
-                axis.n,
-                line=format_attitude(axis.beta, axis.error95_deg),
-                verdict=axis.verdict,
-                valid=axis.valid,
-            )
+            text = f"<b>{escape(_axis_text(axis))}</b>"
             reasons = (f"• {reason}" for reason in (*axis.reasons, *self._bedding.doubts()))
             self._verdict.setText("<br>".join([text, *map(escape, reasons)]))
         else:
@@ -438,3 +419,16 @@ class ViewPanel(QWidget):
 def _enable(button: QPushButton, why_not: str | None) -> None:
     button.setEnabled(why_not is None)
     button.setToolTip("" if why_not is None else tr("Not now: {reason}", reason=why_not))
+
+
+def _axis_text(axis: FoldAxis) -> str:
+    return tr_n(
+        "Along the fold axis (beta) {line} (95 %) of {count} bedding plane; "
+        "verdict: {verdict}; view along it valid: {valid}.",
+        "Along the fold axis (beta) {line} (95 %) of {count} bedding planes; "
+        "verdict: {verdict}; view along it valid: {valid}.",
+        axis.n,
+        line=format_attitude(axis.beta, axis.error95_deg),
+        verdict=axis.verdict,
+        valid=axis.valid,
+    )

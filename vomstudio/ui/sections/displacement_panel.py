@@ -13,7 +13,6 @@ import numpy.typing as npt
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QAbstractItemView,
-    QHBoxLayout,
     QHeaderView,
     QPushButton,
     QTableWidget,
@@ -34,12 +33,12 @@ from vomstudio.geology.notation import exact_line, exact_plane, format_attitude
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.units import Axes
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
-from vomstudio.ui.analyse.seen_panel import SeenPanel
+from vomstudio.ui.analyse.analysis_panel import LazyPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import LowTable, narrow_form
+from vomstudio.ui.common.widgets import LowTable, allow, button_row, narrow_form
 from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
     Words,
@@ -77,7 +76,7 @@ class Answered:
     found: Displacements
 
 
-class DisplacementPanel(SeenPanel):
+class DisplacementPanel(LazyPanel):
     """pairs : of ids of traces, both of one bed; answered : None where there is nothing to say"""
 
     def __init__(self, studio: Studio) -> None:
@@ -94,6 +93,7 @@ class DisplacementPanel(SeenPanel):
         unknown = DisplacementOptions(fault="000/90")
         self.options = OptionFields(DisplacementOptions, "displacement", unknown)
         self.add = QPushButton(theme.icon("plus"), tr("Add the selected two"))
+        self.add.setToolTip(tr("A pair of cut-offs of one bed."))
         self.remove = QPushButton(theme.icon("minus"), tr("Remove"))
         self.table = _table()
         follow_axes(studio, self._show_axes)
@@ -110,7 +110,7 @@ class DisplacementPanel(SeenPanel):
             taken.changed.connect(self._soon)
         self.add.clicked.connect(lambda _=False: self.add_pair())
         self.remove.clicked.connect(lambda _=False: self._remove())
-        self.table.itemSelectionChanged.connect(self._row_chosen)
+        self.table.itemSelectionChanged.connect(self._refresh)
         studio.project_opened.connect(self._opened)
         studio.edited.connect(self._edited)
         studio.settings_changed.connect(self._soon)
@@ -125,10 +125,7 @@ class DisplacementPanel(SeenPanel):
         form.addRow(tr("Bed"), self.bed)
         form.addRow(tr("Slip"), self.slip)
         self.options.add_rows(form)
-        buttons = QHBoxLayout()
-        for button in (self.add, self.remove, self.copy):
-            buttons.addWidget(button)
-        buttons.addStretch()
+        buttons = button_row(self.add, self.remove, self.copy)
         column = narrow_column(self)
         column.addLayout(form)
         column.addLayout(buttons)
@@ -156,9 +153,6 @@ class DisplacementPanel(SeenPanel):
         if 0 <= row < len(self.pairs):
             del self.pairs[row]
             self.refresh()
-
-    def _row_chosen(self) -> None:
-        self._refresh()
 
     def _take_slip_error(self) -> None:
         current = self._studio.selection.current
@@ -333,15 +327,10 @@ class DisplacementPanel(SeenPanel):
 
     def _refresh(self) -> None:
         two = self._selected_two() if self._studio.has_project else None
-        self.add.setEnabled(two is not None)
-        self.add.setToolTip(
-            tr("A pair of cut-offs of one bed.")
-            if two is not None
-            else tr("Select two traces of one bed first (Ctrl adds to the selection).")
-        )
+        lacking = tr("Select two traces of one bed first (Ctrl adds to the selection).")
+        allow(self.add, None if two is not None else lacking)
         chosen = 0 <= self.table.currentRow() < len(self.pairs)
-        self.remove.setEnabled(chosen)
-        self.remove.setToolTip("" if chosen else tr("Choose a pair in the table first."))
+        allow(self.remove, None if chosen else tr("Choose a pair in the table first."))
         self.copy.allow(None if self.answered is not None else tr("there is no result yet"))
 
     # --- the command -------------------------------------------------------------------------

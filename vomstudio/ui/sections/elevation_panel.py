@@ -8,7 +8,6 @@ from typing import Any
 
 from PySide6.QtWidgets import (
     QFileDialog,
-    QHBoxLayout,
     QPushButton,
     QWidget,
 )
@@ -30,7 +29,7 @@ from vomstudio.ui.common.command_targets import may_replace, start_folder
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import allow, file_field, narrow_form
+from vomstudio.ui.common.widgets import allow, button_row, file_field, narrow_form
 from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
     Words,
@@ -97,22 +96,12 @@ class ElevationPanel(QWidget):
         form.addRow(tr("Over"), self.plane)
         self.grid.add_rows(form)
         self.also.add_rows(form)
-        boxes = QHBoxLayout()
-        for name in ("hillshade", "slope", "aspect"):
-            boxes.addWidget(self.also.fields[name])
-        boxes.addStretch()
+        boxes = button_row(*(self.also.fields[name] for name in ("hillshade", "slope", "aspect")))
         form.addRow(tr("Also"), boxes)
         form.addRow(tr("File"), self._file)
-        buttons = QHBoxLayout()
-        buttons.addWidget(self.start)
-        buttons.addWidget(self.copy)
-        buttons.addStretch()
-        body = FormBeside(self)
-        body.column.addLayout(form)
-        body.column.addLayout(buttons)
-        for label in (self.said, self.figures, self.pointed):
-            body.column.addWidget(label)
-        body.put_beside(self.picture)
+        buttons = button_row(self.start, self.copy)
+        lines = (self.said, self.figures, self.pointed)
+        FormBeside.fill(self, form, buttons, *lines, beside=self.picture)
 
     # --- what is asked -----------------------------------------------------------------------
     def refresh(self, *_: object) -> None:

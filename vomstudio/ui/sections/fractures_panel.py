@@ -18,7 +18,6 @@ from PySide6.QtWidgets import (
     QPushButton,
     QTabWidget,
     QTextBrowser,
-    QToolButton,
     QWidget,
 )
 
@@ -40,14 +39,13 @@ from vomstudio.errors import VomError
 from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geometry.units import Axes
 from vomstudio.io.gis.crs import world_crs
+from vomstudio.ui.analyse.analysis_panel import AnalysisPanel
 from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
 from vomstudio.ui.analyse.picture_file import ask_for_picture
-from vomstudio.ui.analyse.seen_panel import SeenPanel
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.qt_background import NewestResult, QtBackground
+from vomstudio.ui.common.command_targets import current_line
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import allow, narrow_form
+from vomstudio.ui.common.widgets import allow, button_row, icon_button, narrow_form
 from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
     Words,
@@ -59,7 +57,6 @@ from vomstudio.ui.forms.form_beside import FormBeside
 from vomstudio.ui.forms.model_axes import follow_axes, unit_of
 from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
-from vomstudio.ui.interpret.tool_panels.common import hint_label
 from vomstudio.ui.sections.counted_in_box import CountedInBox
 from vomstudio.ui.sections.drawing_view import DrawingView
 from vomstudio.ui.sections.fracture_answer import (
@@ -85,32 +82,26 @@ Array = npt.NDArray[np.float64]
 _NO_COLOR = "#404040"
 
 
-class FracturesPanel(SeenPanel):
-    """answered : what is shown, None where there are no traces"""
+class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
+    """Traces counted along a line, in a circle, in a window or in cells."""
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:
-        super().__init__(studio)
-        explain(self, "fractures.md")
-        self.answered: FractureAnswer | None = None
+        super().__init__(studio, "fracture", "fractures.md", tr("Counting…"))
         self._drawn: FractureAnswer | None = None
-        self._background = QtBackground(self)
-        self._asked = NewestResult(
-            self, self._came, self._failed, lambda: self.said.setText(tr("Counting…"))
-        )
         self.of = GroupBox(studio, tr("All traces"))
         self.of.setAccessibleName(tr("Traces"))
         self.plane = PlaneField(studio, "fracture_plane", tr("the plane of best fit"), view)
         self.counted_in = CountedInBox(studio)
         self.place = QLineEdit()
         self.place.setObjectName("fracture_place")
-        self.take = QToolButton()
-        self.take.setIcon(theme.icon("cursor-default-click-outline"))
-        self.take.setAccessibleName(tr("Take the selected line or area"))
+        self.take = icon_button(
+            "cursor-default-click-outline", tr("Take the selected line or area")
+        )
+        self.take.setToolTip(tr("The selected line or area, as it lies on the face."))
         self.options = OptionFields(FractureOptions, "fracture")
         follow_axes(studio, lambda axes: self.options.show_unit(unit_of(axes)))
-        self.said = hint_label()
-        self.said.setObjectName("fracture_said")
         self.figure = QPushButton(theme.icon("image-outline"), tr("Figure…"))
+        self.figure.setToolTip(tr("Map, rose, nodes, lengths and intensity as SVG, PDF or PNG."))
         self.copy = CopyCommandButton(
             self.copy_command, tr("keep the traces as a GeoPackage, and copy the command")
         )
@@ -138,10 +129,6 @@ class FracturesPanel(SeenPanel):
         numbers.addWidget(self.options.labels["terzaghi_cap"])
         numbers.addWidget(self.options.fields["terzaghi_cap"], 1)
         form.addRow(self.options.labels["snap_m"], numbers)
-        buttons = QHBoxLayout()
-        buttons.addWidget(self.figure)
-        buttons.addWidget(self.copy)
-        buttons.addStretch()
         self.tabs = QTabWidget()
         self.tabs.addTab(self.map, tr("Map"))
         self.tabs.addTab(self.picture, tr("Figure"))
@@ -151,11 +138,8 @@ class FracturesPanel(SeenPanel):
         beside.addWidget(self.figures, 2)
         beside.addWidget(self.tabs, 3)
         self.figures.setMinimumWidth(150)
-        body = FormBeside(self)
-        body.column.addLayout(form)
-        body.column.addLayout(buttons)
-        body.column.addWidget(self.said)
-        body.put_beside(shown)
+        buttons = button_row(self.figure, self.copy)
+        FormBeside.fill(self, form, buttons, self.said, beside=shown)
 
     def _connect(self) -> None:
         studio = self._studio
@@ -174,7 +158,6 @@ class FracturesPanel(SeenPanel):
         studio.project_opened.connect(self._opened)
         studio.edited.connect(self._edited)
         studio.selection_changed.connect(lambda _: self._selected())
-        studio.jobs.closed.connect(self._close)
         self._counted_in_chosen()
 
     def _opened(self) -> None:
@@ -221,12 +204,8 @@ class FracturesPanel(SeenPanel):
 
     def _selected_line(self) -> Array | None:
         """(n, 3) World."""
-        studio = self._studio
-        current = studio.selection.current if studio.has_project else None
-        record = None if current is None else studio.records.get(current)
-        if current is None or not isinstance(record, Picked) or len(record.vertices) < 2:
-            return None
-        return studio.measured([current])[current].points
+        line = current_line(self._studio, Picked)
+        return None if line is None else self._studio.measured([line.id])[line.id].points
 
     def _refresh_take(self) -> None:
         kind, line = self._counted(), self._selected_line()
@@ -240,12 +219,7 @@ class FracturesPanel(SeenPanel):
                 if kind == WINDOW
                 else tr("select a measured polyline or a trace first")
             )
-        self.take.setEnabled(why is None)
-        self.take.setToolTip(
-            tr("The selected line or area, as it lies on the face.")
-            if why is None
-            else tr("Not now: {reason}", reason=why)
-        )
+        allow(self.take, why)
 
     def _take_selected(self) -> None:
         line = self._selected_line()
@@ -267,16 +241,12 @@ class FracturesPanel(SeenPanel):
         self._refresh_take()
 
     # --- the question ------------------------------------------------------------------------
-    def show_now(self) -> None:
-        if not self._studio.has_project:
-            return
+    def _list(self) -> None:
         self.of.list_groups()
         self.counted_in.list_grids()
-        why = self._asked.answer(self._question(), answer)
-        if why is None:
-            self._refresh_buttons()
-        else:
-            self._show(None, why)
+
+    def _answer(self, question: FractureQuestion) -> FractureAnswer:
+        return answer(question)
 
     def _traces(self) -> list[MappedTrace]:
         studio, records = self._studio, self._studio.records
@@ -322,7 +292,7 @@ class FracturesPanel(SeenPanel):
         )  # fmt: skip
 
     # --- the answer --------------------------------------------------------------------------
-    def _came(self, made: FractureAnswer) -> None:
+    def _result_text(self, made: FractureAnswer) -> str:
         notes = [made.why]
         if made.mapped is not None:
             plane = made.face.plane
@@ -352,33 +322,23 @@ class FracturesPanel(SeenPanel):
                 *self.of.left_out(),
                 *_of_cells(made),
             ]
-        self._show(made, "\n".join(notes))
+        return "\n".join(notes)
 
-    def _failed(self, error: VomError) -> None:
-        self._show(None, error.message)
-
-    def _show(self, answered: FractureAnswer | None, said: str) -> None:
-        self.answered = answered
-        self.said.setText(said)
+    def _draw(self) -> None:
+        answered = self.answered
         self.map.show_drawing(None if answered is None else answered.drawing)
         self.map.show_mark(None if answered is None else answered.mark)
         self.figures.setHtml(_html(answered))
         self._draw_figure()
         self._refresh_take()
-        self._refresh_buttons()
 
-    def _refresh_buttons(self) -> None:
+    def _refresh(self) -> None:
         why = None
         if self._asked.waiting:
             why = tr("the traces are being counted")
         elif self.answered is None or self.answered.mapped is None:
             why = tr("nothing has been counted yet")
-        self.figure.setEnabled(why is None)
-        self.figure.setToolTip(
-            tr("Map, rose, nodes, lengths and intensity as SVG, PDF or PNG.")
-            if why is None
-            else tr("Not now: {reason}", reason=why)
-        )
+        allow(self.figure, why)
         self.copy.allow(why)
 
     def _draw_figure(self) -> None:
@@ -409,9 +369,7 @@ class FracturesPanel(SeenPanel):
         answered = self.answered
         labelled = None if answered is None else answered.mapped
         if labelled is not None:
-            studio, said = self._studio, tr("Exported to {file}.", file=path)
-            work = partial(write_figure, labelled, path)
-            self._background.run(work, lambda _: studio.info(said), studio.fail)
+            self._write(write_figure, labelled, path, tr("Exported to {file}.", file=path))
 
     def copy_command(self) -> None:
         """Ask for the GeoPackage of the traces, and put the command on the clipboard."""
@@ -431,11 +389,6 @@ class FracturesPanel(SeenPanel):
             )  # fmt: skip
 
         copy_with_file(self, self._studio, "traces.gpkg", write, partial(words_of, answered))
-
-    def _close(self) -> None:
-        self._timer.stop()
-        self._asked.close()
-        self._background.stop()
 
 
 def _of_cells(made: FractureAnswer) -> list[str]:

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 from PySide6.QtCore import QSignalBlocker
-from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QPushButton
+from PySide6.QtWidgets import QLineEdit, QPushButton
 
 from vomstudio.document import grid_edits
 from vomstudio.document.records import FaceGrid, Model, get, get_feature
@@ -14,20 +14,17 @@ from vomstudio.errors import VomError
 from vomstudio.geology.looked_at.shares import LookedAt
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.tools.cells import CellsTool
-from vomstudio.ui.analyse.seen_panel import SeenPanel
+from vomstudio.ui.analyse.analysis_panel import AnalysisPanel
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import drawn_points
-from vomstudio.ui.common.qt_background import NewestResult, QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import ComboBox, narrow_form
+from vomstudio.ui.common.widgets import ComboBox, allow, button_row, narrow_form
 from vomstudio.ui.forms.figures_page import FiguresPage
 from vomstudio.ui.forms.form_beside import FormBeside
 from vomstudio.ui.forms.model_axes import add_length_row
 from vomstudio.ui.forms.model_box import ModelBox
 from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection
-from vomstudio.ui.interpret.tool_panels.common import hint_label
 from vomstudio.ui.sections.looked_at_answer import (
     NewGrid,
     ShareQuestion,
@@ -41,19 +38,13 @@ from vomstudio.workspace.surfaces.face_grids import lines_on
 _MODEL, _SELECTED = "model", "selected"
 
 
-class LookedAtPanel(SeenPanel):
-    """found : what is shown, None where there is none"""
+class LookedAtPanel(AnalysisPanel[ShareQuestion, LookedAt]):
+    """Grids over faces, and what of them was looked at."""
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:
-        super().__init__(studio)
-        explain(self, "fractures.md#what-was-looked-at")
+        super().__init__(studio, "looked_at", "fractures.md#what-was-looked-at", tr("Counting…"))
         self._view = view
-        self.found: LookedAt | None = None
-        self._background = QtBackground(self)
         self._laying = False
-        self._asked = NewestResult(
-            self, self._came, self._studio.fail, lambda: self.said.setText(tr("Counting…"))
-        )
         self.model = ModelBox(studio)
         self.model.setObjectName("looked_at_model")
         self.over = ComboBox()
@@ -66,14 +57,17 @@ class LookedAtPanel(SeenPanel):
         self.cell.setPlaceholderText(tr("an eighth of the face"))
         self.cell.setToolTip(tr("The side of a cell."))
         self.lay = QPushButton(theme.icon("grid"), tr("Lay grid"))
+        self.lay.setToolTip(tr("Whole cells over the face, on the outcrop."))
         self.grids = ComboBox()
         self.grids.setObjectName("looked_at_grid")
         self.grids.keep_narrow()
         self.mark = QPushButton(theme.icon("check"), tr("Mark cells"))
         self.mark.setCheckable(True)
+        self.mark.setToolTip(
+            tr("Click cells on the outcrop; Q, W, X and Z mark the one under the cursor.")
+        )
         self.remove = QPushButton(theme.icon("delete-outline"), tr("Remove grid"))
-        self.said = hint_label()
-        self.said.setObjectName("looked_at_said")
+        self.remove.setToolTip(tr("Its marks go with it; undo brings them back."))
         self.figures = FiguresPage(_first_step())
         self.figures.setAccessibleName(tr("What was looked at"))
         self._arrange()
@@ -85,20 +79,10 @@ class LookedAtPanel(SeenPanel):
         form.addRow(tr("Over"), self.over)
         form.addRow(tr("Face"), self.plane)
         add_length_row(form, self._studio, lambda u: tr("Cell ({unit})", unit=u), self.cell)
-        body = FormBeside(self)
-        column = body.column
-        column.addLayout(form)
-        column.addWidget(self.lay)
         chosen = narrow_form()
         chosen.addRow(tr("Grid"), self.grids)
-        column.addLayout(chosen)
-        buttons = QHBoxLayout()
-        buttons.addWidget(self.mark)
-        buttons.addWidget(self.remove)
-        buttons.addStretch()
-        column.addLayout(buttons)
-        column.addWidget(self.said)
-        body.put_beside(self.figures)
+        buttons = button_row(self.mark, self.remove)
+        FormBeside.fill(self, form, self.lay, chosen, buttons, self.said, beside=self.figures)
 
     def _connect(self) -> None:
         studio = self._studio
@@ -106,34 +90,24 @@ class LookedAtPanel(SeenPanel):
         self.grids.activated.connect(self._soon)
         self.mark.clicked.connect(self._mark)
         self.remove.clicked.connect(lambda _=False: self._remove())
-        self.over.activated.connect(lambda _: self._refresh_buttons())
-        self.plane.changed.connect(self._refresh_buttons)
-        self.cell.textChanged.connect(lambda _: self._refresh_buttons())
+        self.over.activated.connect(lambda _: self._refresh())
+        self.plane.changed.connect(self._refresh)
+        self.cell.textChanged.connect(lambda _: self._refresh())
         studio.project_opened.connect(self.cell.clear)
         studio.project_opened.connect(self._soon)
         studio.edited.connect(self._soon)
         studio.model_loaded.connect(self._soon)
         studio.workspace.grids.changed.connect(self._soon)
-        studio.selection_changed.connect(lambda _: self._refresh_buttons())
-        studio.active_tool_changed.connect(lambda _: self._refresh_buttons())
-        studio.jobs.closed.connect(self._close)
-
-    def _close(self) -> None:
-        self._asked.close()
-        self._background.stop()
+        studio.selection_changed.connect(lambda _: self._refresh())
+        studio.active_tool_changed.connect(lambda _: self._refresh())
 
     # --- what is shown -----------------------------------------------------------------------
-    def show_now(self) -> None:
-        if not self._studio.has_project:
-            return
+    def _list(self) -> None:
         self.model.list_models()
         self._list_grids()
-        why = self._asked.answer(self._question(), answer)
-        if why is not None:
-            self.found = None
-            self.said.clear()
-            self.figures.say(why)
-        self._refresh_buttons()
+
+    def _answer(self, question: ShareQuestion) -> LookedAt:
+        return answer(question)
 
     def _list_grids(self) -> None:
         there = [(grid.name, grid.id) for grid in self._studio.workspace.grids.all()]
@@ -172,26 +146,28 @@ class LookedAtPanel(SeenPanel):
         lines = lines_on(studio.records, studio.measured(own), grid.model_id)
         return ShareQuestion(grid, model, exposed, lines)
 
-    def _came(self, made: object) -> None:
-        assert isinstance(made, LookedAt)
-        self.found = made
+    def _result_text(self, made: LookedAt) -> str:
+        return tr("{cells} cells of {side:.3g} {unit} hold rock.", cells=made.cells,
+                  side=made.cell_m, unit=self._unit())  # fmt: skip
+
+    def _unit(self) -> str:
         grid = self.grid()
         model = None if grid is None else get(self._studio.records, grid.model_id, Model)
-        unit = "m" if model is not None and model.frame.has_metres else tr("units")
-        self.said.setText(
-            tr("{cells} cells of {side:.3g} {unit} hold rock.", cells=made.cells,
-               side=made.cell_m, unit=unit)
-        )  # fmt: skip
-        self.figures.setHtml(figures_html(made, unit))
-        self._refresh_buttons()
+        return "m" if model is not None and model.frame.has_metres else tr("units")
 
-    def _refresh_buttons(self) -> None:
+    def _show(self, answered: LookedAt | None, said: str) -> None:
+        super()._show(answered, "" if answered is None else said)
+        if answered is None:
+            self.figures.say(said)
+        else:
+            self.figures.setHtml(figures_html(answered, self._unit()))
+
+    def _refresh(self) -> None:
         marking = self._studio.has_project and self._studio.tool_name == CellsTool.name
-        _allow(self.lay, self._why_not_lay(), tr("Whole cells over the face, on the outcrop."))
+        allow(self.lay, self._why_not_lay())
         no_grid = None if self.grid() is not None else tr("Lay a grid first.")
-        tip = tr("Click cells on the outcrop; Q, W, X and Z mark the one under the cursor.")
-        _allow(self.mark, no_grid, tip)
-        _allow(self.remove, no_grid, tr("Its marks go with it; undo brings them back."))
+        allow(self.mark, no_grid)
+        allow(self.remove, no_grid)
         with QSignalBlocker(self.mark):
             self.mark.setChecked(marking and no_grid is None)
 
@@ -231,7 +207,7 @@ class LookedAtPanel(SeenPanel):
             parse_number(self.cell.text()) if self.cell.text().strip() else None,
         )  # fmt: skip
         self._laying = True
-        self._refresh_buttons()
+        self._refresh()
         self._background.run(partial(lay, asked), self._laid, self._not_laid)
 
     def _laid(self, grid: FaceGrid) -> None:
@@ -239,13 +215,13 @@ class LookedAtPanel(SeenPanel):
         self._studio.attempt(grid_edits.add_grid, grid)
         self._studio.activate(CellsTool.name)
         self._soon()
-        self._refresh_buttons()
+        self._refresh()
 
     def _not_laid(self, error: VomError) -> None:
         self._laying = False
         self._studio.fail(error)
         self._soon()
-        self._refresh_buttons()
+        self._refresh()
 
     def _mark(self, on: bool) -> None:
         self._studio.activate(CellsTool.name if on else "navigate")
@@ -257,8 +233,3 @@ class LookedAtPanel(SeenPanel):
 
 def _first_step() -> str:
     return tr("Lay a grid over the face, then mark its cells as you look through them.")
-
-
-def _allow(button: QPushButton, why_not: str | None, tip: str) -> None:
-    button.setEnabled(why_not is None)
-    button.setToolTip(tip if why_not is None else tr("Not now: {reason}", reason=why_not))

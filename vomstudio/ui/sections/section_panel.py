@@ -4,40 +4,42 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 from PySide6.QtWidgets import (
     QCheckBox,
-    QHBoxLayout,
     QLineEdit,
     QPushButton,
-    QToolButton,
-    QWidget,
 )
 
 from vomstudio.core.options import option_words
 from vomstudio.document.domains import domain_names
-from vomstudio.document.edit import Edit
-from vomstudio.document.kinds.dimension import Dimension
-from vomstudio.document.records import Feature, Model, Picked, get, get_feature
+from vomstudio.document.records import Feature, Model, Picked
 from vomstudio.errors import VomError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.units import Axes
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.products.section.section_options import DOMAINS, SectionFeatures, SectionOptions
-from vomstudio.tools.measure import MeasureTool
-from vomstudio.ui.analyse.seen_panel import SeenPanel
+from vomstudio.ui.analyse.analysis_panel import AnalysisPanel
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.command_targets import ask_for_target, start_folder
-from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.qt_background import NewestResult, QtBackground
+from vomstudio.ui.common.command_targets import (
+    current_feature,
+    current_line,
+    start_folder,
+)
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import ComboBox, allow, narrow_form
+from vomstudio.ui.common.widgets import (
+    ComboBox,
+    allow,
+    button_row,
+    icon_button,
+    narrow_form,
+    row_of,
+)
 from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
     Words,
@@ -52,8 +54,8 @@ from vomstudio.ui.forms.model_axes import follow_axes, unit_of
 from vomstudio.ui.forms.model_box import ModelBox
 from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection, plane_text
-from vomstudio.ui.interpret.tool_panels.common import hint_label
 from vomstudio.ui.sections.drawing_view import DrawingView
+from vomstudio.ui.sections.drawn_line import DrawnLine
 from vomstudio.ui.sections.section_answer import (
     SectionAnswer,
     SectionQuestion,
@@ -68,21 +70,14 @@ Array = npt.NDArray[np.float64]
 _FORMATS = {"svg": "SVG", "dxf": "DXF", "csv": "CSV"}
 
 
-class SectionPanel(SeenPanel):
-    """answered : what is shown, None where there is nothing; line : (n, 3) World of the profile
-    that was taken, None while there is none"""
+class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
+    """line : (n, 3) World of the profile that was taken, None while there is none"""
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:
-        super().__init__(studio)
-        explain(self, "window.md#section")
-        self.answered: SectionAnswer | None = None
+        super().__init__(studio, "section", "window.md#section", tr("Cutting…"))
         self.line: Array | None = None
         self._line_name = ""
-        self._drawing = False
-        self._background = QtBackground(self)
-        self._asked = NewestResult(
-            self, self._came, self._failed, lambda: self.said.setText(tr("Cutting…"))
-        )
+        self._drawn_line = DrawnLine(self, studio)
         self.model = ModelBox(studio)
         self.model.setObjectName("section_model")
         self.along_what = ComboBox()
@@ -93,10 +88,13 @@ class SectionPanel(SeenPanel):
         self.through = QLineEdit()
         self.through.setObjectName("section_through")
         self.through.setPlaceholderText(tr("the middle of the model"))
-        self.take_through = _icon_button(
+        self.take_through = icon_button(
             "cursor-default-click-outline", tr("Through the selected feature")
         )
         self.take_line = QPushButton(tr("Take selected"))
+        self.take_line.setToolTip(
+            tr("The section runs vertically along the selected trace or polyline.")
+        )
         self.draw_line = QPushButton(theme.icon("vector-polyline"), tr("Draw…"))
         self.direction = LineField(studio, "section_direction", tr("at right angles"))
         self.features = QCheckBox(tr("Features"))
@@ -106,9 +104,8 @@ class SectionPanel(SeenPanel):
         self.cutting = OptionFields(SectionOptions, "section", SectionOptions(section_line=""))
         self.projected = OptionFields(SectionFeatures, "section")
         follow_axes(studio, self._show_axes)
-        self.said = hint_label()
-        self.said.setObjectName("section_said")
         self.write = QPushButton(theme.icon("export"), tr("Write…"))
+        self.write.setToolTip(tr("As SVG, DXF or CSV."))
         self.copy = CopyCommandButton(self.copy_command, tr("the command that makes this section"))
         self.picture = DrawingView(tr("The section will be drawn here."))
         self.picture.setAccessibleName(tr("Section"))
@@ -120,24 +117,17 @@ class SectionPanel(SeenPanel):
         form.addRow(tr("Model"), self.model)
         form.addRow(tr("Along"), self.along_what)
         form.addRow(tr("Plane"), self.plane)
-        self._through_row = _row(self.through, self.take_through)
+        self._through_row = row_of(self.through, self.take_through)
         form.addRow(tr("Through"), self._through_row)
-        self._line_row = _row(self.take_line, self.draw_line)
+        self._line_row = row_of(self.take_line, self.draw_line)
         form.addRow(tr("Line"), self._line_row)
         form.addRow(tr("Project"), self.direction)
         form.addRow("", self.by_domain)
         form.addRow("", self.features)
         self.projected.add_rows(form)
         self.cutting.add_rows(form)
-        buttons = QHBoxLayout()
-        buttons.addWidget(self.write)
-        buttons.addWidget(self.copy)
-        buttons.addStretch()
-        body = FormBeside(self)
-        body.column.addLayout(form)
-        body.column.addLayout(buttons)
-        body.column.addWidget(self.said)
-        body.put_beside(self.picture)
+        buttons = button_row(self.write, self.copy)
+        FormBeside.fill(self, form, buttons, self.said, beside=self.picture)
         self.through.setToolTip(tr("A point on the plane, as x, y, z; distances count from it."))
         self.direction.line.setToolTip(
             tr("Features are projected along this trend/plunge, such as the fold axis.")
@@ -157,14 +147,19 @@ class SectionPanel(SeenPanel):
             changed.connect(soon)
         self.plane.take.clicked.connect(lambda _=False: self._take_through())
         self.take_through.clicked.connect(lambda _=False: self._take_through())
-        self.take_line.clicked.connect(lambda _=False: self._take_line(self._selected_line()))
-        self.draw_line.clicked.connect(lambda _=False: self._draw())
-        self.write.clicked.connect(lambda _=False: self._ask_for_file())
+        self.take_line.clicked.connect(
+            lambda _=False: self._take_line(current_line(studio, Picked))
+        )
+        self.draw_line.clicked.connect(lambda _=False: self._draw_line())
+        self._drawn_line.drawn.connect(self._take_line)
+        title = tr("Write the section")
+        self.write.clicked.connect(
+            lambda _=False: self._ask_for_file(title, "section.svg", _FORMATS)
+        )
         studio.project_opened.connect(self._opened)
         studio.edited.connect(self._edited)
         studio.model_loaded.connect(soon)
         studio.selection_changed.connect(lambda _: self._refresh())
-        studio.jobs.closed.connect(self._close)
         self._show_rows()
 
     def _show_rows(self, *_: object) -> None:
@@ -176,15 +171,6 @@ class SectionPanel(SeenPanel):
         self._refresh()
 
     # --- the line and the point -----------------------------------------------------------------
-    def _selected_feature(self) -> Feature | None:
-        studio = self._studio
-        current = studio.selection.current if studio.has_project else None
-        return None if current is None else get_feature(studio.records, current)
-
-    def _selected_line(self) -> Feature | None:
-        found = self._selected_feature()
-        return found if isinstance(found, Picked) and len(found.vertices) > 1 else None
-
     def _take_line(self, feature: Feature | None) -> None:
         if feature is None:
             return
@@ -193,24 +179,12 @@ class SectionPanel(SeenPanel):
         self.along_what.setCurrentIndex(self.along_what.findData("line"))
         self._soon()
 
-    def _draw(self) -> None:
-        """The measure tool draws it, and it is kept as what it is: a measured polyline."""
-        self._studio.tool_of(MeasureTool).choose(kind="polyline")
-        self._studio.activate("measure")
-        self._drawing = True
+    def _draw_line(self) -> None:
+        self._drawn_line.begin()
         self.said.setText(tr("Click along the outcrop, then press Enter."))
 
-    def _edited(self, edit: Edit) -> None:
-        if self._drawing:
-            new = [get(edit.after, i, Dimension) for i in edit.after if edit.before[i] is None]
-            drawn = [r for r in new if r is not None and r.kind == "polyline"]
-            if drawn:
-                self._drawing = False
-                self._take_line(drawn[-1])
-        super()._edited(edit)
-
     def _take_through(self) -> None:
-        feature = self._selected_feature()
+        feature = current_feature(self._studio)
         if feature is None:
             return
         points = self._studio.measured([feature.id])[feature.id].points
@@ -239,15 +213,11 @@ class SectionPanel(SeenPanel):
             fields.show_unit(unit_of(axes))
 
     # --- the question ---------------------------------------------------------------------------
-    def show_now(self) -> None:
-        if not self._studio.has_project:
-            return
+    def _list(self) -> None:
         self.model.list_models()
-        why = self._asked.answer(self._question(), answer)
-        if why is None:
-            self._refresh()
-        else:
-            self._show(None, why)
+
+    def _answer(self, question: SectionQuestion) -> SectionAnswer:
+        return answer(question)
 
     def _question(self) -> SectionQuestion | str:
         """Or why there is none."""
@@ -297,9 +267,6 @@ class SectionPanel(SeenPanel):
         )  # fmt: skip
 
     # --- the answer -----------------------------------------------------------------------------
-    def _came(self, made: SectionAnswer) -> None:
-        self._show(made, self._result_text(made))
-
     def _failed(self, error: VomError) -> None:
         self._show(None, error.message.replace("--slab", tr("Slab")))
 
@@ -324,11 +291,9 @@ class SectionPanel(SeenPanel):
         said += [each.words for each in f.domains or ()]
         return "; ".join([*said, *map(str, made.warnings)])
 
-    def _show(self, answered: SectionAnswer | None, said: str) -> None:
-        self.answered = answered
-        self.said.setText(said)
-        self.picture.show_drawing(None if answered is None else answered.drawing, said)
-        self._refresh()
+    def _draw(self) -> None:
+        drawing = None if self.answered is None else self.answered.drawing
+        self.picture.show_drawing(drawing, self.said.text())
 
     def _refresh(self) -> None:
         parted = self._studio.has_project and bool(domain_names(self._studio.session.records))
@@ -340,20 +305,14 @@ class SectionPanel(SeenPanel):
             why = tr("the model is being cut")
         elif self.answered is None:
             why = tr("there is no section yet")
-        self.write.setEnabled(why is None)
-        self.write.setToolTip(
-            tr("As SVG, DXF or CSV.") if why is None else tr("Not now: {reason}", reason=why)
-        )
+        allow(self.write, why)
         self.copy.allow(why)
-        there = self._selected_line() is not None
-        self.take_line.setEnabled(there)
-        self.take_line.setToolTip(
-            tr("The section runs vertically along the selected trace or polyline.")
-            if there
-            else tr("Select a trace or a measured polyline first.")
+        line, feature = current_line(self._studio, Picked), current_feature(self._studio)
+        allow(
+            self.take_line,
+            None if line is not None else tr("Select a trace or a measured polyline first."),
         )
-        chosen = self._selected_feature() is not None
-        allow(self.take_through, None if chosen else tr("Select a feature first."))
+        allow(self.take_through, None if feature is not None else tr("Select a feature first."))
         model = self.model.chosen_model() if self._studio.has_project else None
         cloud = model is not None and isinstance(self._studio.models[model.id].data, PointCloud)
         slab = self.cutting.fields["slab_m"]
@@ -361,31 +320,17 @@ class SectionPanel(SeenPanel):
 
     def _opened(self) -> None:
         """Another project."""
-        self.line, self._drawing = None, False
+        self.line = None
         self.through.clear()
         for fields in (self.cutting, self.projected):
             fields.reset()
         self._soon()
 
-    def _close(self) -> None:
-        self._timer.stop()
-        self._asked.close()
-        self._background.stop()
-
     # --- what is taken away ---------------------------------------------------------------------
-    def _ask_for_file(self) -> None:
-        title = tr("Write the section")
-        path = ask_for_target(self, self._studio, title, "section.svg", _FORMATS)
-        if path is not None:
-            self.write_to(path)
-
     def write_to(self, path: Path) -> None:
-        """The section that is shown, in a thread."""
         if self.answered is not None:
             said = tr("The section was written to {file}.", file=path)
-            studio = self._studio
-            work = partial(write, self.answered, path)
-            self._background.run(work, lambda _: studio.info(said), studio.fail)
+            self._write(write, self.answered, path, said)
 
     def copy_command(self) -> None:
         """Along a line the command reads it from a file, which is asked for."""
@@ -426,21 +371,3 @@ class SectionPanel(SeenPanel):
         features = question.features if self._studio.session.features() else SectionFeatures()
         out = Path(start_folder(self._studio)) / "section.svg"
         return ["section", *place, *option_words(options), *option_words(features), ("-o", out)]
-
-
-def _row(*parts: QWidget) -> QWidget:
-    row = QWidget()
-    line = QHBoxLayout(row)
-    line.setContentsMargins(0, 0, 0, 0)
-    line.setSpacing(3)
-    for part in parts:
-        line.addWidget(part, 1 if isinstance(part, QLineEdit | QPushButton) else 0)
-    return row
-
-
-def _icon_button(icon: str, tip: str) -> QToolButton:
-    button = QToolButton()
-    button.setIcon(theme.icon(icon))
-    button.setAccessibleName(tip)
-    button.setToolTip(tip)
-    return button

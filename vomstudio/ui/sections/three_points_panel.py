@@ -34,15 +34,15 @@ from vomstudio.geology.notation import format_attitude
 from vomstudio.geometry.units import Axes
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
 from vomstudio.io.text.log_reading import Boundaries
-from vomstudio.ui.analyse.seen_panel import SeenPanel
+from vomstudio.ui.analyse.analysis_panel import LazyPanel
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.command_targets import start_folder
+from vomstudio.ui.common.command_targets import current_line, start_folder, why_no_model
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import LowTable, narrow_form
+from vomstudio.ui.common.widgets import LowTable, allow, narrow_form
 from vomstudio.ui.forms.copied_command import CopyCommandButton, copy_with_file, numbers_text
 from vomstudio.ui.forms.error_fields import error_field, number_in
 from vomstudio.ui.forms.model_axes import add_length_row, follow_axes
@@ -59,7 +59,7 @@ _LEAST_HEIGHT, _LEAST_WIDTH = 110, 32
 _ROW = 24
 
 
-class ThreePointsPanel(SeenPanel):
+class ThreePointsPanel(LazyPanel):
     """of_id : of the trace that the points are those of, empty where they were typed or read;
     found : None where there is no plane"""
 
@@ -73,7 +73,11 @@ class ThreePointsPanel(SeenPanel):
         self._picking = False
         self._background = QtBackground(self)
         self.pick = QPushButton(theme.icon("vector-polyline"), tr("Pick…"))
+        self.pick.setToolTip(
+            tr("Click three points or more on the outcrop, then press Enter; they become a trace.")
+        )
         self.take = QPushButton(tr("Take selected"))
+        self.take.setToolTip(tr("The points of the selected trace or line."))
         self.read = QPushButton(tr("Read…"))
         self.read.setToolTip(tr("A table with x, y, z, such as a seam in wells."))
         self.more = QPushButton(theme.icon("plus"), tr("Add a row"))
@@ -91,6 +95,9 @@ class ThreePointsPanel(SeenPanel):
         self.type.setObjectName("three_points_type")
         self.type.keep_narrow()
         self.add = QPushButton(theme.icon("check"), tr("Add to the project"))
+        self.add.setToolTip(
+            tr("A plane of this type at the middle of the points, with its error in the notes.")
+        )
         self.copy = CopyCommandButton(
             self.copy_command, tr("keep the points as a table, and copy the command")
         )
@@ -126,7 +133,7 @@ class ThreePointsPanel(SeenPanel):
     def _connect(self) -> None:
         studio = self._studio
         self.pick.clicked.connect(lambda _=False: self._pick())
-        self.take.clicked.connect(lambda _=False: self._take(self._selected_line()))
+        self.take.clicked.connect(lambda _=False: self._take(current_line(studio, Picked, _LEAST)))
         self.read.clicked.connect(lambda _=False: self._ask_for_table())
         self.more.clicked.connect(lambda _=False: self._add_row())
         self.fewer.clicked.connect(lambda _=False: self._remove_row())
@@ -149,12 +156,6 @@ class ThreePointsPanel(SeenPanel):
             head.setToolTip(tip if axes.north else "")
 
     # --- the points --------------------------------------------------------------------------
-    def _selected_line(self) -> Feature | None:
-        studio = self._studio
-        current = studio.selection.current if studio.has_project else None
-        found = None if current is None else get_feature(studio.records, current)
-        return found if isinstance(found, Picked) and len(found.vertices) >= _LEAST else None
-
     def _pick(self) -> None:
         """The trace tool picks them; they are kept as what they are: a trace."""
         self._studio.activate("trace")
@@ -297,32 +298,16 @@ class ThreePointsPanel(SeenPanel):
 
     def _refresh(self) -> None:
         studio = self._studio
-        there = self._selected_line() is not None
-        self.take.setEnabled(there)
-        self.take.setToolTip(
-            tr("The points of the selected trace or line.")
-            if there
-            else tr("Select a trace or a line of three points or more first.")
-        )
-        self.pick.setEnabled(bool(studio.models))
-        self.pick.setToolTip(
-            tr("Click three points or more on the outcrop, then press Enter; they become a trace.")
-            if studio.models
-            else tr("Open a model first.")
-        )
-        chosen = self.table.currentRow() >= 0
-        self.fewer.setEnabled(chosen)
-        self.fewer.setToolTip("" if chosen else tr("Choose a row first."))
+        there = current_line(studio, Picked, _LEAST) is not None
+        lacking = tr("Select a trace or a line of three points or more first.")
+        allow(self.take, None if there else lacking)
+        allow(self.pick, why_no_model(studio))
+        allow(self.fewer, None if self.table.currentRow() >= 0 else tr("Choose a row first."))
         why = None if self.found is not None else tr("there is no plane yet")
         self.copy.allow(why)
         if why is None and self.of_id:
             why = tr("the points are those of a trace, which is in the project")
-        self.add.setEnabled(why is None)
-        self.add.setToolTip(
-            tr("A plane of this type at the middle of the points, with its error in the notes.")
-            if why is None
-            else tr("Not now: {reason}", reason=why)
-        )
+        allow(self.add, why)
 
     # --- what is taken away ------------------------------------------------------------------
     def _add(self) -> None:

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QAbstractItemView, QProgressBar, QPushButton, QScr
 from vomstudio.core.findings import Finding, Message
 from vomstudio.document.records import Model
 from vomstudio.tools.interaction_types import Area, Hit, Preview
-from vomstudio.ui.analyse.seen_panel import SeenPanel
+from vomstudio.ui.analyse.analysis_panel import LazyPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import current_model
 from vomstudio.ui.common.explained import explain
@@ -29,7 +29,7 @@ LEAST_WIDTH = 50
 _KEYS = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Delete)
 
 
-class ModelPanel(SeenPanel):
+class ModelPanel(LazyPanel):
     """A button that starts and stops work on the current model, and its progress.
 
     Parameters
