@@ -36,8 +36,8 @@ def upward_normal(dip_direction_deg: float, dip_deg: float) -> np.ndarray:
 
 
 def test_a_missing_resource_is_an_error_that_names_it() -> None:
-    with pytest.raises(InputError, match=r"no such file\.txt"):
-        resource("no such file.txt")
+    with pytest.raises(InputError, match=r"missing\.txt"):
+        resource("missing.txt")
 
 
 def test_the_picks_lie_in_the_planes_that_the_truth_table_states() -> None:

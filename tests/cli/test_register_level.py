@@ -68,7 +68,7 @@ def test_its_error_can_be_stated_and_it_is_combined(run) -> None:
         ("1,2,3,1,2,3", "at one place"),
         ("1,2,3,4,5,6,0", "not a positive number"),
         ("1,2,3,4,5,6,46", "from 0 to 45"),
-        ("1,2,3,4,5,6,1e-200", "no accuracy"),
+        ("1,2,3,4,5,6,1e-200", "not a valid accuracy"),
     ],
 )
 def test_what_is_no_line_is_refused(run, text: str, said: str) -> None:

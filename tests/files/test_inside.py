@@ -87,7 +87,7 @@ def test_what_goes_with_an_output_is_no_link(tmp_path: Path, victim: Path) -> No
     named.symlink_to(tmp_path / "real.obj")
     (tmp_path / "named.mtl").symlink_to(victim)
     with (
-        pytest.raises(TargetError, match="is a link"),
+        refused("output.link", TargetError),
         atomic_group([named, tmp_path / "named.mtl"], True),
     ):
         pass

@@ -14,7 +14,7 @@ from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.geology.orientation import Plane
-from vomstudio.products.surface.measurable_map import measurable_map, share_lines
+from vomstudio.products.surface.measurable_map import measurable_map, share_findings
 from vomstudio.ui.surface.fields_panel import FieldsPanel
 from vomstudio.ui.surface.measurable_plane import OF_SET
 
@@ -61,7 +61,7 @@ def test_a_typed_plane(window, panel) -> None:
     told = measurable_map(mesh, Plane(110, 40), MeasurableOptions(length_m=4.0))
     found = told.as_fields()
     assert np.array_equal(values(window, "measurable"), found["measurable"], equal_nan=True)
-    for line in share_lines(told):
+    for line in map(str, share_findings(told)):
         assert line in said
     driver.keep_picture(window, "measurable-typed")
     # The other field of the map needs no work.

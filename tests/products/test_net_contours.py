@@ -16,10 +16,10 @@ from matplotlib.patches import Rectangle
 from tests.messages import refused
 from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
-from vomstudio.geology.density import DENSITY_METHODS, density
+from vomstudio.geology.density import DENSITY_METHODS, DENSITY_UNITS, density
 from vomstudio.geology.stereonet import unproject
 from vomstudio.products.net.contents import Contouring, NetContents, make_sets
-from vomstudio.products.net.contours import density_found, few_for_contours
+from vomstudio.products.net.contours import DENSITY_NAMES, density_found, few_for_contours
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
 from vomstudio.products.net.figure_options import StereonetOptions
 from vomstudio.products.net.style import NetStyle
@@ -118,7 +118,7 @@ def test_sets_of_one_type_and_colour_are_told_apart_by_their_dashes() -> None:
 def test_the_sigma_asked_for_is_counted_with_and_named() -> None:
     nets = [replace(NET, contouring=Contouring(sigma=s)) for s in (2.0, 4.5)]
     drawn = [draw(net) for net in nets]
-    assert "Density after Kamb, exponential kernel, 4.5 σ" in words(drawn[1])
+    assert DENSITY_NAMES["exponential_kamb"].format(sigma="4.5") in words(drawn[1])
     tops = []
     for net, sigma in zip(nets, (2.0, 4.5), strict=True):
         found = density_found(net)
@@ -139,7 +139,7 @@ def test_where_nothing_is_dense_enough_there_is_no_bar_but_a_note() -> None:
     artists = draw(net)
     assert "Nowhere dense enough for a contour" in words(artists)
     assert not contours(artists, False)
-    assert "% of data per 1 % area" not in words(artists)
+    assert DENSITY_UNITS["schmidt"] not in words(artists)
     found = density_found(net)
     assert found is not None
     assert found["levels"] == []

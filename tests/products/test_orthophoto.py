@@ -355,7 +355,8 @@ def test_an_oblique_picture_never_lands_on_a_map(tmp_path: Path) -> None:
     numbers = [float(line) for line in made.world_file.read_text().split()]
     assert numbers[0] == -numbers[3] == 0.05
     assert max(map(abs, numbers)) < 10
-    assert (facts["world_crs"], facts["north"]) == ("EPSG:32615", "grid north of the CRS")
+    assert facts["world_crs"] == "EPSG:32615"
+    assert facts["north"].startswith("grid north")
     assert not list(tmp_path.glob("*.xml"))
     for path in (made.image, made.depth):
         with rasterio.open(path) as file:
@@ -572,7 +573,8 @@ def test_a_view_a_hair_west_of_north_is_not_written_as_360(tmp_path: Path, hair:
     upright = quad([(0, 0, 0), (4, 0, 0), (4, 0, 4), (0, 0, 4)], [(200, 10, 10)] * 4)
     made, *_ = make(upright, view_directions.view_along_line(360.0 - hair, 0.0), tmp_path, 0.5)
     with rasterio.open(made.image) as picture:
-        assert picture.tags()["VOMSTUDIO_VIEW"] == "trend 0.0000 plunge 0.0000 deg"
+        shown = picture.tags()["VOMSTUDIO_VIEW"].split()
+    assert shown == ["trend", "0.0000", "plunge", "0.0000", "deg"]
 
 
 @pytest.mark.parametrize(

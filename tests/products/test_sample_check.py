@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from dataclasses import replace
+from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from scipy.stats import binom, chi2, t
 
 from tests.messages import refused
 from tests.sample_maker import drawn, maker
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import (
@@ -29,6 +31,9 @@ from vomstudio.io.photos.cameras_file import Cameras
 from vomstudio.io.project.sample import SamplePicks, SampleTruth
 from vomstudio.products.sample import photo_check
 from vomstudio.products.sample.check import (
+    DISPLACEMENT,
+    FOLD_AXIS,
+    INTERSECTION,
     Check,
     axis_check,
     check_sample,
@@ -36,7 +41,16 @@ from vomstudio.products.sample.check import (
     plane_check,
     slip_check,
 )
-from vomstudio.products.sample.photo_check import _seen, _spread, check_photos, checks_text
+from vomstudio.products.sample.photo_check import (
+    CAMERA_CENTRES,
+    MODEL_OFFSET,
+    MODEL_OFFSET_90,
+    OUTCROP_OFFSET,
+    _seen,
+    _spread,
+    check_photos,
+    photo_findings,
+)
 from vomstudio.products.sample.report import as_html, as_text, tally
 
 
@@ -247,21 +261,33 @@ def test_checks_are_counted_and_written_with_their_units() -> None:
         Check("two", angle, angle, 3.0, 2.0, False),
         Check("three", 2.0, 2.5, 0.5, None, None, "m"),
     ]
-    assert tally(checks).startswith("The truth lies within the stated 95 % region in 1 of 2 checks")
-    lines = as_text(checks, ["A note."]).splitlines()
+    assert tally(checks) == Finding("sample.tally", held=1, count=2)
+    note = Finding("display.no-model")
+    lines = as_text(checks, [note]).splitlines()
     assert lines[3].split() == ["one", "<a>", "010.0/04.0", "120.0/45.5", "1.23°", "2.35°", "yes"]
     assert lines[4].split()[-2:] == ["2.00°", "NO"]
-    assert " ".join(lines[5].split()) == "three 2.000 m 2.500 m 0.500 m not stated -"
-    assert lines[-1] == "A note."
+    assert lines[5].split() == [
+        "three",
+        "2.000",
+        "m",
+        "2.500",
+        "m",
+        "0.500",
+        "m",
+        "not",
+        "stated",
+        "-",
+    ]
+    assert lines[-1] == note.message
     starts = {
         line.index(word) for line, word in zip(lines[3:6], ("010.0", "010.0", "2.0"), strict=True)
     }
     assert len(starts) == 1
-    html = as_html(checks, ["A note."], {"net.png": "The <net>"}, 3.25)
+    html = as_html(checks, [note], {"net.png": "The <net>"}, 3.25)
     assert html.count("<tr") == 4
-    assert html.count('<tr class="out">') == 2
-    assert "one &lt;a&gt;" in html
-    assert '<img src="net.png" alt="The &lt;net&gt;">' in html
+    assert html.count('class="out"') == 2
+    assert escape("one <a>") in html
+    assert f'src="net.png" alt="{escape("The <net>")}"' in html
     assert "3.2 s" in html
     assert checks[0].to_dict() == {
         "name": "one <a>", "truth": angle, "measured": plane, "error": 1.234, "stated_95": 2.345,
@@ -353,17 +379,19 @@ def test_a_model_off_by_so_much_is_said_to_be() -> None:
     truth = SampleTruth({"p": Plane(0, 0), "lost": Plane(0, 0)}, Line(0, 0), Line(0, 0), 1.0)
     checks = check_photos(over(0.007), over(), cloud, mesh, made, truth, 0.02)
     by_name = {check.name: check for check in checks}
-    assert by_name["camera centres, median"].error == pytest.approx(0.007)
-    assert by_name["model off the outcrop, median"].error == pytest.approx(0.012, abs=5e-4)
-    assert by_name["model off the outcrop, 90 %"].error == pytest.approx(0.0125, abs=2e-3)
+    assert by_name[CAMERA_CENTRES].error == pytest.approx(0.007)
+    assert by_name[MODEL_OFFSET].error == pytest.approx(0.012, abs=5e-4)
+    assert by_name[MODEL_OFFSET_90].error == pytest.approx(0.0125, abs=2e-3)
     # As far as the next point of the cloud, of 940 a square metre.
-    assert 0.012 < by_name["outcrop off the model, median"].error < 0.03
-    assert list(by_name)[4:] == ["bedding p on the photos' model"]
-    plane = by_name["bedding p on the photos' model"]
+    assert 0.012 < by_name[OUTCROP_OFFSET].error < 0.03
+    (name,) = list(by_name)[4:]
+    plane = by_name[name]
     fitted = Plane(*plane.measured.values())  # type: ignore[union-attr]
     assert plane.error == pytest.approx(angle_between_planes(fitted, Plane(0, 0)), abs=1e-6)
-    words = checks_text(checks)
-    assert "is 12 mm off the outcrop, and its cameras are 7 mm off" in words
+    off, planes = photo_findings(checks)
+    assert off.code == "sample.photo-model"
+    assert off.values["model_mm"] == pytest.approx(12.0, abs=0.5)
+    assert off.values["cameras_mm"] == pytest.approx(7.0)
     assert plane.total_95 is not None
     held = int(plane.error <= plane.total_95)
     assert plane.within_total is bool(held)
@@ -374,8 +402,7 @@ def test_a_model_off_by_so_much_is_said_to_be() -> None:
     assert turned.total_95 == pytest.approx(
         min(90.0, math.hypot(plane.total_95, math.sqrt(chi2.ppf(0.95, 2))))
     )
-    assert f"for {held} of 1 planes on the model" in words
-    assert f"the largest error is {plane.error:.1f} degrees" in words
+    assert planes == Finding("sample.photo-planes", held=held, count=1, worst_deg=plane.error)
     # Only cameras with a name in common are compared.
     moved = over(0.007)
     renamed = replace(moved, views=(replace(moved.views[0], name="other.jpg"), *moved.views[1:]))
@@ -407,9 +434,9 @@ def test_a_sample_is_checked_plane_by_plane_and_then_for_its_fold_its_fault_and_
     names = [check.name for check in found.checks]
     assert names == [
         *(f"{kind} {name}" for name, kind, *_ in rows),
-        "fold axis beta",
-        "intersection of bedding and fault",
-        "displacement on the fault",
+        FOLD_AXIS,
+        INTERSECTION,
+        DISPLACEMENT,
     ]
     for check in found.checks[:-1]:
         assert check.error == pytest.approx(0.0, abs=1e-5), check.name
@@ -467,17 +494,17 @@ def test_the_model_is_off_by_what_it_lies_across_the_surface(
     place: tuple[float, float, float], off: float
 ) -> None:
     found = distances(level(), np.array([place]))
-    assert found["model off the outcrop, 90 %"] == pytest.approx(off, abs=1e-3)
-    assert found["model off the outcrop, median"] == pytest.approx(0.0, abs=2e-4)
+    assert found[MODEL_OFFSET_90] == pytest.approx(off, abs=1e-3)
+    assert found[MODEL_OFFSET] == pytest.approx(0.0, abs=2e-4)
 
 
 @pytest.mark.usefixtures("fewer")
 def test_what_lies_in_a_hole_of_the_outcrop_is_off_by_its_distance() -> None:
     """No face is near enough to say what is across."""
     found = distances(level(hole=0.8), np.array([[4.0, 4.0, 0.0]]))
-    assert found["model off the outcrop, 90 %"] == pytest.approx(0.4, abs=0.03)
+    assert found[MODEL_OFFSET_90] == pytest.approx(0.4, abs=0.03)
     near = distances(level(hole=0.4), np.array([[4.0, 4.0, 0.0]]))
-    assert near["model off the outcrop, 90 %"] == pytest.approx(0.0, abs=2e-4)
+    assert near[MODEL_OFFSET_90] == pytest.approx(0.0, abs=2e-4)
 
 
 @pytest.mark.usefixtures("fewer")
@@ -490,8 +517,8 @@ def test_nine_in_ten_points_of_the_model_lie_no_farther_off() -> None:
     truth = SampleTruth({}, Line(0, 0), Line(0, 0), 1.0)
     checks = check_photos(over(), over(), cloud + ORIGIN, level(), none, truth, 0.02)
     errors = {check.name: check.error for check in checks}
-    assert errors["model off the outcrop, median"] == pytest.approx(0.05, abs=1e-4)
-    assert errors["model off the outcrop, 90 %"] == pytest.approx(0.09, abs=1e-4)
+    assert errors[MODEL_OFFSET] == pytest.approx(0.05, abs=1e-4)
+    assert errors[MODEL_OFFSET_90] == pytest.approx(0.09, abs=1e-4)
 
 
 @pytest.mark.usefixtures("fewer")
@@ -518,17 +545,17 @@ def test_what_the_photos_model_is_worth_is_said_in_millimetres() -> None:
         return Check(name, 0.0, value, value, None, None, "m")
 
     lengths = [
-        length("model off the outcrop, median", 1.2345), length("camera centres, median", 4.5678)
+        length(MODEL_OFFSET, 1.2345), length(CAMERA_CENTRES, 4.5678)
     ]  # fmt: skip
-    words = checks_text(lengths)
-    assert "is 1234 mm off the outcrop, and its cameras are 4568 mm off (medians)." in words
-    assert "for 0 of 0 planes on the model; the largest error is 0.0 degrees." in words
+    off, planes = photo_findings(lengths)
+    assert off == Finding("sample.photo-model", model_mm=1234.5, cameras_mm=4567.8)
+    assert planes == Finding("sample.photo-planes", held=0, count=0, worst_deg=0.0)
     angles = [
         Check(name, {}, {}, error, 1.0, error < 1.0, total_95=2.0)
         for name, error in zip("abc", (0.4, 3.25, 1.1), strict=True)
     ]
-    words = checks_text([*lengths, *angles])
-    assert "for 2 of 3 planes on the model; the largest error is 3.2 degrees." in words
+    _, planes = photo_findings([*lengths, *angles])
+    assert planes == Finding("sample.photo-planes", held=2, count=3, worst_deg=3.25)
 
 
 @pytest.mark.usefixtures("fewer")
@@ -548,5 +575,5 @@ def test_the_outcrop_is_off_the_model_by_the_distance_of_its_next_point() -> Non
     found = replace(true, views=tuple(moved[::-1]))
     errors = {c.name: c.error for c in check_photos(found, true, cloud, level(), none, truth, 0.02)}
     wanted = side * math.sqrt(0.5 / math.pi)
-    assert errors["outcrop off the model, median"] == pytest.approx(wanted, rel=0.02)
-    assert errors["camera centres, median"] == pytest.approx(0.005)
+    assert errors[OUTCROP_OFFSET] == pytest.approx(wanted, rel=0.02)
+    assert errors[CAMERA_CENTRES] == pytest.approx(0.005)

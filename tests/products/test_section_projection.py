@@ -78,8 +78,8 @@ def test_files_say_along_what_features_were_projected(tmp_path: Path) -> None:
     assert "trend 120.0000, plunge 20.0000" in written(tmp_path, EAST, along, "a.csv")
     assert f"at {angle:.1f} deg" in (tmp_path / "a_features.csv").read_text("utf-8")
     assert "along 120.0/20.0" in written(tmp_path, EAST, along, "a.svg")
-    assert "projected at right angles" in written(tmp_path, EAST, None, "b.csv")
-    assert "projected at right angles" in written(tmp_path, EAST, None, "b.svg")
+    assert "at right angles" in written(tmp_path, EAST, None, "b.csv")
+    assert "at right angles" in written(tmp_path, EAST, None, "b.svg")
     cut = cut_model(GROUND, EAST, None, 0.0)
     figures = figures_of(cut, EAST, (), 0, None)
     assert figures.projection_angle_deg is None

@@ -17,12 +17,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from vomstudio.errors import UsageError
-from vomstudio.geology.density import DENSITY_METHODS
+from vomstudio.geology.density import DENSITY_METHODS, DENSITY_UNITS
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import Line, Plane, angle_between_lines, normals_to_planes
 from vomstudio.products.net.contents import NetContents, NetEllipse, make_sets, means_of
 from vomstudio.products.net.figure import NetArtists, draw_stereonet, write_stereonet
 from vomstudio.products.net.figure_options import SIZE_MM
+from vomstudio.products.net.page import PROJECTION_NAMES
 from vomstudio.products.net.style import PRINT, NetStyle
 
 
@@ -77,13 +78,13 @@ def test_the_net_says_what_it_is() -> None:
     _, artists = draw(FULL, 600, 400)
     words = texts(artists)
     assert "N" in words
-    assert "Equal area, lower hemisphere" in words
+    assert PROJECTION_NAMES["area"] in words
     for s in SETS:
         assert any(w.startswith(f"{s.name}, ") and f"(n = {len(s)})" in w for w in words)
     assert any(w.startswith("β ") for w in words)
     assert any("joint 95 %" in w for w in words)
     _, artists = draw(replace(FULL, projection="angle"))
-    assert "Equal angle, lower hemisphere" in texts(artists)
+    assert PROJECTION_NAMES["angle"] in texts(artists)
 
 
 @pytest.mark.parametrize(
@@ -217,7 +218,7 @@ def test_ten_thousand_poles_draw_smoothly() -> None:
 def test_contours_have_levels_and_a_bar_with_units(method: str) -> None:
     _, artists = draw(replace(FULL, contour=method), 700, 450)
     words = texts(artists)
-    assert any(w in ("standard deviations", "% of data per 1 % area") for w in words)
+    assert DENSITY_UNITS[method] in words
     levels = sorted(float(w) for w in words if w.replace(".", "").isdigit())
     assert 1 <= len(levels) <= 8
     draw(replace(EMPTY, contour=method))
@@ -239,7 +240,7 @@ def test_figures_are_written_with_text_as_text(tmp_path: Path, format: str) -> N
     data = out.read_bytes()
     if format == "svg":
         words = "".join(ElementTree.fromstring(data).itertext())
-        assert "Equal area, lower hemisphere" in words
+        assert PROJECTION_NAMES["area"] in words
         assert "Bedding, poles (n = 12)" in words
     else:
         assert data.startswith({"pdf": b"%PDF", "png": b"\x89PNG"}[format])

@@ -96,7 +96,7 @@ def test_points_that_contradict_the_kept_scale_are_told(stated: bool) -> None:
     assert placed.scale == pytest.approx(1.0, abs=1e-2)
     (finding,) = with_code(placed.warnings, "registration.scale-contradicted")
     assert finding.values["times"] == pytest.approx(1.06, abs=0.005)
-    assert "the scale that is kept" not in [b.label for b in placed.blunders]
+    assert not [b.label for b in placed.blunders if "scale" in b.label]
 
 
 def test_points_that_agree_with_the_kept_scale_are_not_doubted() -> None:
@@ -147,7 +147,7 @@ def test_the_command_the_table_and_python_give_the_same(tmp_path, capsys) -> Non
     found = json.loads(capsys.readouterr().out)
     with pytest.warns(vs.errors.VomWarning) as warned:
         placed = vs.register(model, world, robust=True, keep_scale=True)
-    assert "took no part" in str(warned[0].message)
+    assert warned[0].message.code == "registration.left-out"
     assert isinstance(placed, Placed)
     assert found["scale"] == pytest.approx(1.0, abs=1e-4)
     assert np.array(found["matrix"]) == pytest.approx(placed.matrix, abs=1e-6)
@@ -158,7 +158,7 @@ def test_the_command_the_table_and_python_give_the_same(tmp_path, capsys) -> Non
 @pytest.mark.parametrize("name", ["keep_scale", "robust"])
 def test_what_is_no_flag_is_refused(name: str) -> None:
     model, world = drawn(np.random.default_rng(7), 5, 0.01)
-    with pytest.raises(vs.errors.InputError, match="True or False"):
+    with pytest.raises(vs.errors.InputError, match="True"):
         vs.register(model, world, **{name: "yes"})
 
 

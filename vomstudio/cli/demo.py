@@ -105,7 +105,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             "photos": photos,
             "files": [str(file) for file in files],
             "seconds": watch.seconds,
-            "summary": tally(checks),
+            "summary": tally(checks).message,
             "warnings": warnings,
         }
     )
@@ -136,7 +136,7 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
     )
     from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT, ReconstructionOrder
     from vomstudio.jobs.run_job import run_job
-    from vomstudio.products.sample.photo_check import check_photos, checks_text
+    from vomstudio.products.sample.photo_check import check_photos, photo_findings
 
     order = ReconstructionOrder(
         sample_photos(),
@@ -168,7 +168,7 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
         **{key: result[key] for key in keys},
         "checks": [check.to_dict() for check in checks],
         "files": [Path(result[key]) for key in ("mesh", "dense", "sparse", "cameras", "report")],
-        "text": checks_text(checks),
+        "text": " ".join(map(str, photo_findings(checks))),
         "warnings": made.warnings,
     }
 

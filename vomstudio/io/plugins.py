@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Generic, TypeVar
 
-from vomstudio.words import tr
+from vomstudio.core.findings import Finding
 
 T = TypeVar("T")
 
@@ -19,7 +19,7 @@ class Found(Generic[T]):
     """All that were found, and why some could not be loaded, a sentence for each."""
 
     all: tuple[T, ...]
-    broken: tuple[str, ...]
+    broken: tuple[Finding, ...]
 
 
 def find_plugins(package: ModuleType, attribute: str, kind: type[T], group: str) -> Found[T]:
@@ -35,7 +35,7 @@ def find_plugins(package: ModuleType, attribute: str, kind: type[T], group: str)
 
     what = kind.__name__
     found: list[T] = []
-    broken: list[str] = []
+    broken: list[Finding] = []
     for module in sorted(pkgutil.iter_modules(package.__path__), key=lambda m: m.name):
         if module.name.startswith("_"):
             continue
@@ -44,16 +44,16 @@ def find_plugins(package: ModuleType, attribute: str, kind: type[T], group: str)
         if isinstance(one, kind):
             found.append(one)
         else:
-            broken.append(tr("{module} does not define {name}", module=name, name=attribute))
+            broken.append(Finding("plugin.not-defined", module=name, name=attribute))
     for point in sorted(entry_points(group=group), key=lambda p: p.name):
         said = f"{what} '{point.name}' ({point.value})"
         try:
             one = point.load()
         except Exception as error:  # noqa: BLE001  someone else's code must not stop ours
-            broken.append(tr("{plugin} cannot be loaded: {error}", plugin=said, error=error))
+            broken.append(Finding("plugin.not-loaded", plugin=said, reason=error))
             continue
         if isinstance(one, kind):
             found.append(one)
         else:
-            broken.append(tr("{plugin} is not a {kind}", plugin=said, kind=what))
+            broken.append(Finding("plugin.other-kind", plugin=said, kind=what))
     return Found(tuple(found), tuple(broken))

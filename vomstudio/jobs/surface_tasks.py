@@ -117,7 +117,7 @@ def _map_measurable(request: MeasurableOrder, progress: Progress) -> MappedMeasu
     import numpy as np
 
     from vomstudio.geology.orientation import Plane
-    from vomstudio.products.surface.measurable_map import measurable_map, share_lines
+    from vomstudio.products.surface.measurable_map import measurable_map, share_findings
 
     fields = measurable_map(
         in_world(request.model, progress),
@@ -125,7 +125,7 @@ def _map_measurable(request: MeasurableOrder, progress: Progress) -> MappedMeasu
         request.options,
         progress,
     )
-    messages = (*share_lines(fields), *fields.warnings)
+    messages = (*share_findings(fields), *fields.warnings)
     arrays: dict[str, Any] = {
         **fields.as_fields(),
         "said": np.array([str(each) for each in messages], np.str_),

@@ -13,7 +13,6 @@ from vomstudio.photogrammetry.pipeline.memory_estimate import MemoryNeed, memory
 from vomstudio.progress import Progress
 from vomstudio.survey.survey_options import FrameOptions
 from vomstudio.survey.video import FrameReport, take_frames
-from vomstudio.words import tr
 
 
 @dataclass(frozen=True)
@@ -66,8 +65,8 @@ class ControlFacts:
 
     points: tuple[PointFacts, ...]
     crs: str | None
-    crs_reason: str
-    summary: str
+    crs_reason: Finding | None
+    summary: Finding | None
     problem: Finding | None
     warnings: tuple[Finding, ...]
 
@@ -95,7 +94,7 @@ def _foresee(asked: ForecastOrder, progress: Progress) -> Forecast:
         try:
             control = _control(asked.control, asked.marks, asked.crs, photos)
         except VomError as error:
-            control = ControlFacts((), asked.crs, "", "", finding_of(error), ())
+            control = ControlFacts((), asked.crs, None, None, finding_of(error), ())
     return Forecast(memory, control)
 
 
@@ -110,7 +109,9 @@ def _control(path: Path, marks: Path | None, crs: str | None, photos: Any) -> Co
 
     points = read_control(path)
     placed = agreed_crs(path, crs)
-    reason = tr("as chosen") if crs is not None else tr("stated in {file}", file=path.name)
+    reason = Finding("control.crs-chosen")
+    if crs is None:
+        reason = Finding("control.crs-stated", file=path.name)
     seen = read_marks(marks_beside(path) if marks is None else marks)
     found = check_control(points, seen, photos, placed, reason)
     return serialisation.decode(ControlFacts, found.to_dict())

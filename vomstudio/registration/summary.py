@@ -27,7 +27,7 @@ from vomstudio.words import to_translate, tr
 _Z95 = 1.959963984540054
 _FEW = 4
 _SAME_SCALE = 1e-9
-_METHODS = {
+METHODS = {
     "gps": to_translate("GPS positions of the cameras"),
     "control": to_translate("control points marked in photos"),
     "points": to_translate("control points picked on the model"),
@@ -74,7 +74,7 @@ class Summary:
 
 def summary_of(registration: Registration) -> Summary:
     """In words; errors are 95 %, each of its one figure."""
-    facts = [(tr("Registered by"), tr(_METHODS[registration.method])), *_points(registration)]
+    facts = [(tr("Registered by"), tr(METHODS[registration.method])), *_points(registration)]
     if registration.observations:
         facts.append((tr("Observations"), _observations(registration)))
     sentence = ""

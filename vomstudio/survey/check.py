@@ -23,11 +23,11 @@ from vomstudio.survey.check_results import (
     PhotoFigures,
     SurveyReport,
     advice_for,
+    assess,
     by_severity,
-    verdict_of,
 )
 from vomstudio.survey.overlap import compare_photos, features_of, optical_axes
-from vomstudio.survey.photo_limits import ground_sampling_distance, planes_text
+from vomstudio.survey.photo_limits import expected_planes, ground_sampling_distance
 from vomstudio.survey.photo_quality import measure_quality
 from vomstudio.words import tr
 
@@ -104,7 +104,7 @@ def report(
         "before",
         figures,
         tuple(findings),
-        verdict_of(findings, middle, hint=_hint(photos)),
+        assess(findings, middle, hint=_hint(photos)),
         middle,
         None if planes is None else planes.textbook,
         advice_for(findings),
@@ -127,15 +127,17 @@ def pixel_size(photo: Photo, distance_m: float | None = None) -> float | None:
     return ground_sampling_distance(photo.long_side, photo.focal_px, distance, photo.long_side)
 
 
-def _hint(photos: Sequence[Photo]) -> str:
+def _hint(photos: Sequence[Photo]) -> tuple[Finding, ...]:
     focal = [p.focal_px for p in photos if p.focal_px is not None]
     if not focal:
-        return tr("The pixel size is unknown, since neither focal length nor distance is known.")
-    per_10_m = 10.0 / float(np.median(focal))
-    pixel = tr(
-        "At 10 m from the rock one pixel would cover {pixel}.", pixel=length_text(per_10_m, 2)
+        return (Finding("survey.pixel-size-unknown"),)
+    distance_m = 10.0
+    gsd_m = distance_m / float(np.median(focal))
+    pixel = length_text(gsd_m, 2)
+    return (
+        Finding("survey.pixel-size-at-distance", distance_m=distance_m, pixel=pixel),
+        expected_planes(PlaneSizes.of_pixels(gsd_m)),
     )
-    return f"{pixel} {planes_text(PlaneSizes.of_pixels(per_10_m))}"
 
 
 def _of_the_folder(folder: PhotoFolder, seen: SurveyMeasurements, limits: Limits) -> list[Finding]:

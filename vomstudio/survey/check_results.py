@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from vomstudio.core.findings import Finding
-from vomstudio.core.results import OPTIONAL, Result
+from vomstudio.core.results import HIDDEN, OPTIONAL, Result
 from vomstudio.geometry.plane_sizes import PlaneError, PlaneSizes
 from vomstudio.geometry.units import length_text
-from vomstudio.survey.photo_limits import planes_text
+from vomstudio.survey.photo_limits import expected_planes
 from vomstudio.words import to_translate, tr
 
 _ORDER = {"error": 0, "warning": 1, "info": 2}
@@ -33,7 +34,7 @@ class PhotoFigures:
 
 @dataclass(frozen=True)
 class SurveyReport(Result):
-    """stage : "before" or "after" the alignment; next_time : what to shoot, the gravest first
+    """stage : "before" or "after" the alignment; assessment : what the photos are worth; next_time : what to shoot, the gravest first
     smallest_plane_m : the textbook's limit for a plane worth measuring, 100 times the resolution
     plane_error : the expected one of planes against their size, empty where no pixel size is
     known
@@ -42,13 +43,22 @@ class SurveyReport(Result):
     stage: str
     photos: tuple[PhotoFigures, ...]
     findings: tuple[Finding, ...]
-    verdict: str
+    assessment: tuple[Finding, ...] = field(metadata=HIDDEN)
     gsd_m: float | None = None
     smallest_plane_m: float | None = None
     next_time: tuple[str, ...] = field(default=())
     plane_error: tuple[PlaneError, ...] = ()
     gsd: float | None = field(default=None, metadata=OPTIONAL)
     smallest_plane: float | None = field(default=None, metadata=OPTIONAL)
+
+    @property
+    def verdict(self) -> str:
+        """The assessment in sentences."""
+        return " ".join(map(str, self.assessment))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object that ``--json`` prints."""
+        return super().to_dict() | {"verdict": self.verdict}
 
 
 def by_severity(findings: Sequence[Finding]) -> tuple[Finding, ...]:
@@ -125,19 +135,19 @@ def advice_for(findings: Sequence[Finding]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(said))
 
 
-def verdict_of(
+def assess(
     findings: Sequence[Finding],
     gsd_m: float | None,
     *,
     metric: bool = True,
     planes: PlaneSizes | None = None,
-    hint: str = "",
-) -> str:
-    """Two or three sentences for a geologist.
+    hint: Sequence[Finding] = (),
+) -> tuple[Finding, ...]:
+    """Return what the photos are worth, in two or three findings for a geologist.
 
     metric : whether sizes are in metres, else they are in units of the model
-    gsd_m : median pixel size on the rock, None where unknown; then `hint` follows
-    planes : of the model, where there is one; None: what photos of this pixel size let expect
+    gsd_m : median pixel size on the rock; if None, `hint` follows
+    planes : sizes of planes by the resolution of the model; by the photos' pixel size if None
     """
     errors = [f for f in findings if f.severity == "error"]
     warnings = [f for f in findings if f.severity == "warning"]
@@ -147,22 +157,21 @@ def verdict_of(
     )
     if len(grave) > 3:
         reasons = tr("{reasons} and {count} more", reasons=reasons, count=len(grave) - 3)
+    codes = [f.code for f in grave]
     if errors:
-        first = tr("These photos will not give a complete model: {reasons}.", reasons=reasons)
+        first = Finding("survey.incomplete", reasons=reasons, codes=codes)
     elif warnings:
-        first = tr("These photos can give a model, with reservations: {reasons}.", reasons=reasons)
+        first = Finding("survey.reservations", reasons=reasons, codes=codes)
     else:
-        first = tr("These photos should give a sound model.")
-    second = hint
+        first = Finding("survey.sound")
     if planes is not None:
-        second = tr(
-            "The model resolves {size}.", size=length_text(planes.resolution, 2, metric=metric)
-        )
-        second += " " + planes_text(planes, metric=metric, by_pixels=False)
-    elif gsd_m is not None:
-        second = tr("One pixel covers {pixel}.", pixel=length_text(gsd_m, 2, metric=metric))
-        second += " " + planes_text(PlaneSizes.of_pixels(gsd_m), metric=metric)
-    return f"{first} {second}" if second else first
+        size = length_text(planes.resolution, 2, metric=metric)
+        resolved = Finding("survey.model-resolution", size=size)
+        return first, resolved, expected_planes(planes, metric=metric, by_pixels=False)
+    if gsd_m is not None:
+        covered = Finding("survey.pixel-size", pixel=length_text(gsd_m, 2, metric=metric))
+        return first, covered, expected_planes(PlaneSizes.of_pixels(gsd_m), metric=metric)
+    return first, *hint
 
 
 _SHORT = {

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.geometry.plane_sizes import (
@@ -45,37 +43,24 @@ def gsd_for_plane(extent_m: float) -> float:
     return extent_m / (PIXELS_PER_RESOLUTION * TEXTBOOK_RESOLUTIONS)
 
 
-def planes_text(planes: PlaneSizes, *, metric: bool = True, by_pixels: bool = True) -> str:
-    """How well the direction of planes is known, in one sentence: of the smallest for which the
-    verdict is good, and of the textbook's limit.
+def expected_planes(planes: PlaneSizes, *, metric: bool = True, by_pixels: bool = True) -> Finding:
+    """Return how well the direction of planes is known: of the smallest for which the verdict is
+    good, and of the textbook's limit.
 
     metric : whether sizes are in metres, else they are in units of the model
     by_pixels : whether the resolution is that of photos, else it is that of a model
     """
     smallest = planes.size_for(WANTED_DEG)
     if smallest is None:
-        return tr(
-            "No plane can be expected within {wanted:g}°, since the registration may be off by "
-            "{off:.1f}° (95 %).",
-            wanted=WANTED_DEG,
-            off=planes.registration_deg,
+        return Finding(
+            "survey.no-planes", wanted_deg=WANTED_DEG, registration_deg=planes.registration_deg
         )
-    values: dict[str, Any] = {
-        "small": length_text(smallest, 2, metric=metric),
-        "within": f"{planes.error_deg(smallest):.1f}",
-        "large": length_text(planes.textbook, 2, metric=metric),
-        "better": f"{planes.error_deg(planes.textbook):.1f}",
-    }
-    if by_pixels:
-        return tr(
-            "Planes {small} across can be expected within {within}°, those {large} across, the "
-            "textbook's limit of 1000 pixels, within {better}° (95 %).",
-            **values,
-        )
-    return tr(
-        "Planes {small} across can be expected within {within}°, those {large} across, the "
-        "textbook's limit of 100 times the resolution, within {better}° (95 %).",
-        **values,
+    return Finding(
+        "survey.planes-by-photos" if by_pixels else "survey.planes-by-model",
+        size=length_text(smallest, 2, metric=metric),
+        error_deg=planes.error_deg(smallest),
+        textbook_size=length_text(planes.textbook, 2, metric=metric),
+        textbook_error_deg=planes.error_deg(planes.textbook),
     )
 
 

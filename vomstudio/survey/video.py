@@ -24,7 +24,7 @@ from vomstudio.files.regular import open_regular, read_json
 from vomstudio.progress import Progress, Silent
 from vomstudio.survey.photo_quality import blur
 from vomstudio.survey.survey_options import DEFAULT_FPS
-from vomstudio.words import to_translate, tr, tr_n
+from vomstudio.words import to_translate, tr
 
 Bytes = npt.NDArray[np.uint8]
 
@@ -322,20 +322,11 @@ def _with_verdict(report: FrameReport, fps: float) -> FrameReport:
     if fps > 4.0 or fps < 1.0:
         report.warnings.append(Finding("video.unusual-rate", fps=fps))
     if reasons:
-        verdict = tr(
-            "This video is not good enough. {reasons} Take photos instead, or film again slowly "
-            "and smoothly, without standing still.",
-            reasons=" ".join(reason.message for reason in reasons),
-        )
+        stated = " ".join(reason.message for reason in reasons)
+        verdict = Finding("video.not-good-enough", reasons=stated)
     else:
-        verdict = tr_n(
-            "{count} frame can be used. It has no position and no camera data: scale and "
-            "orientation must come from control points or a measured length.",
-            "{count} frames can be used. They have no position and no camera data: scale and "
-            "orientation must come from control points or a measured length.",
-            taken,
-        )
-    return replace(report, good_enough=not reasons, verdict=verdict)
+        verdict = Finding("video.usable", count=taken)
+    return replace(report, good_enough=not reasons, verdict=verdict.message)
 
 
 # ------------------------------------------------------------------------------------------------

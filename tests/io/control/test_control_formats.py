@@ -17,6 +17,7 @@ from vomstudio.io.control.control_files import (
     read_control,
     read_marks,
 )
+from vomstudio.io.control.formats import metashape, tables
 from vomstudio.io.control.points import ControlPoint, Mark
 
 THEIRS = """
@@ -79,13 +80,13 @@ def test_a_broken_package_does_not_stop_ours(
 ) -> None:
     offer(monkeypatch)
     names = [one.name for one in registry.find_formats().all]
-    assert {"markers of Metashape (XML)", "table of control points"} <= set(names)
+    assert {metashape.CONTROL_FORMAT.name, tables.CONTROL_FORMAT.name} <= set(names)
     registry.find_formats.cache_clear()
     offer(monkeypatch, "no_such_package:CONTROL_FORMAT", "math:pi")
     assert [one.name for one in registry.find_formats().all] == names
     said = registry.find_formats().broken
-    assert "cannot be loaded" in said[0]
-    assert "is not a ControlFormat" in said[1]
+    assert [each.code for each in said] == ["plugin.not-loaded", "plugin.other-kind"]
+    assert said[1].values["kind"] == "ControlFormat"
     path = tmp_path / "control.csv"
     path.write_text("label,x,y,z\nA,1,2,3\n")
     assert read_control(path) == [ControlPoint("A", (1.0, 2.0, 3.0))]

@@ -246,7 +246,7 @@ def test_a_large_file_of_too_many_entries_is_refused_by_the_process_that_reads_i
     path = tmp_path / "points.shp"
     wkb = np.array([shapely.to_wkb(shapely.Point(3, 4))] * 300_001, object)
     pyogrio.raw.write(path, wkb, [], [], geometry_type="Point", crs="EPSG:32633")
-    with pytest.raises(InputError, match=r"points\.shp: The layers have more than 300,000 entries"):
+    with refused("file.too-many-parts", limit=300_000, file=path):
         read_gis_lines(path)
 
 

@@ -61,7 +61,8 @@ def test_a_mesh_comes_back_the_same_and_nothing_is_mapped(model: Path, tmp_path:
 
 def test_a_cloud_comes_back_with_normals_and_fields(tmp_path: Path) -> None:
     points = np.random.default_rng(0).random((7, 3))
-    fields = {"scalar / odd name": np.arange(7, dtype=np.int16), "t": np.linspace(0, 1, 7)}
+    odd = "scalar / odd name"
+    fields = {odd: np.arange(7, dtype=np.int16), "t": np.linspace(0, 1, 7)}
     cloud = PointCloud(points, None, points.astype(np.float32), fields)
     loaded = LoadedModel(
         cloud, "cloud", "EPSG:32615", (uncoded("A warning."),), tmp_path / "gone.laz", "abc"
@@ -72,7 +73,7 @@ def test_a_cloud_comes_back_with_normals_and_fields(tmp_path: Path) -> None:
     assert np.array_equal(back.data.points, points)
     assert back.data.normals is not None
     assert list(back.data.fields) == list(fields)
-    assert back.data.fields["scalar / odd name"].dtype == np.int16
+    assert back.data.fields[odd].dtype == np.int16
     assert back.crs == "EPSG:32615"
 
 

@@ -14,6 +14,7 @@ from tests.messages import refused
 from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models import formats, registry
+from vomstudio.io.models.formats import las, obj, xyz
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.progress import Progress
@@ -79,7 +80,7 @@ def test_a_broken_package_does_not_stop_the_others(
 ) -> None:
     offer(monkeypatch)
     names = [r.name for r in registry.find_readers().all]
-    assert {"Wavefront OBJ", "LAS/LAZ point cloud", "text table of points"} <= set(names)
+    assert {obj.READER.name, las.READER.name, xyz.READER.name} <= set(names)
     registry.find_readers.cache_clear()
     offer(monkeypatch, "no_such_package:READER", "math:pi")
     found = registry.find_readers()

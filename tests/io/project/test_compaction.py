@@ -11,6 +11,7 @@ import pytest
 
 from tests.messages import refused
 from tests.samples import bed
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.photo_edits import add_photo_set, set_masks
 from vomstudio.document.records import Asset, Frame, Model, PhotoSet
@@ -194,7 +195,11 @@ def no_space(monkeypatch: pytest.MonkeyPatch, when: str) -> Iterator[None]:
     """The disk is full while rows are written, the old journal is kept, or files take places."""
 
     def full(*_: object, **__: object) -> None:
-        raise OSError(28, "No space left") if when == "replacing" else TargetError("No space left")
+        raise (
+            OSError(28, "No space left")
+            if when == "replacing"
+            else TargetError(Finding("disk.full"))
+        )
 
     step = {"writing": "copy_row", "keeping": "copy_to"}.get(when)
     with monkeypatch.context() as patch:
@@ -213,7 +218,7 @@ def test_a_compaction_that_fails_has_changed_nothing(
 
     with (
         no_space(monkeypatch, when),
-        pytest.raises(TargetError, match=r"No space left|disk is full"),
+        refused("disk.full", TargetError),
     ):
         worn.compact()
     assert not worn.is_compacted
@@ -276,7 +281,7 @@ def test_a_way_back_that_fails_can_be_tried_again_and_adds_nothing_twice(
 
     with (
         no_space(monkeypatch, when),
-        pytest.raises(TargetError, match=r"No space left|disk is full"),
+        refused("disk.full", TargetError),
     ):
         worn.take_back_compaction()
     assert rows(worn) == now

@@ -149,10 +149,13 @@ def test_compass_points_beside_a_strike_are_its_quadrant(book: Path) -> None:
 def test_a_quadrant_that_is_missing_in_some_rows_leaves_the_right_hand_there(book: Path) -> None:
     found, notation = roles(book, "name,strike,dip,quadrant", "a,42,41,SE", "b,45,40,")
     assert (found["quadrant"], notation) == ("quadrant", "strike/dip")
-    assert roles(book, "name,strike,dip,quadrant", "a,42,41,SE")[1] == "quadrant"
-    assert roles(book, "name,azimuth,dip,quadrant", "a,42,41,SE")[0]["azimuth"] == "azimuth"
+    _, notation = roles(book, "name,strike,dip,quadrant", "a,42,41,SE")
+    assert notation == "quadrant"
+    found, _ = roles(book, "name,azimuth,dip,quadrant", "a,42,41,SE")
+    assert found["azimuth"] == "azimuth"
     for row in ("a,N42E,41", "a,42,41SE"):
-        assert roles(book, "name,strike,dip", row)[1] == "quadrant"
+        _, notation = roles(book, "name,strike,dip", row)
+        assert notation == "quadrant"
 
 
 @pytest.mark.parametrize(
@@ -222,7 +225,7 @@ def test_declinations_are_told_with_their_value_or_how_many_they_are(book: Path)
     (finding,) = guess(table).findings
     assert finding.code == "reading.declination-column"
     assert finding.values == {"column": "mag dec", "count": 1, "first": "2.6"}
-    assert "“mag dec” (2.6) is not applied" in finding.message
+    assert "“mag dec” (2.6)" in finding.message
     table = table_of(book, "dip direction,dip,declination\n1,2,2.6\n1,2,2.7\n")
     (finding,) = guess(table).findings
     assert "(2 different values)" in finding.message
@@ -509,7 +512,7 @@ def test_a_row_of_another_width_is_bad_and_a_notation_that_is_none_a_mistake(boo
     found = understand(table, guess(table).columns, "dipdir/dip")
     assert found.bad == (BadRow(2, table.ragged[0]),)
     assert [r.line for r in found.rows] == [3]
-    with pytest.raises(ValueError, match="dip/dip"):
+    with pytest.raises(ValueError, match=r"dip\Wdip"):
         understand(table, {}, "dip/dip")
 
 

@@ -63,6 +63,10 @@ def four_beds(tmp_path: Path) -> Path:
     return project.folder
 
 
+HEAD = "SELECT rows, seq, checksum FROM head"
+EDITS = "SELECT before, after FROM journal"
+
+
 def asked(path: Path, query: str) -> list[tuple[Any, ...]]:
     """What another program sees in the file."""
     with closing(sqlite3.connect(path)) as db:
@@ -110,7 +114,9 @@ def test_every_row_is_summed_with_the_one_before_and_the_head_goes_with_it(
         assert write() == number == journal.last
         count, last, total = chained(path)
         assert (count, last) == (number, number)
-        assert asked(path, "SELECT id, rows, seq, checksum FROM head") == [(1, count, last, total)]
+        assert asked(path, f"SELECT id, {HEAD.removeprefix('SELECT ')}") == [
+            (1, count, last, total)
+        ]
 
 
 def test_a_row_says_when_with_which_program_and_with_which_settings_it_was_written(
@@ -157,12 +163,12 @@ def test_a_row_and_the_head_are_written_both_or_neither(tmp_path: Path, statemen
         session.apply(edits.add_trace(session.records, bed("t0")))
     assert str(path) in str(caught.value)
     assert chained(path) == before
-    assert asked(path, "SELECT rows, seq, checksum FROM head") == [before]
+    assert asked(path, HEAD) == [before]
     assert dict(session.records) == records
     assert project.journal.last == before[1]
     changed(path, "DROP TRIGGER full")
     session.apply(edits.add_trace(session.records, bed("t1")))
-    assert asked(path, "SELECT rows, seq, checksum FROM head") == [chained(path)]
+    assert asked(path, HEAD) == [chained(path)]
     assert "t1" in traces(project.folder)
     project.close()
 
@@ -179,7 +185,7 @@ def test_a_row_is_written_without_blanks_that_no_one_reads(
     journal: SqliteJournal, path: Path
 ) -> None:
     journal.append("do", after={"a": [1, 2], "b": None})
-    assert asked(path, "SELECT before, after FROM journal") == [(None, '{"a":[1,2],"b":null}')]
+    assert asked(path, EDITS) == [(None, '{"a":[1,2],"b":null}')]
 
 
 def test_a_model_whose_name_is_no_utf8_is_opened_and_found_again(tmp_path: Path) -> None:
@@ -355,7 +361,7 @@ def test_where_the_head_is_lost_or_damaged_new_rows_follow_the_last_one(
     project.session.apply(edits.add_trace(project.session.records, bed("new")))
     project.close()
     assert chained(path)[:2] == (8, 8)
-    assert asked(path, "SELECT rows, seq, checksum FROM head") == [chained(path)]
+    assert asked(path, HEAD) == [chained(path)]
 
 
 def test_after_lost_rows_the_next_one_follows_what_is_there(four_beds: Path) -> None:
@@ -367,7 +373,7 @@ def test_after_lost_rows_the_next_one_follows_what_is_there(four_beds: Path) -> 
     project.close()
     count, last, total = chained(path)
     assert (count, last) == (6, 8)
-    assert asked(path, "SELECT rows, seq, checksum FROM head") == [(6, 8, total)]
+    assert asked(path, HEAD) == [(6, 8, total)]
 
 
 def test_where_all_rows_were_lost_that_is_said_and_work_can_go_on(four_beds: Path) -> None:

@@ -13,6 +13,7 @@ import pytest
 
 from tests.messages import refused
 from tests.specimens import figures
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.errors import TargetError
 from vomstudio.io.project import journal, journal_migration, journal_shape
@@ -93,7 +94,8 @@ def test_the_old_journal_is_copied_once_before_it_is_migrated(specimen: Path) ->
     backup = specimen / BACKUP
     assert query(backup, ROWS) == rows
     assert query(backup, "PRAGMA user_version") == [(1,)]
-    assert query(backup, "SELECT name FROM sqlite_master WHERE name = 'note'") == []
+    notes = "SELECT name FROM sqlite_master WHERE name = 'note'"
+    assert query(backup, notes) == []
     # The second opening finds nothing to migrate.
     content = backup.read_bytes()
     Project.open(specimen).close()
@@ -150,7 +152,7 @@ def test_a_migration_that_fails_leaves_the_old_journal(
     records = read_replay(specimen).records
 
     def fail(*_: object) -> None:
-        raise TargetError("the disk is full")
+        raise TargetError(Finding("disk.full"))
 
     def fail_late(db: sqlite3.Connection) -> None:
         add_column(db)
@@ -162,7 +164,7 @@ def test_a_migration_that_fails_leaves_the_old_journal(
         if failure == "copy":
             patch.setattr(journal_migration, "copy_database", fail)
         # The error is kept, as a window keeps the one that it shows: nothing is closed by chance.
-        with pytest.raises(TargetError, match="disk is full") as caught:
+        with refused("disk.full", TargetError) as caught:
             Project.open(specimen)
         assert query(path, ROWS) == rows
         assert query(path, "SELECT sql FROM sqlite_master") == tables
@@ -193,12 +195,13 @@ def test_a_journal_that_cannot_be_read_is_refused_before_it_is_copied(specimen: 
 @pytest.mark.usefixtures("schema_2")
 def test_a_damaged_row_is_reported_before_and_after_the_migration(specimen: Path) -> None:
     path = specimen / "journal.sqlite"
-    execute(path, "UPDATE journal SET after = substr(after, 1, 40) WHERE label = 'Set the compass'")
+    label = "Set the compass"
+    execute(path, f"UPDATE journal SET after = substr(after, 1, 40) WHERE label = '{label}'")
     rows = query(path, ROWS)
     for _ in range(2):
         project = Project.open(specimen)
         assert len(project.problems) == 1
-        assert project.problems[0].values["label"] == "Set the compass"
+        assert project.problems[0].values["label"] == label
         assert "reading-overturned" in project.session.records
         project.close()
     assert query(path, ROWS) == rows

@@ -103,7 +103,8 @@ def test_a_repair_keeps_the_times_the_views_and_the_journal_of_before(
             was = before[row.label]
             assert (row.time, row.version, row.after) == (was.time, was.version, was.after)
     kept = sqlite3.connect(made.kept)
-    assert kept.execute("SELECT count(*) FROM journal WHERE time = 'then'").fetchone() == (1,)
+    rows = kept.execute("SELECT count(*) FROM journal WHERE time = 'then'")
+    assert rows.fetchone() == (1,)
     kept.close()
     assert not (folder / "journal-compacted.sqlite").exists()
 

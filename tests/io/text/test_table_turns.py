@@ -32,7 +32,8 @@ def line(*models: str, covariance: object = COVARIANCE) -> str:
 
 
 def test_a_table_of_others_says_nothing_of_it(tmp_path: Path) -> None:
-    assert table(tmp_path, "dip direction,dip", "90,30", "100,40").turns is None
+    found = table(tmp_path, "dip direction,dip", "90,30", "100,40")
+    assert found.turns is None
 
 
 def test_a_column_alone_is_taken_as_equal_about_all_axes(tmp_path: Path) -> None:

@@ -86,7 +86,8 @@ def test_photos_that_show_the_same_are_found_by_their_features(walls):
 def test_the_comparison_is_counted_and_can_be_stopped(walls):
     told = Told()
     choose_pairs([photo(k) for k in range(70)], walls, "auto", told)
-    assert told.stages == [("Finding similar photos", 70 * 69 // 2)]
+    ((_, total),) = told.stages
+    assert total == 70 * 69 // 2
     assert told.steps == sorted(told.steps)
     assert len(told.steps) == 70
     assert told.steps[-1] == 70 * 69 // 2

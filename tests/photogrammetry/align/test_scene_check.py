@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.messages import by_code
 from tests.photogrammetry.surface.wall_maker import rotation_to
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.plane_sizes import PlaneSizes
@@ -18,6 +19,7 @@ from vomstudio.photogrammetry.align.scene_check import (
     shared_view,
 )
 from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.survey.check_results import ADVICE
 
 SIZE, FOCAL = (800, 600), 800.0
 
@@ -74,7 +76,7 @@ def grave(report) -> set[str]:
 def test_a_good_alignment_is_left_in_peace() -> None:
     report = check_scene(scene(good_views()))
     assert grave(report) == set()
-    assert "sound model" in report.verdict
+    assert report.assessment[0].code == "survey.sound"
     # 8 m over 800 px.
     assert report.gsd_m == pytest.approx(0.01, rel=0.03)
     assert report.smallest_plane_m == pytest.approx(10, rel=0.03)
@@ -83,10 +85,11 @@ def test_a_good_alignment_is_left_in_peace() -> None:
 def test_a_registration_that_is_off_by_seven_degrees_is_no_sound_model() -> None:
     report = check_scene(scene(good_views()), planes=PlaneSizes(0.02, 0.005, 7.0))
     assert grave(report) == {"rotation"}
-    assert "sound model" not in report.verdict
-    assert "an uncertain orientation" in report.verdict
-    assert "No plane can be expected within 5°" in report.verdict
-    assert report.next_time[0].startswith("Lay out at least four control points")
+    verdict = by_code(report.assessment)
+    assert "survey.sound" not in verdict
+    assert verdict["survey.reservations"]["codes"] == ("rotation",)
+    assert verdict["survey.no-planes"] == {"wanted_deg": 5.0, "registration_deg": 7.0}
+    assert report.next_time[0] == ADVICE["rotation"]
 
 
 def test_what_can_be_told_of_planes_rests_on_the_model_not_on_the_pixels() -> None:
@@ -94,8 +97,10 @@ def test_what_can_be_told_of_planes_rests_on_the_model_not_on_the_pixels() -> No
     report = check_scene(scene(good_views()), planes=PlaneSizes(0.03, 0.005))
     assert report.gsd_m == pytest.approx(0.01, rel=0.03)
     assert report.smallest_plane_m == pytest.approx(3.0)
-    assert "The model resolves 3.0 cm." in report.verdict
-    assert "1000 pixels" not in report.verdict
+    verdict = by_code(report.assessment)
+    assert verdict["survey.model-resolution"] == {"size": "3.0 cm"}
+    assert "survey.planes-by-model" in verdict
+    assert "survey.planes-by-photos" not in verdict
     assert grave(report) == set()
 
 
@@ -121,7 +126,8 @@ def test_figures_are_those_of_the_cameras() -> None:
 @pytest.mark.parametrize("scaled", [True, False])
 def test_a_local_frame_has_no_metres(scaled: bool) -> None:
     report = check_scene(scene(good_views(), scaled=scaled))
-    assert (" units across" in report.verdict) == (not scaled)
+    (*_, expected) = report.assessment
+    assert expected.values["textbook_size"].endswith("units") == (not scaled)
     told = report.to_dict()
     metres = [told["gsd_m"], told["smallest_plane_m"]]
     metres += [each["size_m"] for each in told["plane_error"]]
@@ -176,7 +182,7 @@ def test_a_scene_of_nothing_is_an_answer() -> None:
         np.zeros(1, np.int64), np.empty(0, np.int32), np.empty((0, 2), np.float32),
     )  # fmt: skip
     report = check_scene(empty, unregistered=["a.jpg", "b.jpg"])
-    assert "not give" in report.verdict
+    assert report.assessment[0].code == "survey.incomplete"
     # Placed, but without a single point.
     alone = SparseScene((view("a", (0, 0, 8), (0, 0, 0)),), *(
         getattr(empty, n) for n in (

@@ -41,7 +41,9 @@ def test_enough_points_are_counted_and_nothing_is_complained_of() -> None:
     points = [*POINTS, ControlPoint("E", (5.0, 1.0, 2.0), None, True)]
     found = check_control(points, marks(*"ABCDE"), PHOTOS)
     assert found.problem is None
-    assert found.summary == "Usable: 4 control points, 1 check point, each in 4 photos."
+    assert found.summary.code == "control.usable"
+    counts = {name: found.summary.values[name] for name in ("control", "check", "least", "most")}
+    assert counts == {"control": 4, "check": 1, "least": 4, "most": 4}
     assert found.warnings == ()
     assert found.crs is None
 
@@ -98,10 +100,11 @@ def test_the_zone_of_the_gps_is_proposed_where_the_points_lie_in_it() -> None:
             for i, p in enumerate(POINTS)]  # fmt: skip
     found = check_control(near, marks(*"ABCD"), photos)
     assert found.crs == "EPSG:32633"
-    assert "m from the photos' GPS" in found.crs_reason
+    assert found.crs_reason.code == "control.crs-proposed"
+    assert found.crs_reason.values["distance_m"] < 100
     local = check_control(POINTS, marks(*"ABCD"), photos)
     assert local.crs is None
-    assert "local frame" in local.crs_reason
+    assert local.crs_reason == Finding("control.crs-local")
     wrong = check_control(near, marks(*"ABCD"), photos, "EPSG:32632")
     assert wrong.crs == "EPSG:32632"
     # Six degrees of longitude at 45 degrees are some 472 km.

@@ -15,7 +15,11 @@ from vomstudio.errors import GeometryError, InputError
 from vomstudio.geometry.cameras import View
 from vomstudio.photogrammetry.align.mapping import residuals
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.place.georeference import place_by_gps
+from vomstudio.photogrammetry.place.georeference import (
+    ABOVE_ELLIPSOID,
+    ABOVE_SEA_LEVEL,
+    place_by_gps,
+)
 from vomstudio.registration.similarity import Similarity
 
 ARBITRARY = Similarity(
@@ -75,7 +79,7 @@ def test_good_positions_place_the_scene() -> None:
     assert np.nanmax(np.abs(residuals(scene))) < 1e-2
     assert report.tilt_error_deg < 0.01
     assert not report.warnings
-    assert report.heights == "above sea level"
+    assert report.heights == ABOVE_SEA_LEVEL
 
 
 def test_a_crs_can_be_asked_for() -> None:
@@ -190,7 +194,7 @@ def test_heights_above_the_ellipsoid_are_called_so() -> None:
     ground = made(flight())
     photos = [replace(p, altitude_reference="ellipsoid") for p in ground.with_gps(0.1)]
     _, report = place_by_gps(scene_of(ground.views, ground.points), photos)
-    assert report.heights == "above the ellipsoid"
+    assert report.heights == ABOVE_ELLIPSOID
 
 
 def test_the_southern_hemisphere_has_zones_of_its_own() -> None:

@@ -127,7 +127,7 @@ def _with_registration(
 
 def _result_text(found: MeasurableMap) -> str:
     """How much of the model would tell the plane, and where most."""
-    from vomstudio.products.surface.measurable_map import share_lines
+    from vomstudio.products.surface.measurable_map import share_findings
 
     figures = text_tables.figures
     plane = (
@@ -141,7 +141,7 @@ def _result_text(found: MeasurableMap) -> str:
             length=figures(found.length_m),
             resolution=figures(found.resolution_m),
         ),
-        *share_lines(found),
+        *map(str, share_findings(found)),
     ]
     if found.best is not None:
         said.append(

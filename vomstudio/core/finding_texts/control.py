@@ -6,6 +6,29 @@ from vomstudio.core.finding_texts.entry import Entry
 from vomstudio.words import to_translate
 
 TEXTS: dict[str, Entry] = {
+    "control.usable": (
+        "info",
+        to_translate("Usable: {points}, each in {least} to {most} photos."),
+    ),
+    "control.crs-chosen": (
+        "info",
+        to_translate("This CRS was chosen."),
+    ),
+    "control.crs-stated": (
+        "info",
+        to_translate("This CRS is stated in {file}."),
+    ),
+    "control.crs-local": (
+        "info",
+        to_translate("No CRS is stated, so the frame is local, in metres."),
+    ),
+    "control.crs-proposed": (
+        "info",
+        to_translate(
+            "This CRS is proposed: the points are {distance_m:.0f} m from the photos' GPS positions"
+            " in it."
+        ),
+    ),
     "control.swapped-columns": (
         "warning",
         to_translate(

@@ -121,6 +121,18 @@ TEXTS: dict[str, Entry] = {
             " contains it."
         ),
     ),
+    "plugin.not-defined": (
+        "error",
+        to_translate("{module} does not define {name}. Add it."),
+    ),
+    "plugin.not-loaded": (
+        "error",
+        to_translate("{plugin} cannot be loaded: {reason}. Update or remove its package."),
+    ),
+    "plugin.other-kind": (
+        "error",
+        to_translate("{plugin} is not a {kind}. Update or remove its package."),
+    ),
     "program.package-missing": (
         "error",
         to_translate(

@@ -35,6 +35,13 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate("The model was not registered and has a local frame without scale. {reason}"),
     ),
+    "reconstruct.register-later": (
+        "info",
+        to_translate(
+            "It can be registered later by points, camera positions, compass readings, level lines"
+            " and lengths (vomstudio register, or Model > Register by points)."
+        ),
+    ),
     "region.not-a-box": (
         "error",
         to_translate("A region is six numbers: x0,y0,z0,x1,y1,z1, its lowest and highest corner."),

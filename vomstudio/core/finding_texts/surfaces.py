@@ -118,6 +118,42 @@ TEXTS: dict[str, Entry] = {
             " resolution."
         ),
     ),
+    "measurable.shares": (
+        "info",
+        to_translate(
+            "Of the surface {good_percent:.0f} % would give a good plane (95 % error up to 5°),"
+            " {doubtful_percent:.0f} % a doubtful, {poor_percent:.0f} % a poor,"
+            " {none_percent:.0f} % none."
+        ),
+    ),
+    "measurable.trace-share": (
+        "info",
+        to_translate(
+            "By traces alone {good_percent:.0f} % would be good; {exposed_percent:.0f} % exposes"
+            " the plane itself."
+        ),
+    ),
+    "sample.tally": (
+        "info",
+        to_translate(
+            "The truth lies within the stated 95 % region in {held} of {count} checks. About 1 in"
+            " 20 should miss."
+        ),
+    ),
+    "sample.photo-model": (
+        "info",
+        to_translate(
+            "The model of the sample's photos is {model_mm:.0f} mm off the outcrop, and its cameras"
+            " are {cameras_mm:.0f} mm off (medians)."
+        ),
+    ),
+    "sample.photo-planes": (
+        "info",
+        to_translate(
+            "{held} of {count} planes on this model are true within the total error (95 %); the"
+            " largest error is {worst_deg:.1f}°."
+        ),
+    ),
     "sample.pick-without-plane": (
         "error",
         to_translate("The pick {pick} has no plane. {reason}"),

@@ -7,7 +7,7 @@ of the photos concerned, empty if all are) and ``value`` (the number behind the 
 from __future__ import annotations
 
 from vomstudio.core.finding_texts.entry import Entry
-from vomstudio.words import to_translate
+from vomstudio.words import to_translate, to_translate_n
 
 TEXTS: dict[str, Entry] = {
     "one-photo": (
@@ -383,6 +383,75 @@ TEXTS: dict[str, Entry] = {
         to_translate(
             "Without control points hold the camera level, and measure one azimuth and one dip by"
             " compass and one length by tape on the outcrop."
+        ),
+    ),
+    "survey.sound": (
+        "info",
+        to_translate("These photos should give a sound model."),
+    ),
+    "survey.reservations": (
+        "warning",
+        to_translate("These photos can give a model, with reservations: {reasons}."),
+    ),
+    "survey.incomplete": (
+        "error",
+        to_translate("These photos will not give a complete model: {reasons}."),
+    ),
+    "survey.pixel-size": (
+        "info",
+        to_translate("One pixel covers {pixel}."),
+    ),
+    "survey.pixel-size-unknown": (
+        "info",
+        to_translate(
+            "The pixel size is unknown, since neither focal length nor distance is known."
+        ),
+    ),
+    "survey.pixel-size-at-distance": (
+        "info",
+        to_translate("At {distance_m:g} m from the rock one pixel would cover {pixel}."),
+    ),
+    "survey.model-resolution": (
+        "info",
+        to_translate("The model resolves {size}."),
+    ),
+    "survey.planes-by-photos": (
+        "info",
+        to_translate(
+            "Planes {size} across can be expected within {error_deg:.1f}°, those"
+            " {textbook_size} across, the textbook's limit of 1000 pixels, within"
+            " {textbook_error_deg:.1f}° (95 %)."
+        ),
+    ),
+    "survey.planes-by-model": (
+        "info",
+        to_translate(
+            "Planes {size} across can be expected within {error_deg:.1f}°, those"
+            " {textbook_size} across, the limit of 100 times the resolution, within"
+            " {textbook_error_deg:.1f}° (95 %)."
+        ),
+    ),
+    "survey.no-planes": (
+        "warning",
+        to_translate(
+            "No plane can be expected within {wanted_deg:g}°, since the registration may be off by"
+            " {registration_deg:.1f}° (95 %)."
+        ),
+    ),
+    "video.not-good-enough": (
+        "error",
+        to_translate(
+            "This video is not good enough. {reasons} Take photos instead, or film again slowly"
+            " and smoothly, without standing still."
+        ),
+    ),
+    "video.usable": (
+        "info",
+        *to_translate_n(
+            "{count} frame can be used. It has no position: scale and orientation must come from"
+            " control points or a measured length.",
+            "{count} frames can be used. They have no position: scale and orientation must come"
+            " from control points or a measured length.",
         ),
     ),
     "video.not-a-video": (

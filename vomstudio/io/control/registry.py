@@ -38,5 +38,5 @@ def choose_format(path: Path) -> ControlFormat:
     for format_ in sorted(found.all, key=lambda one: not one.certain):
         if format_.matches(path):
             return format_
-    known = [*(tr(one.name) for one in found.all), *found.broken]
+    known = [*(tr(one.name) for one in found.all), *map(str, found.broken)]
     raise InputError(Finding("control.unknown-format", formats=known), file=path)

@@ -48,7 +48,7 @@ def what_can_be_read() -> str:
     """For sentences: 'LAS/LAZ point cloud (.las, .laz), ...'."""
     readers = find_readers()
     formats = [f"{tr(r.name)} ({', '.join(r.extensions)})" for r in readers.all]
-    return ", ".join([*formats, *readers.broken])
+    return ", ".join([*formats, *map(str, readers.broken)])
 
 
 def read_head(path: Path) -> bytes:

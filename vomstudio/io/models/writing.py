@@ -48,7 +48,8 @@ def choose_writer(path: Path) -> Writer:
     for writer in find_writers():
         if ending in writer.extensions:
             return writer
-    known = ", ".join([*(e for w in find_writers() for e in w.extensions), *find_all().broken])
+    endings = (each for writer in find_writers() for each in writer.extensions)
+    known = ", ".join([*endings, *map(str, find_all().broken)])
     raise UsageError(Finding("output.unknown-format", suffix=ending, formats=known), file=path)
 
 

@@ -18,8 +18,8 @@ from vomstudio.survey.check_results import (
     PhotoFigures,
     SurveyReport,
     advice_for,
+    assess,
     by_severity,
-    verdict_of,
 )
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def check_scene(
             total=len(unregistered),
         )
         return SurveyReport(
-            "after", (), (finding,), verdict_of([finding], None), None, None, advice_for([finding])
+            "after", (), (finding,), assess([finding], None), None, None, advice_for([finding])
         )
     gsd = photo_pixel_sizes(scene)
     views = mean_views(scene)
@@ -105,7 +105,7 @@ def check_scene(
         "after",
         figures,
         tuple(findings),
-        verdict_of(findings, middle, metric=metric, planes=planes),
+        assess(findings, middle, metric=metric, planes=planes),
         middle if metric else None,
         textbook if metric else None,
         advice_for(findings),

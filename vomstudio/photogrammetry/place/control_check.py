@@ -57,7 +57,7 @@ class ControlCheck(Result):
 
     points: tuple[PointCheck, ...]
     crs: str | None
-    crs_reason: str
+    crs_reason: Finding
     problem: Finding | None
     warnings: tuple[Finding, ...]
 
@@ -65,8 +65,8 @@ class ControlCheck(Result):
         return [point for point in self.points if point.use == use and point.usable]
 
     @property
-    def summary(self) -> str:
-        """How many points can be used, as a sentence."""
+    def summary(self) -> Finding:
+        """How many points can be used, and in how many photos they are."""
         control, check = len(self._used("control")), len(self._used("check"))
         points = tr(
             "{control}, {check}",
@@ -74,25 +74,18 @@ class ControlCheck(Result):
             check=tr_n("{count} check point", "{count} check points", check),
         )
         seen = [point.photos for point in self.points if point.usable]
-        if not seen:
-            return tr("Usable: {points}.", points=points)
-        if min(seen) == max(seen):
-            return tr_n(
-                "Usable: {points}, each in {count} photo.",
-                "Usable: {points}, each in {count} photos.",
-                min(seen),
-                points=points,
-            )
-        return tr(
-            "Usable: {points}, each in {least} to {most} photos.",
+        return Finding(
+            "control.usable",
             points=points,
-            least=min(seen),
-            most=max(seen),
+            control=control,
+            check=check,
+            least=min(seen, default=0),
+            most=max(seen, default=0),
         )
 
     def to_dict(self) -> dict[str, Any]:
         points = [to_dict(point) | {"quality": point.quality} for point in self.points]
-        return super().to_dict() | {"points": points, "summary": self.summary}
+        return super().to_dict() | {"points": points, "summary": self.summary.to_dict()}
 
 
 def check_control(
@@ -100,7 +93,7 @@ def check_control(
     marks: Sequence[Mark],
     photos: Sequence[PhotoLike],
     crs: str | None = None,
-    crs_reason: str | None = None,
+    crs_reason: Finding | None = None,
 ) -> ControlCheck:
     """Whether these points can register a model of these photos.
 
@@ -121,7 +114,7 @@ def check_control(
     points = tuple(
         PointCheck(p.label, "check" if p.check else "control", len(seen[p.label])) for p in control
     )
-    code, reason, strange = _crs(control, photos, crs, crs_reason or tr("as chosen"))
+    code, reason, strange = _crs(control, photos, crs, crs_reason or Finding("control.crs-chosen"))
     return ControlCheck(
         points,
         code,
@@ -193,14 +186,14 @@ def _crs(
     control: Sequence[ControlPoint],
     photos: Sequence[PhotoLike],
     crs: str | None,
-    reason: str,
-) -> tuple[str | None, str, list[Finding]]:
+    reason: Finding,
+) -> tuple[str | None, Finding, list[Finding]]:
     """The CRS, where it is from, and what is strange about it."""
     from vomstudio.photogrammetry.place.georeference import crs_of, has_position, world_positions
 
     placed = [photo for photo in photos if has_position(photo)]
     if not placed or not control:
-        return crs, reason if crs else tr("none is stated: a local frame in metres"), []
+        return crs, reason if crs else Finding("control.crs-local"), []
     guess = crs or crs_of(placed, None)
     try:
         cameras = np.median(world_positions(placed, guess), axis=0)
@@ -210,12 +203,8 @@ def _crs(
     away = math.dist(cameras[:2], middle[:2])
     if crs is None:
         if away > _FAR_M:
-            return None, tr("none is stated: a local frame in metres"), []
-        reason = tr(
-            "proposed: the points are {distance:.0f} m from the photos' GPS positions in it",
-            distance=away,
-        )
-        return guess, reason, []
+            return None, Finding("control.crs-local"), []
+        return guess, Finding("control.crs-proposed", distance_m=away), []
     if away > _FAR_M:
         return (
             crs,

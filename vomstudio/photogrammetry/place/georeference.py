@@ -44,6 +44,7 @@ _SAME_SPOT_M = 0.5
 _RADIUS = 1.5
 # Radius of 68 % of an ordinary receiver's positions.
 _DEFAULT_ACCURACY_M = 3.0
+ABOVE_SEA_LEVEL, ABOVE_ELLIPSOID = "above sea level", "above the ellipsoid"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -52,7 +53,7 @@ class GpsReport(Placement):
     residuals_m : (n, 3) model less GPS, east, north, up
     used : (n,) False for positions that were left out as wrong
     rms_m : of the used residuals' lengths
-    heights : "above sea level" or "above the ellipsoid", as the photos state
+    heights : ABOVE_SEA_LEVEL or ABOVE_ELLIPSOID, as the photos state
     """
 
     names: tuple[str, ...]
@@ -235,7 +236,7 @@ def _check_not_on_a_line(centres: Array, spread: Array) -> None:
 
 def _heights(photos: Sequence[PhotoLike]) -> str:
     ellipsoid = sum(p.altitude_reference == "ellipsoid" for p in photos)
-    return "above the ellipsoid" if ellipsoid > len(photos) / 2 else "above sea level"
+    return ABOVE_ELLIPSOID if ellipsoid > len(photos) / 2 else ABOVE_SEA_LEVEL
 
 
 def _warnings(

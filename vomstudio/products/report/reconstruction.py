@@ -190,17 +190,11 @@ def _registration(result: Mapping[str, Any]) -> str:
     if found.get("heights"):
         facts.append((tr("Heights"), _plain(found["heights"])))
     if reason := found.get("refused"):
-        lead = tr(
-            "The model was not registered, so that its angles and lengths are those of a frame of "
-            "its own. {reason}",
-            reason=_sentence(reason),
+        findings = (
+            Finding("reconstruct.local-frame", reason=_sentence(reason)),
+            Finding("reconstruct.register-later"),
         )
-        what = tr(
-            "It can be registered later: by control points, positions of cameras, compass "
-            "readings, level lines and measured lengths (vomstudio register, or Model > Register "
-            "by points)."
-        )
-        text = f"<p>{escape(lead)}</p><p>{escape(what)}</p>"
+        text = "".join(f"<p>{escape(each.message)}</p>" for each in findings)
     else:
         text = f"<p>{escape(told.sentence)}</p>" if told.sentence else ""
     text += _table(["", ""], [("", fact) for fact in (*facts, *told.facts)])
@@ -236,7 +230,7 @@ def _points(points: Sequence[Mapping[str, Any]]) -> str:
     )
 
 
-_LABELS = {
+LABELS = {
     "points": to_translate("points"),
     "faces": to_translate("triangles"),
     "texture_pages": to_translate("texture pages"),
@@ -271,9 +265,9 @@ _VALUES = {
 
 
 def _label(key: str, unit: str = "m") -> str:
-    if key not in _LABELS:
+    if key not in LABELS:
         return key.replace("_", " ")
-    label = _LABELS[key]
+    label = LABELS[key]
     return tr(label, unit=unit) if "{unit}" in label else tr(label)
 
 

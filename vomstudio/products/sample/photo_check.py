@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding
 from vomstudio.geology.quality import total_error_deg
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.planes import fit_planes
@@ -16,7 +17,7 @@ from vomstudio.geometry.tilts import errors_95_deg
 from vomstudio.io.photos.cameras_file import Cameras
 from vomstudio.io.project.sample import SamplePicks, SampleTruth
 from vomstudio.products.sample.check import Check, plane_check
-from vomstudio.words import to_translate, tr
+from vomstudio.words import to_translate
 
 Array = npt.NDArray[np.float64]
 
@@ -25,7 +26,7 @@ _NEAR_GSD = 4.0
 _FEWEST = 20
 MODEL_OFFSET = to_translate("model off the outcrop, median")
 MODEL_OFFSET_90 = to_translate("model off the outcrop, 90 %")
-_MISSED = to_translate("outcrop off the model, median")
+OUTCROP_OFFSET = to_translate("outcrop off the model, median")
 CAMERA_CENTRES = to_translate("camera centres, median")
 _DRAWN = 40_000
 
@@ -69,28 +70,21 @@ def check_photos(
         _camera_check(found, true),
         _length(MODEL_OFFSET, float(np.median(off))),
         _length(MODEL_OFFSET_90, float(np.percentile(off, 90))),
-        _length(_MISSED, float(np.median(reached))),
+        _length(OUTCROP_OFFSET, float(np.median(reached))),
         *_plane_checks(inside, tree, picks, truth, shift, gsd, rotation),
     )
 
 
-def checks_text(checks: Sequence[Check]) -> str:
-    """How far the photos' model is off, in sentences."""
+def photo_findings(checks: Sequence[Check]) -> tuple[Finding, ...]:
+    """Return how far the photos' model is off."""
     by_name = {check.name: check for check in checks}
     stated = [check for check in checks if check.within_total is not None]
     held = sum(bool(check.within_total) for check in stated)
     worst = max((check.error for check in stated), default=0.0)
     off, cameras = (1000 * by_name[name].error for name in (MODEL_OFFSET, CAMERA_CENTRES))
-    return tr(
-        "The model of the sample's photos is {model:.0f} mm off the outcrop, and its cameras are "
-        "{cameras:.0f} mm off (medians). The truth lies within the total 95 % error of fit, "
-        "resolution and registration for {held} of {count} planes on the model; the largest error "
-        "is {worst:.1f} degrees.",
-        model=off,
-        cameras=cameras,
-        held=held,
-        count=len(stated),
-        worst=worst,
+    return (
+        Finding("sample.photo-model", model_mm=off, cameras_mm=cameras),
+        Finding("sample.photo-planes", held=held, count=len(stated), worst_deg=worst),
     )
 
 

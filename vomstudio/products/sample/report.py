@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, Message
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.products.sample.check import Check
 from vomstudio.version import __version__
@@ -24,23 +24,18 @@ def as_text(checks: Sequence[Check], notes: Sequence[Message]) -> str:
         for row in rows
     ]
     title = f"{tr(TITLE)} (VOM Studio {__version__})"
-    return "\n".join([title, "", *lines, "", tally(checks), *map(str, notes)])
+    return "\n".join([title, "", *lines, "", *map(str, (tally(checks), *notes))])
 
 
 def _heads() -> tuple[str, ...]:
     return ("", tr("truth"), tr("measured"), tr("error"), tr("stated 95 %"), tr("within"))
 
 
-def tally(checks: Sequence[Check]) -> str:
-    """A sentence on how often the truth lies within the stated region."""
+def tally(checks: Sequence[Check]) -> Finding:
+    """Return how often the truth lies within the stated region."""
     stated = [check for check in checks if check.within is not None]
     held = sum(bool(check.within) for check in stated)
-    return tr(
-        "The truth lies within the stated 95 % region in {held} of {count} checks. About 1 in 20 "
-        "should miss.",
-        held=held,
-        count=len(stated),
-    )
+    return Finding("sample.tally", held=held, count=len(stated))
 
 
 def as_html(
@@ -59,7 +54,7 @@ def as_html(
         f"<figcaption>{escape(text)}</figcaption></figure>"
         for name, text in images.items()
     )
-    said = "".join(f"<p>{escape(note)}</p>" for note in (tally(checks), *map(str, notes)))
+    said = "".join(f"<p>{escape(note)}</p>" for note in map(str, (tally(checks), *notes)))
     title = escape(tr(TITLE))
     units = escape(
         tr(

@@ -27,7 +27,6 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.progress import Progress
 from vomstudio.reprs import Shown
 from vomstudio.version import __version__
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 
@@ -121,18 +120,15 @@ def measurable_map(
     )  # fmt: skip
 
 
-def share_lines(found: MeasurableMap) -> tuple[str, ...]:
-    """How much of the surface would tell the plane."""
+def share_findings(found: MeasurableMap) -> tuple[Finding, ...]:
+    """Return on how much of the surface the plane could be measured."""
+    shares = {f"{name}_percent": 100.0 * share for name, share in found.shares.items()}
     return (
-        tr(
-            "Of the surface {good:.0f} % would give a good plane (95 % error of 5 deg or less), "
-            "{doubtful:.0f} % a doubtful one, {poor:.0f} % a poor one, {none:.0f} % none.",
-            **{name: 100.0 * share for name, share in found.shares.items()},
-        ),
-        tr(
-            "By traces alone {good:.0f} % would be good; {share:.0f} % exposes the plane itself.",
-            good=100.0 * found.trace_shares["good"],
-            share=100.0 * found.exposed_share,
+        Finding("measurable.shares", **shares),
+        Finding(
+            "measurable.trace-share",
+            good_percent=100.0 * found.trace_shares["good"],
+            exposed_percent=100.0 * found.exposed_share,
         ),
     )
 

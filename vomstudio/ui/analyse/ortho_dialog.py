@@ -210,13 +210,13 @@ class OrthoDialog(QDialog):
         model = self._model()
         data = self._studio.models[model.id].data
         gsd, code = planning.default_gsd(data, model.to_world, max(self._extent()))
+        unit = "m" if model.frame.has_metres else tr("units")
+        self._proposal = Finding(code, gsd=gsd, unit=unit)
+        self.gsd.setText(f"{gsd:g}")
         box = self._box()
         deep = float(np.ptp(box[:, 2]))
         metric = model.frame.has_metres
-        unit = "m" if metric else tr("units")
         self._unit.setText(unit)
-        self._proposal = Finding(code, gsd=gsd, unit=unit)
-        self.gsd.setText(f"{gsd:g}")
         cost = view_directions.cost_of_direction(self._error_deg, deep, metric=metric)
         self._cost.setText(cost.message)
         self._check()

@@ -23,7 +23,7 @@ def control_findings(facts: ControlFacts | None, note: str) -> list[tuple[str, s
         return [("warning", note)] if note else []
     if facts.problem:
         return [("error", as_sentence(facts.problem.message))]
-    summary = as_sentence(facts.summary)
+    summary = as_sentence(str(facts.summary))
     if facts.crs:
         first = Finding("control.registers", crs=facts.crs, summary=summary)
     else:

@@ -318,7 +318,7 @@ class ReconstructDialog(QDialog):
         if (bad := self._bad_crs()) is not None:
             return bad
         if facts is not None:
-            return f"{facts.crs or ''} {facts.crs_reason}".strip()
+            return f"{facts.crs or ''} {facts.crs_reason or ''}".strip()
         if self.crs.text().strip():
             return ""
         return tr("If empty: the UTM zone of the GPS positions")
