@@ -16,7 +16,6 @@ from vomstudio.geology.sets.discontinuities import (
     Pieces,
     arrange,
     on_scanline,
-    pieces_at,
     rests_on,
     split_by_position,
 )
@@ -50,6 +49,17 @@ def arranged(
     poles = np.repeat(-normal[None], len(pieces.places), axis=0)
     whole, found, number = arrange("S1", normal, poles, pieces, rests_on(pieces))
     return whole, found, number.tolist()
+
+
+def pieces_at(places: Array) -> Pieces:
+    """Planes (m, 3) of which nothing but their place is known."""
+    m = len(places)
+    return Pieces(
+        places,
+        np.full((m, 3, 3), np.nan),
+        np.full(m, np.nan),
+        tuple(np.zeros((0, 3)) for _ in range(m)),
+    )
 
 
 @pytest.mark.parametrize("attitude", [(70.0, 60.0), (100.0, 60.0), (310.0, 90.0), (0.0, 0.0)])

@@ -47,17 +47,13 @@ class NodeCounts:
 @dataclass(frozen=True, eq=False)
 class Nodes:
     """counts; mended; points (k, 2) with the branches (k,) that meet there; overlaps : pairs of
-    pieces that run over each other; other_places (j, 2)"""
+    pieces that run over each other"""
 
     counts: NodeCounts
     mended: tuple[Mended, ...]
     points: Floats
     branches: Ints
     overlaps: int
-
-    @property
-    def other_places(self) -> Floats:
-        return self.points[self.branches > 4]
 
 
 @dataclass(frozen=True, eq=False)

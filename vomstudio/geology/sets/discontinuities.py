@@ -60,17 +60,6 @@ class Pieces:
         )
 
 
-def pieces_at(places: Floats) -> Pieces:
-    """Planes (m, 3) of which nothing but their place is known."""
-    m = len(places)
-    return Pieces(
-        places,
-        np.full((m, 3, 3), np.nan),
-        np.full(m, np.nan),
-        tuple(np.zeros((0, 3)) for _ in range(m)),
-    )
-
-
 @dataclass(frozen=True)
 class Discontinuity:
     """One plane of a set.

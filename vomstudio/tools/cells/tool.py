@@ -53,11 +53,6 @@ class CellsTool(NothingOpen):
         return Finding("cells.marked-at-once")
 
     # --- what is done ------------------------------------------------------------------------
-    def set_mark(self, mark: str) -> None:
-        """What the next click says."""
-        self.mark = mark
-        self._context.tool_changed()
-
     def mark_here(self, mark: str) -> None:
         """Mark the cell under the cursor, and go on with this mark."""
         self.mark = mark
