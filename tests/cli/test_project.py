@@ -57,8 +57,8 @@ def empty(tmp_path: Path) -> Path:
     return folder
 
 
-ADD_B01 = "Add bedding trace B01"
-"""The label of the step that `project` recorded last."""
+OPEN_CLIFF, ADD_B01 = "Open model cliff", "Add bedding trace B01"
+"""The labels of the steps of `project`."""
 
 
 def traces(folder: Path) -> list[Trace]:
@@ -120,7 +120,7 @@ def test_steps_are_taken_back_and_done_again_as_in_the_window(run, project: Path
     assert undone["undone"] == ADD_B01
     assert undone["features"] == 0
     assert undone["history"] == {
-        "undo": 1, "redo": 1, "undo_label": "Open model cliff",
+        "undo": 1, "redo": 1, "undo_label": OPEN_CLIFF,
         "redo_label": ADD_B01,
     }  # fmt: skip
     assert not undone["unsaved"]

@@ -227,4 +227,5 @@ def test_the_demo_numbers_its_steps(tmp_path: Path) -> None:
     numbers = [int(n) for n in re.findall(r"Step (\d)/4: ", command.text)]
     assert numbers == sorted(numbers)
     assert set(numbers) >= {1, 2, 4}
-    assert tr("Measuring the sample") in command.text
+    stage = tr("Measuring the sample")
+    assert stage in command.text
