@@ -34,11 +34,23 @@ class PhotoFigures:
 
 @dataclass(frozen=True)
 class SurveyReport(Result):
-    """stage : "before" or "after" the alignment; assessment : what the photos are worth; next_time : what to shoot, the gravest first
-    smallest_plane_m : the textbook's limit for a plane worth measuring, 100 times the resolution
-    plane_error : the expected one of planes against their size, empty where no pixel size is
-    known
-    gsd, smallest_plane : in the unit of the model, where that is not the metre"""
+    """What a check of photos reports.
+
+    Parameters
+    ----------
+    stage : {"before", "after"}
+        Relative to the alignment.
+    assessment : tuple of Finding
+        What the photos are worth.
+    next_time : tuple of str
+        What to photograph next time, the gravest first.
+    smallest_plane_m : float or None
+        Minimum size of a plane worth measuring: 100 times the resolution.
+    plane_error : tuple of PlaneError
+        Expected error of planes against their size; empty where no pixel size is known.
+    gsd, smallest_plane : float or None
+        In the unit of the model, where that is not the metre.
+    """
 
     stage: str
     photos: tuple[PhotoFigures, ...]
