@@ -145,8 +145,8 @@ def test_a_file_its_table_and_its_arrays_say_the_same(data_dir: Path) -> None:
     ("given", "code", "values"),
     [
         (([10, 20], [95, 20]), "orientation.overturned-dip", {"value": 95}),
-        (([10, 20], [-5, 20]), "orientation.out-of-range", {"value": -5, "highest": 90}),
-        (([10, 900], [5, 20]), "orientation.out-of-range", {"value": 900, "highest": 720}),
+        (([10, 20], [-5, 20]), "angle.out-of-range", {"value": -5, "maximum": 90}),
+        (([10, 900], [5, 20]), "angle.out-of-range", {"value": 900, "maximum": 720}),
         (([10, 20], [5]), "array.lengths-differ", {"count": 2, "other_count": 1}),
         (([10, np.nan], [5, 5]), "array.not-finite", {"first_row": 1}),
         ((["N", "S"], [5, 5]), "array.not-numbers", {"field": "dip_direction"}),

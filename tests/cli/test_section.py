@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.messages import by_code, with_code
+from tests.messages import by_code
 from vomstudio.core.findings import Finding
 
 WEDGE = "v 0 0 0\nv 20 0 0\nv 20 10 0\nv 0 10 0\nv 0 0 5\nv 0 10 5\nf 5 2 3\nf 5 3 6\n"
@@ -169,8 +169,7 @@ def test_what_of_a_table_is_not_on_the_section_is_said(run, model, tmp_path) -> 
     findings = by_code(ran.json["warnings"])
     assert {"table.rows-left-out", "orientation.unclear-overturned"} <= findings.keys()
     assert findings["section.lines-left-out"]["count"] == 1
-    places = with_code(ran.json["warnings"], "table.rows-left-out")
-    assert any(3 in each.values["lines"] for each in places)
+    assert findings["section.planes-without-place"]["lines"] == (3,)
 
 
 def test_an_azimuth_of_a_table_can_be_told(run, model, tmp_path) -> None:  # type: ignore[no-untyped-def]
