@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QApplication, QComboBox, QFileDialog
 
 from tests import driver
 from tests.driver import LEFT, NONE, wait
-from tests.messages import shown_codes
+from tests.messages import shown_codes, shown_values
 from vomstudio.cli.common.entry import main
 from vomstudio.document import edits
 from vomstudio.document.kinds.dimension import Dimension
@@ -146,7 +146,7 @@ def test_traces_that_cross_a_line_are_its_boundaries(window, model_id, picks) ->
     QTest.keyClicks(panel.reach, "far")
     settle(panel)
     assert panel.answered is None
-    assert shown_codes(panel.said.text()) == {"number.not-a-length"}
+    assert shown_values(panel.said.text(), "number.not-a-length") == {"text": "far"}
 
 
 @pytest.mark.full

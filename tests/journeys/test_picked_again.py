@@ -12,7 +12,7 @@ from PySide6.QtTest import QTest
 
 from tests import driver
 from tests.driver import LEFT, NONE, wait
-from tests.messages import shown_codes
+from tests.messages import shown_codes, shown_values
 from vomstudio.cli.common.entry import main
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.ui.analyse.repeats_panel import RepeatsPanel
@@ -104,7 +104,7 @@ def test_a_round_of_blind_repeats(window, three, picks, capfd) -> None:
     assert all(studio.visible(id_) for id_ in names)
     assert studio.tool_name == "navigate"
     settle(panel)
-    found = panel.answered
+    found = panel.found
     assert (found.structures, found.repeats, found.stated_errors_hold) == (1, 1, "undetermined")
     # The same places, clicked from elsewhere the other way round.
     assert found.pairs[0].angle_deg < found.pairs[0].stated95_deg
@@ -120,7 +120,8 @@ def test_a_round_of_blind_repeats(window, three, picks, capfd) -> None:
     assert len(window.studio.fold.planes()) == 3
     assert made.id not in {id_ for one in net for id_ in one.ids}
     for contents in (window.net.contents(), window.net.for_print()):
-        assert "table.repeats-left-out" in shown_codes("\n".join(contents.notes))
+        (note,) = (n for n in contents.notes if "table.repeats-left-out" in shown_codes(str(n)))
+        assert shown_values(str(note), "table.repeats-left-out") == {"count": "1"}
     # What is hidden anyway is not counted.
     window.studio.set_visible([made.id], False)
     assert window.net._source.left_out() == ()

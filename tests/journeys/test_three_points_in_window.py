@@ -66,7 +66,7 @@ def told(capfd) -> dict:
 def test_bennisons_seam_is_typed_and_added(window, tmp_path, monkeypatch, capfd) -> None:
     panel = panel_of(window)
     assert panel.found is None
-    assert "three points" in panel.said.text()
+    assert "three-points.too-few" in shown_codes(panel.said.text())
     assert not panel.add.isEnabled()
     assert "no plane" in panel.add.toolTip()
     for row, words in enumerate(BENNISON):
@@ -104,7 +104,7 @@ def test_what_is_no_plane_is_said(window, tmp_path, monkeypatch) -> None:
             type_cell(panel, row, column, text)
     settle(panel)
     assert panel.found is None
-    assert "one line" in panel.said.text()
+    assert "points.collinear" in shown_codes(panel.said.text())
     type_cell(panel, 1, 2, "deep")
     settle(panel)
     assert panel.said.text().startswith("Row 2: “deep” ")

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication
 
 from tests import driver
 from tests.geology.samples import fisher_sample
-from tests.messages import figures, shown_codes
+from tests.messages import figures, shown_codes, shown_values
 from tests.samples import ZIGZAG
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.document import edits
@@ -226,7 +226,8 @@ def test_circles_and_lines_that_are_typed_are_drawn_as_one_types(net, window) ->
     assert "Cone 40/20/30" in words(net)
     driver.keep_picture(window, "net-typed")
     type_in(dialog.fields["cones"], "40/20/300")
-    assert "half-angle" in dialog.said.text()
+    said = shown_values(dialog.said.text(), "angle.out-of-range")
+    assert said == {"value": "300", "minimum": "0", "maximum": "90"}
     assert len(net.wishes.circles) == 4
     QTest.mouseClick(dialog.clear, LEFT)
     assert net.wishes.circles == ()
