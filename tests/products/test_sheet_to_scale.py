@@ -20,7 +20,7 @@ from vomstudio.products.ortho.legend_entries import entries_of
 from vomstudio.products.ortho.sheet import format_of, write_sheet
 from vomstudio.products.ortho.vector_drawing import Drawing, Shape, paper_scale, placed_labels
 from vomstudio.products.ortho.view_directions import view_along_line
-from vomstudio.products.ortho.view_words import unknown_in_words
+from vomstudio.products.ortho.view_words import unknown_direction_text
 
 MM = 72.0 / 25.4
 
@@ -113,7 +113,7 @@ def test_a_narrow_picture_and_unknown_scale_are_said_whole(tmp_path: Path) -> No
     write_sheet(tmp_path / "s.pdf", narrow, view, "pdf")
     box, page = page_of(tmp_path / "s.pdf")
     words = texts_of(page)
-    assert unknown_in_words(view) in words
+    assert unknown_direction_text(view) in words
     assert "1 :" not in words
     assert box[2] / MM == pytest.approx(166.0, abs=0.1)
 

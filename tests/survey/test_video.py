@@ -13,6 +13,7 @@ from tests.messages import refused, with_code
 from tests.photogrammetry.surface.wall_maker import texture
 from vomstudio.errors import Cancelled, TargetError, UsageError
 from vomstudio.progress import CancelToken, Silent
+from vomstudio.survey.survey_options import FrameOptions
 from vomstudio.survey.video import UNCHANGED, take_frames
 
 FPS = 20
@@ -131,10 +132,10 @@ def test_it_can_be_cancelled_and_leaves_nothing(tmp_path: Path) -> None:
     assert [p.name for p in tmp_path.iterdir()] == ["a.avi"]
 
 
-def test_impossible_rates_are_refused(tmp_path: Path) -> None:
-    for fps in (0.0, -1.0, float("nan"), 60.0):
-        with pytest.raises(UsageError):
-            take_frames(tmp_path / "a.avi", tmp_path / "out", fps=fps)
+@pytest.mark.parametrize("fps", [0.0, -1.0, float("nan"), 60.0])
+def test_impossible_rates_are_refused(fps: float) -> None:
+    with refused("option.out-of-range", UsageError, field="--fps"):
+        FrameOptions(fps=fps)
 
 
 def test_lists_and_numbered_names_open_no_other_files(tmp_path: Path) -> None:
