@@ -104,5 +104,5 @@ def test_what_determines_no_surface_is_refused() -> None:
     line = np.column_stack([np.arange(10.0), np.arange(10.0), np.arange(10.0)])
     with refused("beds.no-surface", GeometryError):
         curved_bed(["a"], line, [0, 10])
-    with refused("beds.too-few-points", GeometryError):
+    with refused("beds.no-surface", GeometryError):
         curved_bed(["a"], line[:4], [0, 4])

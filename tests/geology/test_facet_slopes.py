@@ -132,7 +132,7 @@ def test_an_overhang_is_a_vertical_face_that_looks_the_other_way(planes) -> None
     one, other = found.facets
     assert one.face == other.face
     assert one.wedge == other.wedge
-    assert any("overhangs" in said for said in found.warnings)
+    assert by_code(found.warnings)["slope.overhanging-facets"] == {"count": 1}
 
 
 def test_what_is_no_slope_is_skipped_and_said(planes) -> None:

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from tests.messages import by_code
 from tests.tiers import first_in_default_tier
 from vomstudio.core.findings import Finding
+from vomstudio.core.results import to_dict
 from vomstudio.errors import GeometryError
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.folds import fold_axis
@@ -99,7 +100,7 @@ def test_the_axis_of_an_exact_cylinder_is_found(
     fold = fold_axis(*cylinder(beta, np.array(turns)))
     assert angle_between_lines(fold.beta, beta) < 1e-4
     assert angle_between_lines(fold.beta, fold.pi_plane.pole()) < 1e-6
-    json.dumps(fold.to_dict(), allow_nan=False)
+    json.dumps(to_dict(fold.figures), allow_nan=False)
 
 
 def test_two_planes_fold_about_their_intersection_with_an_unknown_error() -> None:

@@ -156,7 +156,7 @@ def test_traces_that_are_not_parallel_are_named() -> None:
     found = parallel_beds(ids, points, offsets)
     assert found.p_parallel is not None
     assert found.p_parallel < 0.001
-    assert "not parallel" in found.warnings[0]
+    assert by_code(found.warnings)["beds.not-parallel"] == {"p": found.p_parallel}
 
 
 def test_beds_that_wave_have_their_waves_in_the_error() -> None:
