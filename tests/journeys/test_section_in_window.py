@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QFileDialog
 
 from tests import driver
 from tests.driver import LEFT, NONE, wait
-from tests.messages import figures
+from tests.messages import figures, shown_codes
 from vomstudio.cli.common.entry import main
 from vomstudio.document import edits
 from vomstudio.document.kinds.dimension import Dimension
@@ -201,6 +201,6 @@ def test_an_elevation_model_can_be_stopped(window, model_id, tmp_path) -> None:
     assert not target.exists()
     type_in(panel.plane.line, "95")
     assert not panel.start.isEnabled()
-    assert "plane" in panel.start.toolTip()
+    assert "notation.one-angle" in shown_codes(panel.start.toolTip())
     type_in(panel.plane.line, "")
     assert Path(panel.target.text()) == target
