@@ -121,7 +121,7 @@ def test_many_planes_are_poles_only() -> None:
         ),
         (
             {"contour": "kamb", "kamb_sigma": 99},
-            {"code": "option.out-of-range", "field": "kamb_sigma", "maximum": "10"},
+            {"code": "option.out-of-range", "field": "kamb_sigma", "maximum": 10.0},
         ),
         ({"by": "site"}, {"code": "table.unknown-column", "column": "site"}),
     ],

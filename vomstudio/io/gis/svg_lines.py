@@ -133,13 +133,17 @@ def _content(path: Path) -> bytes:
     too_large = InputError(Finding("file.too-large", limit_mb=_LARGEST >> 20), file=path)
     try:
         data = read_small(path, _LARGEST)
-        if not data.startswith(b"\x1f\x8b"):
-            return data
+    except OSError as error:
+        reason = error.strerror or error
+        raise InputError(Finding("file.unreadable", reason=reason), file=path) from error
+    if not data.startswith(b"\x1f\x8b"):
+        return data
+    try:
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as packed:
             data = packed.read(_LARGEST + 1)
     except (OSError, EOFError, zlib.error) as error:
-        said = getattr(error, "strerror", None) or str(error)
-        raise InputError(Finding("file.unreadable", reason=said), file=path) from (error)
+        damaged = Finding("file.damaged", format="SVG", reason=error)
+        raise InputError(damaged, file=path) from error
     if len(data) > _LARGEST:
         raise too_large
     return data
