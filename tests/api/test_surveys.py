@@ -44,7 +44,7 @@ def test_a_check_is_that_of_the_command(command: Any, three: Path) -> None:
     assert found.verdict == told["verdict"]
     assert [photo.name for photo in found.photos] == [photo["name"] for photo in told["photos"]]
     assert "Measuring photo quality" in seen
-    with refused("option.not-a-length", vs.errors.UsageError, field="distance_m", value="-1"):
+    with refused("option.not-a-length", vs.errors.UsageError, field="distance_m", value=-1):
         vs.check(three, distance_m=-1)
 
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from vomstudio.core.findings import Finding
-from vomstudio.core.results import HIDDEN, OPTIONAL, Result
+from vomstudio.core.results import OPTIONAL, Result
 from vomstudio.geometry.plane_sizes import PlaneError, PlaneSizes
 from vomstudio.geometry.units import length_text
 from vomstudio.survey.photo_limits import expected_planes
@@ -42,6 +41,8 @@ class SurveyReport(Result):
         Relative to the alignment.
     assessment : tuple of Finding
         What the photos are worth.
+    verdict : str
+        The assessment in sentences.
     next_time : tuple of str
         What to photograph next time, the gravest first.
     smallest_plane_m : float or None
@@ -55,22 +56,18 @@ class SurveyReport(Result):
     stage: str
     photos: tuple[PhotoFigures, ...]
     findings: tuple[Finding, ...]
-    assessment: tuple[Finding, ...] = field(metadata=HIDDEN)
+    assessment: tuple[Finding, ...]
     gsd_m: float | None = None
     smallest_plane_m: float | None = None
     next_time: tuple[str, ...] = field(default=())
     plane_error: tuple[PlaneError, ...] = ()
     gsd: float | None = field(default=None, metadata=OPTIONAL)
     smallest_plane: float | None = field(default=None, metadata=OPTIONAL)
+    verdict: str = ""
 
-    @property
-    def verdict(self) -> str:
-        """The assessment in sentences."""
-        return " ".join(map(str, self.assessment))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the object that ``--json`` prints."""
-        return super().to_dict() | {"verdict": self.verdict}
+    def __post_init__(self) -> None:
+        if not self.verdict:
+            object.__setattr__(self, "verdict", " ".join(map(str, self.assessment)))
 
 
 def by_severity(findings: Sequence[Finding]) -> tuple[Finding, ...]:
