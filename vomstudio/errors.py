@@ -12,11 +12,14 @@ NOT_FINITE = ("inf", "-inf", "nan")
 
 
 def for_json(values: Mapping[str, object]) -> dict[str, object]:
-    """Return values with text in place of numbers that are not finite."""
-    return {
-        name: str(value) if isinstance(value, float) and not math.isfinite(value) else value
-        for name, value in values.items()
-    }
+    """Return values with lists for tuples, and text for numbers that are not finite."""
+    return {name: _for_json(value) for name, value in values.items()}
+
+
+def _for_json(value: object) -> object:
+    if isinstance(value, tuple):
+        return [_for_json(each) for each in value]
+    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def from_json(values: Mapping[str, object]) -> dict[str, object]:

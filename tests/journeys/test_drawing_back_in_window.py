@@ -122,7 +122,7 @@ def test_a_drawing_of_another_picture_is_refused(window, picture, picks, monkeyp
     far = {"B01": picks["B01"] + [500.0, 0.0, 0.0]}
     path = draw(picture.parent / "lines.geojson", picture, far)
     take_in(window, monkeypatch, path, picture)
-    driver.wait(lambda: "another picture" in said(window), "the sentence")
+    driver.wait(lambda: "drawing.other-picture" in shown_codes(said(window)), "the refusal")
     assert "--sidecar" not in said(window)
     assert driver.traces(window) == []
     assert window.actions_table.all["import_drawing"].isEnabled()

@@ -507,5 +507,5 @@ def test_a_place_that_cannot_be_written_starts_nothing(window, photos, tmp_path,
     window.actions_table.run("make_model")
     assert window.survey.making is None
     assert window.studio.project.untitled
-    assert "not empty" in window.message_bar.text
+    assert "folder.not-empty" in shown_codes(window.message_bar.text)
     assert [path.name for path in full.iterdir()] == ["notes.txt"]

@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message, cause_of
+from vomstudio.core.findings import Finding, Message, finding_of
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos
 from vomstudio.extraction.path_costs import OF_COLOURS, compared, node_costs
@@ -167,7 +167,7 @@ class PhotoFollower:
                 used[seen.view] = voter
                 found.append(voter)
             except InputError as error:
-                said.append(cause_of(error))
+                said.append(finding_of(error))
             if len(found) == _VOTERS:
                 break
         self._kept.clear()

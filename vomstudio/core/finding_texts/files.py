@@ -239,16 +239,16 @@ TEXTS: dict[str, Entry] = {
     ),
     "disk.full": (
         "error",
-        to_translate("The disk is full. Free some space, or choose another folder."),
+        to_translate("The disk is full. Free some space, or save elsewhere."),
     ),
     "disk.read-only": (
         "error",
-        to_translate("The disk is read-only. Make it writable, or choose another folder."),
+        to_translate("The disk is read-only. Make it writable, or save elsewhere."),
     ),
     "disk.no-permission": (
         "error",
         to_translate(
-            "You have no permission to write to this folder. Change it, or choose another folder."
+            "You have no permission to write to this folder. Change it, or save elsewhere."
         ),
     ),
     "disk.name-too-long": (

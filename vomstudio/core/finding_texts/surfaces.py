@@ -114,8 +114,8 @@ TEXTS: dict[str, Entry] = {
     "measurable.length-assumed": (
         "info",
         to_translate(
-            "The length of a trace is not given: {length_m:g} m is used, {times:g} times the"
-            " resolution."
+            "The length of a trace is not given: {times:g} times the resolution of the model is"
+            " used."
         ),
     ),
     "measurable.shares": (

@@ -92,9 +92,7 @@ def measurable_map(
     if length is None:
         own = options.resolution_m or usual_resolution(data)
         length = float(f"{USUAL_RESOLUTIONS * own:.2g}")
-        warnings.append(
-            Finding("measurable.length-assumed", length_m=length, times=USUAL_RESOLUTIONS)
-        )
+        warnings.append(Finding("measurable.length-assumed", times=USUAL_RESOLUTIONS))
     found = measurable(data, plane.normal(), replace(options, length_m=length), progress)
     area = found.areas
     total = float(area.sum())
