@@ -228,5 +228,7 @@ def test_stopped_in_the_middle_it_can_be_asked_again(window, panel) -> None:
 def test_a_radius_without_points_is_told(window, panel) -> None:
     panel.radius.setValue(0.001)
     driver.click(panel.start, panel.start.rect().center())
-    driver.wait(lambda: "larger radius" in panel.figures.text(), "the reason", 60.0)
+    driver.wait(
+        lambda: "fields.radius-below-faces" in shown_codes(panel.figures.text()), "the reason", 60.0
+    )
     assert panel.start.isEnabled()

@@ -120,7 +120,7 @@ def test_what_cannot_be_planned_is_said_and_mended(planner) -> None:
     settled(planner)
     field = f"{_FIELDS['--height']}: "
     assert planner.problem.text().startswith(field)
-    assert "number.not-positive" in shown_codes(planner.problem.text())
+    assert "option.not-a-length" in shown_codes(planner.problem.text())
     retype(planner.height_, "x")
     settled(planner)
     assert planner.problem.text().startswith(field)

@@ -220,7 +220,7 @@ def test_a_network_of_the_user_finds_the_edges(window, panel, tmp_path) -> None:
     network.write_bytes(b"nothing")
     panel.network.setText(str(network))
     look(window, panel)
-    assert "no ONNX file" in panel.summary.text()
+    assert "file.other-format" in shown_codes(panel.summary.text())
     # One minus the lightness.
     network.write_bytes(convolution(np.full((1, 3, 1, 1), -1.0 / 3.0), bias=1.0))
     look(window, panel)
