@@ -144,10 +144,18 @@ class OptionFields(QObject, Generic[Options]):
         if isinstance(field, QLineEdit):
             return field.text().replace(" ", "") or None
         assert isinstance(field, QSpinBox | QDoubleSpinBox)
-        value = field.value()
+        value = _shown_number(field)
         if _is_automatic(declared) and value == field.minimum():
             return None
         return value if declared.minimum is None else max(value, declared.kind(declared.minimum))
+
+
+def _shown_number(field: QSpinBox | QDoubleSpinBox) -> float:
+    """Return the number in a field, also while it is being typed."""
+    text = field.text()
+    if text == field.specialValueText() or not field.hasAcceptableInput():
+        return field.value()
+    return field.valueFromText(text)
 
 
 def _is_automatic(declared: Declaration) -> bool:
