@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.messages import with_code
 from vomstudio.geology.sets.proposals import sets_among
 
 
@@ -23,7 +24,7 @@ def sets_on_a_circle(rng, k, n, spread_deg):
 
 
 def told(poles):
-    return any("girdle" in one for one in sets_among(poles).warnings)
+    return bool(with_code(sets_among(poles).warnings, "sets.girdle"))
 
 
 @pytest.mark.full
