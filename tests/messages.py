@@ -26,7 +26,7 @@ def refused(
     with pytest.raises(kind) as error:
         yield error
     answer = error.value.to_dict()
-    expected = {name: str(x) if isinstance(x, Path) else x for name, x in values.items()}
+    expected = {name: _in_json(x) for name, x in values.items()}
     assert (answer["code"], {name: answer.get(name) for name in expected}) == (code, expected), str(
         error.value
     )
@@ -42,6 +42,12 @@ def warned(code: str, /, **values: Any) -> Iterator[None]:
         (each.code, values) == (code, {name: each.values.get(name) for name in values})
         for each in found
     ), [(each.code, each.values) for each in found]
+
+
+def _in_json(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return list(value)
+    return str(value) if isinstance(value, Path) else value
 
 
 def messages(answer: Mapping[str, Any]) -> list[str]:

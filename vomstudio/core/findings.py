@@ -195,9 +195,14 @@ def _shown(value: Any) -> Any:
 
 
 class _Number(float):
-    """A number that a text without a format of its own shows with its significant digits."""
+    """A number that a text without a format of its own shows with its significant digits.
+
+    The format ``azimuth`` shows three digits, of which 360 are 000.
+    """
 
     __slots__ = ()
 
     def __format__(self, spec: str) -> str:
+        if spec == "azimuth":
+            return f"{round(self) % 360:03d}"
         return super().__format__(spec or ".12g")

@@ -259,10 +259,10 @@ TEXTS: dict[str, Entry] = {
         "warning",
         *to_translate_n(
             "{count} of {n} planes ({planes}) does not fit the fold of the others: check it."
-            " The verdict is theirs; their beta is {trend_deg:03.0f}/{plunge_deg:02.0f},"
+            " The verdict is theirs; their beta is {trend_deg:azimuth}/{plunge_deg:02.0f},"
             " {turn_deg:.1f}° off.",
             "{count} of {n} planes ({planes}) do not fit the fold of the others: check them."
-            " The verdict is theirs; their beta is {trend_deg:03.0f}/{plunge_deg:02.0f},"
+            " The verdict is theirs; their beta is {trend_deg:azimuth}/{plunge_deg:02.0f},"
             " {turn_deg:.1f}° off.",
         ),
     ),
@@ -348,7 +348,7 @@ TEXTS: dict[str, Entry] = {
     "fold.conical": (
         "warning",
         to_translate(
-            "A cone about {trend_deg:03.0f}/{plunge_deg:02.0f} fits better than a cylinder:"
+            "A cone about {trend_deg:azimuth}/{plunge_deg:02.0f} fits better than a cylinder:"
             " {cone_rms_deg:.1f}° (RMS) instead of {rms_deg:.1f}°, half-angle {angle_deg:.0f} ±"
             " {width_deg:.0f}° (95 %), p = {p:.2g}."
         ),
@@ -454,8 +454,8 @@ TEXTS: dict[str, Entry] = {
     "displacement.rake-of-vertical-fault": (
         "warning",
         to_translate(
-            "The fault is vertical: its rake was counted from the strike {strike_deg:03.0f}. If"
-            " it is from {other_deg:03.0f}, give 180 minus the rake."
+            "The fault is vertical: its rake was counted from the strike {strike_deg:azimuth}. If"
+            " it is from {other_deg:azimuth}, give 180 minus the rake."
         ),
     ),
     "displacement.motion-off-fault": (

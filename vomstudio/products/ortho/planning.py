@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, UsageError
+from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -168,8 +169,7 @@ def edge_on(points: Array, frame: ViewFrame, gsd: float) -> Finding | None:
     if seen > EDGE_ON_SHARE * wide and not (seen < 2.0 * gsd and wide > 10.0 * gsd):
         return None
     plane = Plane.from_normal(frame.axes @ axes[:, 0])
-    attitude = f"{plane.dip_direction_deg:03.0f}/{plane.dip_deg:.0f}"
-    return Finding("view.edge-on", plane=attitude)
+    return Finding("view.edge-on", plane=format_plane(plane))
 
 
 def default_gsd(

@@ -17,7 +17,7 @@ from vomstudio.errors import InputError
 from vomstudio.files.atomic import atomic_group, check_target
 from vomstudio.files.extensions import check_extension
 from vomstudio.files.spreadsheet_cells import guarded, head_line
-from vomstudio.geology.notation import format_azimuth, format_wind, plain_azimuth
+from vomstudio.geology.notation import format_azimuth, format_plane, format_wind, plain_azimuth
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry.units import Axes, columns_of
 from vomstudio.products.ortho.interpretation import Flat, Item, count_features, flattened
@@ -320,9 +320,7 @@ def section_words(curtain: Curtain, cut: Cut, unit: str) -> str:
         said = tr("Vertical section along a line of {count} pieces", count=len(curtain.panels))
     else:
         said = tr(
-            "Section along the plane {dd:03.0f}/{dip:.0f} (dip direction/dip, °)",
-            dd=plane.dip_direction_deg,
-            dip=plane.dip_deg,
+            "Section along the plane {plane} (dip direction/dip, °)", plane=format_plane(plane)
         )
     if cut.slab_m is not None:
         said += "; " + tr("points of a slab {slab:.3g} {unit} thick", slab=cut.slab_m, unit=unit)
