@@ -105,7 +105,8 @@ TEXTS: dict[str, Entry] = {
     "notation.not-an-end": (
         "error",
         to_translate(
-            "{end} is not an end of the strike {strike_deg:azimuth} (“{text}”). Name one of its ends."
+            "{end} is not an end of the strike {strike_deg:azimuth} (“{text}”). Name one of its"
+            " ends."
         ),
     ),
     "notation.plunge-out-of-range": (
