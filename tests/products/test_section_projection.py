@@ -10,10 +10,11 @@ import pytest
 
 from tests.messages import refused
 from vomstudio.core.findings import Finding
+from vomstudio.document.records.feature_types import DEFAULT_TYPES
 from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.products.ortho.interpretation import Item, items_of_table
+from vomstudio.products.ortho.interpretation import NO_COLOR, Item, items_of_table
 from vomstudio.products.section.curtain import Curtain, curtain_of_line, curtain_of_plane
 from vomstudio.products.section.cutting import cut_model
 from vomstudio.products.section.directions import Directions
@@ -142,3 +143,13 @@ def test_a_line_along_a_section_that_was_drawn_by_hand_is_not_broken() -> None:
     assert (np.diff(flat.points[:, 0]) > 0).all()
     assert flat.points[[0, -1], 0] == pytest.approx(80 * angle[[0, -1]], abs=0.3)
     assert np.abs(flat.away).max() < 0.6
+
+
+def test_planes_of_a_table_have_the_colours_of_their_feature_types() -> None:
+    colors = {each.name: each.color for each in DEFAULT_TYPES}
+    rows = [
+        {"id": kind, "kind": kind, "dip_direction_deg": 90.0, "dip_deg": 30.0}
+        for kind in ("bedding", "Fault", "dyke")
+    ]
+    drawn = items_of_table(np.zeros((3, 3)), rows)
+    assert [each.color for each in drawn] == [colors["Bedding"], colors["Fault"], NO_COLOR]

@@ -100,30 +100,30 @@ TEXTS: dict[str, Entry] = {
     ),
     "view.down-plunge": (
         "info",
-        to_translate("Down-plunge: {share_percent:.0f} % of the visible surface faces the viewer."),
+        to_translate("{share_percent:.0f} % of the visible surface faces the viewer."),
     ),
     "view.down-plunge-estimated": (
         "info",
         to_translate(
-            "Down-plunge: {share_percent:.0f} % of the visible surface faces the viewer (normals"
+            "{share_percent:.0f} % of the visible surface faces the viewer (normals"
             " estimated, taken to point up)."
         ),
     ),
     "view.down-plunge-unseen": (
         "info",
-        to_translate("Down-plunge. No part of the surface is visible from there."),
+        to_translate("No part of the surface is visible from there."),
     ),
     "view.up-plunge": (
         "info",
         to_translate(
-            "Up-plunge: seen down-plunge, {share_percent:.0f} % of the visible surface faces away"
+            "Seen down-plunge, {share_percent:.0f} % of the visible surface faces away"
             " from the viewer."
         ),
     ),
     "view.up-plunge-estimated": (
         "info",
         to_translate(
-            "Up-plunge: seen down-plunge, {share_percent:.0f} % of the visible surface faces away"
+            "Seen down-plunge, {share_percent:.0f} % of the visible surface faces away"
             " from the viewer (normals estimated, taken to point up)."
         ),
     ),

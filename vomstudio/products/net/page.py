@@ -214,7 +214,7 @@ class Page:
             color=color or self.style.ink, weight=weight, zorder=layer("words"), parse_math=False,
         )  # fmt: skip
         if halo:
-            ring = patheffects.withStroke(linewidth=0.3 * self.font, foreground=self.style.net)
+            ring = patheffects.withStroke(linewidth=0.45 * self.font, foreground=self.style.net)
             artist.set_path_effects([ring])
 
     # Drawing

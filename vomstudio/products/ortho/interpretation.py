@@ -16,6 +16,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.document.kind import color_of, kind_of
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Record
+from vomstudio.document.records.feature_types import DEFAULT_TYPES
 from vomstudio.errors import UsageError
 from vomstudio.geology.map_symbols import strike_and_dip
 from vomstudio.geology.orientation import planes_to_normals
@@ -155,13 +156,23 @@ def count_features(items: Iterable[Item]) -> int:
 
 
 def items_of_table(places: Array, rows: Sequence[Mapping[str, Any]]) -> tuple[Item, ...]:
-    """Planes of an orientation table. places : (n, 3) World; rows : `id`, `dip_direction_deg`,
-    `dip_deg`, and where known `name`, `kind`, `set`, `domain`, `overturned`."""
+    """Return the planes of an orientation table, in the colours of the default feature types.
+
+    Parameters
+    ----------
+    places : (n, 3) float64
+        World, metres.
+    rows : sequence of mapping
+        `id`, `dip_direction_deg`, `dip_deg`, and where known `name`, `kind`, `set`, `domain`,
+        `overturned`.
+    """
+    colors = {each.name.casefold(): each.color for each in DEFAULT_TYPES}
     return tuple(
         Item(
             "planes", "point", np.asarray([place]), str(row["id"]),
             str(row.get("name") or row["id"]),
-            str(row.get("kind") or ""), str(row.get("set") or ""), NO_COLOR,
+            str(row.get("kind") or ""), str(row.get("set") or ""),
+            colors.get(str(row.get("kind") or "").casefold(), NO_COLOR),
             planes_to_normals(row["dip_direction_deg"], row["dip_deg"]),
             row["dip_direction_deg"], row["dip_deg"], overturned=bool(row.get("overturned")),
             domain=str(row.get("domain") or ""), quality=str(row.get("quality") or ""),

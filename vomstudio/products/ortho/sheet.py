@@ -102,11 +102,8 @@ def _words(view: View, width_mm: float) -> list[str]:
 
     unknown = unknown_direction_text(view)
     letters = round(width_mm / (LETTER_MM * _FONT_PT))
-    said = [direction_text(view)]
-    reason = view.reason.message
-    if tr(view.sense) not in reason:
-        said += textwrap.wrap(reason, letters)
-    return [*said, *([unknown] if unknown else [])]
+    reason = textwrap.wrap(view.reason.message, letters)
+    return [direction_text(view), *reason, *([unknown] if unknown else [])]
 
 
 def _draw_plane(ax: Axes, drawing: Drawing, scale: int, between: str) -> None:
