@@ -30,6 +30,12 @@ def from_json(values: Mapping[str, object]) -> dict[str, object]:
     }
 
 
+def place_text(file: str | None = None, line: int | None = None, field: str | None = None) -> str:
+    """Return the words for a place in a file, empty if nothing of it is known."""
+    words = (file, None if line is None else f"line {line}", field)
+    return ", ".join(each for each in words if each)
+
+
 class _Finding(Protocol):
     """The part of `vomstudio.core.findings.Finding` that an error uses."""
 
@@ -78,11 +84,7 @@ class VomError(Exception):
         self.field = field
 
     def __str__(self) -> str:
-        place = self.file or ""
-        if self.line is not None:
-            place += f", line {self.line}" if place else f"line {self.line}"
-        if self.field is not None:
-            place += f", {self.field}" if place else self.field
+        place = place_text(self.file, self.line, self.field)
         return f"{place}: {self.message}" if place else self.message
 
     def to_dict(self) -> dict[str, object]:
