@@ -24,10 +24,13 @@ def _for_json(value: object) -> object:
 
 def from_json(values: Mapping[str, object]) -> dict[str, object]:
     """Return the values that `for_json` was given."""
-    return {
-        name: float(value) if isinstance(value, str) and value in NOT_FINITE else value
-        for name, value in values.items()
-    }
+    return {name: _from_json(value) for name, value in values.items()}
+
+
+def _from_json(value: object) -> object:
+    if isinstance(value, list):
+        return [_from_json(each) for each in value]
+    return float(value) if isinstance(value, str) and value in NOT_FINITE else value
 
 
 def place_text(file: str | None = None, line: int | None = None, field: str | None = None) -> str:

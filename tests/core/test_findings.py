@@ -100,6 +100,13 @@ def test_the_finding_of_an_error_of_another_process_has_the_file_of_its_text() -
     assert cause_of(error) == finding_of(error) == cause
 
 
+def test_numbers_in_lists_are_restored_in_another_process() -> None:
+    cause = Finding("path.invalid", reason="too far", limits_m=(1.0, float("inf")))
+    assert Finding.from_dict(json.loads(json.dumps(cause.to_dict()))) == cause
+    error = from_dict(json.loads(json.dumps(InputError(cause).to_dict())), InputError.exit_code)
+    assert cause_of(error) == cause
+
+
 def test_repeats_are_dropped_in_order() -> None:
     assert without_repeats(["a", ASSUMED, "a", ASSUMED]) == ("a", ASSUMED)
     assert as_finding("a") == uncoded("a")
