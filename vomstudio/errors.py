@@ -24,10 +24,19 @@ def _for_json(value: object) -> object:
 
 def from_json(values: Mapping[str, object]) -> dict[str, object]:
     """Return the values that `for_json` was given."""
-    return {
-        name: float(value) if isinstance(value, str) and value in NOT_FINITE else value
-        for name, value in values.items()
-    }
+    return {name: _from_json(value) for name, value in values.items()}
+
+
+def _from_json(value: object) -> object:
+    if isinstance(value, list):
+        return [_from_json(each) for each in value]
+    return float(value) if isinstance(value, str) and value in NOT_FINITE else value
+
+
+def place_text(file: str | None = None, line: int | None = None, field: str | None = None) -> str:
+    """Return the words for a place in a file, empty if nothing of it is known."""
+    words = (file, None if line is None else f"line {line}", field)
+    return ", ".join(each for each in words if each)
 
 
 class _Finding(Protocol):
@@ -78,11 +87,7 @@ class VomError(Exception):
         self.field = field
 
     def __str__(self) -> str:
-        place = self.file or ""
-        if self.line is not None:
-            place += f", line {self.line}" if place else f"line {self.line}"
-        if self.field is not None:
-            place += f", {self.field}" if place else self.field
+        place = place_text(self.file, self.line, self.field)
         return f"{place}: {self.message}" if place else self.message
 
     def to_dict(self) -> dict[str, object]:

@@ -14,8 +14,9 @@ from vomstudio.cli import project
 from vomstudio.cli.common.arguments import Parser
 from vomstudio.cli.common.first_word import COMMANDS
 from vomstudio.core.operations import DOORS, Operation
-from vomstudio.core.options import declarations
+from vomstudio.core.options import Options, declarations
 from vomstudio.workspace.operations import OPERATIONS
+from vomstudio.workspace.project_options import ACTION_OPTIONS
 
 each_operation = pytest.mark.parametrize("operation", OPERATIONS, ids=lambda each: each.name)
 
@@ -36,6 +37,12 @@ def test_the_python_function_has_the_declared_parameters(operation: Operation) -
                 continue  # Python also takes planes, points and files in other forms.
             written = typing.get_type_hints(getattr(vs, operation.function))[each.name]
             assert written == hints[each.name]
+
+
+def test_all_options_check_their_values_as_their_base_does() -> None:
+    stated = [each for one in OPERATIONS for each in (*one.options, *one.command_options)]
+    for options in (*stated, *ACTION_OPTIONS.values()):
+        assert issubclass(options, Options), options
 
 
 @each_operation

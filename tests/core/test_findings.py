@@ -15,7 +15,15 @@ import pytest
 
 from vomstudio.cli.common.output import to_json
 from vomstudio.core.finding_texts import SUBJECTS, TEXTS, texts_of
-from vomstudio.core.findings import Finding, as_finding, uncoded, without_repeats
+from vomstudio.core.findings import (
+    Finding,
+    as_finding,
+    cause_of,
+    finding_of,
+    uncoded,
+    without_repeats,
+)
+from vomstudio.errors import InputError, from_dict
 from vomstudio.jobs.serialisation import decode, encode
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -73,6 +81,30 @@ def test_an_unknown_code_or_a_missing_value_is_an_error_of_the_programmer() -> N
 def test_a_finding_names_its_file_once() -> None:
     assert ASSUMED.of_file("other.obj") is ASSUMED
     assert uncoded("Plain.").of_file("b.obj").message == "b.obj: Plain."
+
+
+def test_the_finding_of_an_error_states_its_file_line_and_field() -> None:
+    error = InputError(Finding("number.invalid", text="1o"), file="a.csv", line=3, field="x")
+    finding = finding_of(error)
+    assert finding.values == {"file": "a.csv", "line": 3, "field": "x", "text": "1o"}
+    assert finding.message == str(error)
+    assert Finding.from_dict(finding.to_dict()) == finding
+    assert cause_of(error) == Finding("number.invalid", text="1o")
+    argument = InputError(Finding("number.invalid", text="1o"), field="--x")
+    assert finding_of(argument) == cause_of(argument)
+
+
+def test_the_finding_of_an_error_of_another_process_has_the_file_of_its_text() -> None:
+    cause = Finding("registration.unknown-version", file="a.json", version="9", known=1)
+    error = from_dict(InputError(cause, file="a.json").to_dict(), InputError.exit_code)
+    assert cause_of(error) == finding_of(error) == cause
+
+
+def test_numbers_in_lists_are_restored_in_another_process() -> None:
+    cause = Finding("path.invalid", reason="too far", limits_m=(1.0, float("inf")))
+    assert Finding.from_dict(json.loads(json.dumps(cause.to_dict()))) == cause
+    error = from_dict(json.loads(json.dumps(InputError(cause).to_dict())), InputError.exit_code)
+    assert cause_of(error) == cause
 
 
 def test_repeats_are_dropped_in_order() -> None:

@@ -12,11 +12,15 @@ from scipy.sparse.csgraph import dijkstra
 from tests.benchmarks.bench_followed import population
 from tests.extraction.planes_by_construction import grid_mesh
 from tests.messages import refused
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, UsageError
+from vomstudio.extraction.followed_trace import plane_of
 from vomstudio.extraction.following import Follower
 from vomstudio.extraction.surface_graph import SurfaceGraph
+from vomstudio.geology.profiles import DEFAULTS
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
+from vomstudio.geometry.surface import VertexSurface
 
 
 def hills(step: float = 0.05, count: int = 61) -> Mesh:
@@ -255,3 +259,15 @@ def test_an_edge_is_followed_through_grain() -> None:
     off = np.abs(path.points[:, 1] - 1.5 - 0.2 * np.sin(2.0 * path.points[:, 0]))
     assert np.percentile(off, 90) < 3.0 * step
     assert x.shape == y.shape
+
+
+def test_a_path_along_a_straight_line_has_the_reason_why_it_has_no_plane() -> None:
+    x = np.arange(5.0)
+    straight = np.column_stack([x, 0.0 * x, 0.0 * x])
+    surface = VertexSurface(straight)
+    row, band, messages = plane_of(
+        straight, surface, model="m", frame="local", thresholds=DEFAULTS, notes="", priors=()
+    )
+    assert row is None
+    assert band is None
+    assert messages == (Finding("points.collinear", n=5),)

@@ -165,3 +165,4 @@ def test_what_has_no_sets_is_said() -> None:
     with pytest.raises(UsageError) as error:
         FacetOptions(max_distance_m=0.1, preset="dse")
     assert error.value.code == "option.conflict"
+    assert error.value.values == {"option": "--max-distance", "other": "--preset"}

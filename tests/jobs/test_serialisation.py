@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import types
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import Any, Literal, get_type_hints
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 import numpy.typing as npt
 import pytest
 
 from tests.messages import refused
+from vomstudio.core.findings import Finding
+from vomstudio.core.options import Options
+from vomstudio.core.results import Result, to_dict
 from vomstudio.errors import WorkerError
 from vomstudio.jobs import serialisation
+from vomstudio.jobs.survey_tasks import ControlFacts
 from vomstudio.jobs.tasks import TASKS, task_of
+from vomstudio.photogrammetry.place.control_check import ControlCheck
+from vomstudio.survey.check_results import SurveyReport
 
 
 @dataclass(frozen=True)
@@ -97,6 +104,73 @@ def test_every_job_asks_and_answers_in_frozen_dataclasses(name: str) -> None:
         assert is_dataclass(cls)
         assert cls.__dataclass_params__.frozen  # type: ignore[attr-defined]
         assert set(get_type_hints(cls)) >= {field.name for field in fields(cls)}
+
+
+PLAIN = {
+    Any: {"any": [1, "text", None]},
+    Finding: Finding("path.invalid", reason="a reason"),
+    Path: Path("folder/file"),
+    str: "text",
+    int: 3,
+    float: 0.25,
+    bool: True,
+    np.ndarray: np.arange(16.0).reshape(4, 4),
+}
+
+
+def example(hint: Any, *, is_full: bool) -> Any:
+    """Return a value of a type hint; full, with a value for each optional field and item."""
+    origin, kinds = get_origin(hint), get_args(hint)
+    if origin in (Union, types.UnionType):
+        if type(None) in kinds and not is_full:
+            return None
+        return example(next(kind for kind in kinds if kind is not type(None)), is_full=is_full)
+    if origin is Literal:
+        return kinds[0]
+    if origin is tuple and kinds[1:] != (Ellipsis,):
+        return tuple(example(kind, is_full=is_full) for kind in kinds)
+    if origin in (tuple, list, Sequence):
+        items = [example(kinds[0], is_full=is_full)] if is_full else []
+        return items if origin is list else tuple(items)
+    if origin in (dict, Mapping):
+        return {"key": example(kinds[1], is_full=is_full)} if is_full else {}
+    if is_dataclass(hint):
+        if issubclass(hint, Options):  # type: ignore[arg-type]
+            # Other values may exclude one another.
+            return hint()  # type: ignore[operator]
+        hints = get_type_hints(hint)
+        values = {
+            field.name: example(hints[field.name], is_full=is_full)
+            for field in fields(hint)
+            if field.init
+        }
+        return hint(**values)  # type: ignore[operator]
+    return PLAIN[hint if origin is None else origin]
+
+
+def restored(cls: type[Any], sent: Any) -> Any:
+    return serialisation.decode(cls, json.loads(json.dumps(sent, allow_nan=False)))
+
+
+@pytest.mark.parametrize("is_full", [True, False])
+@pytest.mark.parametrize("part", ["request", "result"])
+@pytest.mark.parametrize("name", sorted(TASKS))
+def test_requests_and_results_of_jobs_are_restored(name: str, part: str, is_full: bool) -> None:
+    cls = getattr(task_of(name), part)
+    sent = serialisation.encode(example(cls, is_full=is_full))
+    assert serialisation.encode(restored(cls, sent)) == sent
+
+
+@pytest.mark.parametrize("is_full", [True, False])
+@pytest.mark.parametrize(
+    ("cls", "to"), [(SurveyReport, SurveyReport), (ControlCheck, ControlFacts)]
+)
+def test_printed_objects_that_are_read_again_are_restored(
+    cls: type[Result], to: type[Any], is_full: bool
+) -> None:
+    """Of `report.json` and of jobs that return what a command prints."""
+    printed = example(cls, is_full=is_full).to_dict()
+    assert to_dict(restored(to, printed)) == printed
 
 
 def test_a_small_array_crosses_and_what_is_not_finite_in_it_does_not() -> None:

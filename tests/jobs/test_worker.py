@@ -30,7 +30,8 @@ from tests.jobs.odd_jobs import (
     To,
     Word,
 )
-from vomstudio.errors import WorkerError
+from vomstudio.core.findings import Finding, finding_of
+from vomstudio.errors import InputError, UsageError, WorkerError
 from vomstudio.jobs.events import Done, Failed, Stage, Step, from_line, to_line
 from vomstudio.jobs.job import Nothing
 from vomstudio.jobs.model_tasks import LOAD_MODEL, ModelFile
@@ -78,6 +79,16 @@ def test_events_survive_the_wire():
     for event in (Stage(1, "reading", 10), Stage(2, "…", None), Step(1, 3), Done(1, {"a": [1.5]}),
                   Failed(1, {"code": "input", "message": "no"}, 2)):  # fmt: skip
         assert from_line(to_line(event)) == event
+
+
+def test_a_failed_job_states_the_place_of_its_error_in_the_file():
+    cause = Finding("number.invalid", text="1o")
+    error = InputError(cause, file="control.csv", line=3, field="x")
+    event = from_line(to_line(Failed(1, error.to_dict(), error.exit_code)))
+    assert event.message == str(error)
+    assert finding_of(event.to_error()) == finding_of(error)
+    argument = UsageError(cause, field="--x")
+    assert Failed(1, argument.to_dict(), argument.exit_code).message == argument.message
 
 
 @pytest.mark.parametrize(

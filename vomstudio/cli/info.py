@@ -15,7 +15,7 @@ from vomstudio.cli.common.arguments import (
     report_reading,
 )
 from vomstudio.cli.common.output import Output
-from vomstudio.core.findings import Finding, Message, as_finding, finding_of
+from vomstudio.core.findings import Finding, Message, as_finding, cause_of
 from vomstudio.errors import InputError
 from vomstudio.progress import Progress
 from vomstudio.words import tr, tr_n
@@ -149,7 +149,7 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
     except InputError as error:
         points = np.empty((0, 3))  # a table of something else
         if {name.strip().casefold() for name in table.names or ()} >= _NAMED:
-            warnings.append(finding_of(InputError(error)))
+            warnings.append(cause_of(error))
     sound = np.isfinite(points).all(axis=1)
     if sound.any():
         bounds = [points[sound].min(axis=0).tolist(), points[sound].max(axis=0).tolist()]
@@ -258,7 +258,7 @@ def _grid(path: Path, progress: Progress) -> dict[str, Any]:
         picture = _picture(path)
         if len(picture["fields"]) == 1 and picture["fields"][0] not in _GREY:
             # Heights, not a photograph: what is wrong with them is not kept back.
-            picture["warnings"].append(finding_of(InputError(error)))
+            picture["warnings"].append(cause_of(error))
         return picture
     from vomstudio.io.gis.raster import size_and_bands
 

@@ -13,7 +13,7 @@ from string import Formatter
 from typing import Any
 
 from vomstudio.core.finding_texts import TEXTS, Severity, texts_of
-from vomstudio.errors import VomError, for_json, from_json
+from vomstudio.errors import VomError, for_json, from_json, place_text
 from vomstudio.words import tr, tr_n
 
 UNCODED = "uncoded"
@@ -96,8 +96,11 @@ class Finding:
             sentence = tr(text, **values)
         # The reasons at the end of a text may be empty.
         sentence = sentence.rstrip()
-        file = self.values.get("file")
-        return sentence if file is None or "{file}" in text else f"{file}: {sentence}"
+        if self.values.get("file") is None or "{file}" in text:
+            return sentence
+        unstated = {"file", "line", "field"} - placeholders(self.code)
+        place = {name: value for name, value in self._values if name in unstated}
+        return f"{place_text(**place)}: {sentence}"
 
     def of_file(self, file: str) -> Finding:
         """Return the same finding about a file, if it names none yet."""
@@ -143,15 +146,31 @@ def as_finding(message: Message) -> Finding:
 
 def cause_of(error: VomError) -> Finding:
     """Return the finding that an error was raised with, without its location."""
-    return Finding(error.code, **error.values) if error.code in TEXTS else uncoded(error.message)
+    if error.code not in TEXTS:
+        return uncoded(error.message)
+    # An error from another process has its location once, also if its text contains it.
+    location = _location(error)
+    missing = placeholders(error.code) - error.values.keys()
+    stated = {name: location[name] for name in missing & location.keys()}
+    return Finding(error.code, **error.values | stated)
 
 
 def finding_of(error: VomError) -> Finding:
-    """Return the finding that an error was raised with, with its file."""
+    """Return the finding that an error was raised with, with its file, line and field.
+
+    A field without a file is an argument, which a finding does not name.
+    """
     if error.code not in TEXTS:
         return uncoded(str(error))
     cause = cause_of(error)
-    return cause if error.file is None else cause.of_file(error.file)
+    if error.file is None or "file" in cause.values:
+        return cause
+    return Finding(cause.code, cause.severity, **_location(error) | cause.values)
+
+
+def _location(error: VomError) -> dict[str, Any]:
+    location = {"file": error.file, "line": error.line, "field": error.field}
+    return {name: value for name, value in location.items() if value is not None}
 
 
 def plain(messages: Iterable[Message]) -> list[dict[str, Any]]:

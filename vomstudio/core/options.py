@@ -196,17 +196,12 @@ def _kind(hint: Any) -> tuple[type, tuple[str, ...] | None, bool]:
     return hint, None, False
 
 
-def check_options(options: Any) -> None:
-    """Raise UsageError if a value of an options object is not allowed."""
-    for each in declarations(type(options)):
-        each.check(getattr(options, each.name))
-
-
 class Options:
     """Base of options classes: it checks their values."""
 
     def __post_init__(self) -> None:
-        check_options(self)
+        for each in declarations(type(self)):
+            each.check(getattr(self, each.name))
 
 
 def check_exclusive(options: Any, *names: str) -> None:

@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from vomstudio.core.findings import Finding
-from vomstudio.core.options import MAX_LENGTH_M, MIN_LENGTH_M, Options, option
-from vomstudio.errors import UsageError
+from vomstudio.core.options import MAX_LENGTH_M, MIN_LENGTH_M, Options, check_exclusive, option
 from vomstudio.words import to_translate
 
 DEFAULT_ANGLE_DEG = 20.0
@@ -85,11 +83,7 @@ class FacetOptions(Options):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.preset is not None and self.max_distance_m is not None:
-            raise UsageError(
-                Finding("option.conflict", option="--preset", other="--max-distance"),
-                field="--max-distance",
-            )
+        check_exclusive(self, "max_distance_m", "preset")
 
     @property
     def used_angle_deg(self) -> float:

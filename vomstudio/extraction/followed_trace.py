@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding, Message, cause_of
 from vomstudio.core.results import HIDDEN
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.best_cost import AUTO, Tried, follow_best
@@ -170,7 +170,7 @@ def plane_of(
     try:
         fit = fit_plane(points)
     except GeometryError as error:
-        return None, None, (str(error), *findings)
+        return None, None, (cause_of(error), *findings)
     own, face = near.resolution_near(points), near.outcrop_normal(points)
     stretch = None if rest is None else rest.error95_deg(fit, own, face)
     verdict = judge(

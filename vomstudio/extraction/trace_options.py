@@ -21,7 +21,7 @@ ONNX = "onnx"
 
 
 @dataclass(frozen=True)
-class TraceSource:
+class TraceSource(Options):
     """What the lines of a command are made from.
 
     Raises
@@ -53,6 +53,7 @@ class TraceSource:
     )
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         check_alternatives(self, "through", "from_ortho", "propose")
 
 

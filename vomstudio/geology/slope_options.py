@@ -54,7 +54,7 @@ class SlopeOptions(Options):
 
 
 @dataclass(frozen=True)
-class SlopeFaces:
+class SlopeFaces(Options):
     """Face or facets of a slope, and files of the command.
 
     Raises
@@ -86,6 +86,7 @@ class SlopeFaces:
     )
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         check_alternatives(self, "face", "facets")
         check_requires(self, "labelled_model", "facets")
         check_requires(self, "paint", "labelled_model")

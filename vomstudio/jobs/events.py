@@ -44,9 +44,9 @@ class Failed:
 
     @property
     def message(self) -> str:
-        """The message with its file before it, as the window shows it."""
-        place = self.error.get("file")
-        return f"{place}: {self.error['message']}" if place else str(self.error["message"])
+        """The message with its place in a file before it, as the window shows it."""
+        error = self.to_error()
+        return error.message if error.file is None else str(error)
 
     def to_error(self) -> VomError:
         """Return the error that the job ended with."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -93,9 +92,10 @@ class ReconstructOptions(Options):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        box = self.box
-        if box is not None and not all(a < b for a, b in zip(box[:3], box[3:], strict=True)):
-            raise UsageError(Finding("region.empty"), field="--region")
+        if (box := self.box) is not None:
+            from vomstudio.photogrammetry.base.region import Region
+
+            Region.of(box)
 
     @property
     def box(self) -> tuple[float, ...] | None:
@@ -103,9 +103,6 @@ class ReconstructOptions(Options):
         if self.region is None:
             return None
         try:
-            numbers = tuple(float(cell) for cell in self.region.split(","))
+            return tuple(float(cell) for cell in self.region.split(","))
         except ValueError:
-            numbers = ()
-        if len(numbers) != 6 or not all(map(math.isfinite, numbers)):
-            raise UsageError(Finding("region.not-a-box"), field="--region")
-        return numbers
+            raise UsageError(Finding("region.not-a-box"), field="--region") from None

@@ -105,7 +105,7 @@ class CheckOptions(Options):
 
 
 @dataclass(frozen=True)
-class CheckScene:
+class CheckScene(Options):
     """Model of the checked photos, for the command."""
 
     scene: str | None = option(

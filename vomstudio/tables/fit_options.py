@@ -39,7 +39,7 @@ class FitOptions(Options):
 
 
 @dataclass(frozen=True)
-class FitTogether:
+class FitTogether(Options):
     """Fits of several traces together and their figure, for the command.
 
     Raises
@@ -69,4 +69,5 @@ class FitTogether:
     )
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         check_requires(self, "same", "parallel")

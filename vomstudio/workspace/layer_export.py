@@ -78,7 +78,13 @@ class GisLayers:
 
         def failed(event: Failed) -> None:
             self.written.emit("")
-            self._notices.warn(Finding("project.layers-outdated", reason=event.message))
+            self._notices.warn(
+                Finding(
+                    "project.layers-outdated",
+                    reason=event.message,
+                    reason_code=event.to_error().code,
+                )
+            )
             self._timer.start(_AGAIN_S)
 
         self._jobs.submit(

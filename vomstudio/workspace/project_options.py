@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import (
     MAX_LENGTH_M,
-    check_options,
+    Options,
     check_requires,
     declarations,
     given_options,
@@ -18,7 +18,7 @@ from vomstudio.words import to_translate
 
 
 @dataclass(frozen=True, kw_only=True)
-class ModelChoice:
+class ModelChoice(Options):
     """The model of the project to which an action applies."""
 
     model: str | None = option(
@@ -64,7 +64,7 @@ class PlacementOptions(ModelChoice):
     )
 
     def __post_init__(self) -> None:
-        check_options(self)
+        super().__post_init__()
         check_requires(self, "stable", "reference")
 
 
@@ -88,7 +88,7 @@ class PickOptions(ModelChoice):
 
 
 @dataclass(frozen=True)
-class FeatureValues:
+class FeatureValues(Options):
     """New values of features; None keeps a value.
 
     Raises
@@ -109,13 +109,14 @@ class FeatureValues:
     name: str | None = option(None, metavar="NAME", help=to_translate("name of a single feature"))
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not given_options(self):
             flags = [each.flag for each in declarations(type(self))]
             raise UsageError(Finding("option.none-given", options=flags), field=flags[0])
 
 
 @dataclass(frozen=True)
-class CompactOptions:
+class CompactOptions(Options):
     """Whether a project is compacted."""
 
     dry_run: bool = option(False, help=to_translate("only report what would be removed"))

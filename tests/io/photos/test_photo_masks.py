@@ -8,7 +8,7 @@ import numpy as np
 from PIL import Image
 
 from tests.io.photos.photo_maker import write_photo
-from tests.messages import refused
+from tests.messages import by_code, refused
 from vomstudio.errors import TargetError
 from vomstudio.geometry.pixel_areas import Area, Change, changed_by
 from vomstudio.io.photos.drawn_masks import keep_mask, load_mask, mask_place, write_mask
@@ -51,6 +51,15 @@ def test_a_mask_drawn_for_one_of_two_comes_before_one_of_both(tmp_path: Path) ->
     own = mask_place(photos[0], photos)
     write_mask(own, drawn())
     assert [photo.mask for photo in read_photos(tmp_path).photos] == [own, both]
+
+
+def test_a_damaged_mask_is_left_out_with_the_code_of_its_error(tmp_path: Path) -> None:
+    write_photo(tmp_path / "a.jpg")
+    (tmp_path / "a_mask.png").write_bytes(b"no picture")
+    folder = read_photos(tmp_path)
+    assert folder.photos[0].mask is None
+    values = by_code(folder.warnings)["mask.unusable"]
+    assert (values["mask"], values["reason_code"]) == ("a_mask.png", "picture.unknown-kind")
 
 
 def test_a_photo_alone_keeps_its_drawn_mask_before_one_with_its_ending(tmp_path: Path) -> None:

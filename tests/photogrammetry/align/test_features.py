@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import pickle
+import struct
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -119,6 +121,15 @@ def test_a_photo_without_use_is_a_sentence_and_no_error(data: bytes, code: str) 
     assert found.problem is not None
     assert found.problem.code == code
     assert len(found.keypoints) == 0
+
+
+def test_a_photo_without_use_has_the_code_of_the_error_of_its_file() -> None:
+    content = encoded(rock())
+    head = b"IHDR" + struct.pack(">II", 100_000, 100_000) + content[24:29]
+    vast = content[:12] + head + struct.pack(">I", zlib.crc32(head)) + content[33:]
+    problem = extract(ExtractTask(vast)).problem
+    assert problem is not None
+    assert problem.values["reason_code"] == "file.picture-too-large"
 
 
 @pytest.mark.parametrize("mode", ["L", "RGBA", "I;16", "P", "CMYK"])

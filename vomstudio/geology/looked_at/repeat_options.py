@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vomstudio.core.options import option
+from vomstudio.core.options import Options, option
 from vomstudio.words import to_translate
 
 
 @dataclass(frozen=True)
-class RepeatOptions:
+class RepeatOptions(Options):
     """How picks of the same structure are recognised."""
 
     by: str | None = option(

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
+from vomstudio.errors import InputError, from_dict
 from vomstudio.files.regular import open_regular, require_regular
 from vomstudio.files.untrusted import reader_process
 from vomstudio.files.untrusted.databases import SQLITE_MARK
@@ -114,14 +114,11 @@ def _request_layers(
     ]  # fmt: skip
 
 
-def _refusal(refused: Mapping[str, Any], path: Path) -> InputError:
+def _refusal(refused: dict[str, Any], path: Path) -> InputError:
     """Return the error of the reader process, which has the absolute path of the file."""
-    file = path if refused["file"] in (None, os.fspath(path.absolute())) else refused["file"]
-    error = InputError(refused["message"], file=file, line=refused["line"], field=refused["field"])
-    error.code = refused["code"]
-    known = ("code", "file", "line", "field", "message")
-    error.values = {name: value for name, value in refused.items() if name not in known}
-    return error
+    error = from_dict(refused, InputError.exit_code)
+    file = path if error.file in (None, os.fspath(path.absolute())) else error.file
+    return InputError(error, file=file, line=error.line, field=error.field)
 
 
 def _is_small(path: Path) -> bool:

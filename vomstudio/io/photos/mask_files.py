@@ -95,7 +95,9 @@ class MaskFinder:
             with opened(mask, min_pixel_bytes=MASK_BYTES) as image:
                 size = image.size
         except InputError as error:
-            return None, Finding("mask.unusable", mask=mask.name, reason=error.message)
+            return None, Finding(
+                "mask.unusable", mask=mask.name, reason=error.message, reason_code=error.code
+            )
         if size == (photo.width, photo.height):
             return mask, None
         sizes = {

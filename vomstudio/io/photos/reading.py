@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
-from vomstudio.core.findings import Finding, Message, finding_of
+from vomstudio.core.findings import Finding, Message, cause_of
 from vomstudio.errors import InputError
 from vomstudio.files.regular import open_regular
 from vomstudio.files.untrusted.picture_headers import HeaderError, jpeg_scan_start
@@ -131,7 +131,7 @@ def read_photos(folder: str | Path, progress: Progress | None = None) -> PhotoFo
         try:
             photo, findings = _read(path, name)
         except InputError as error:
-            result.skipped.append((name, finding_of(InputError(error))))
+            result.skipped.append((name, cause_of(error)))
             continue
         mask, refused = found_masks.of(photo)
         if refused:

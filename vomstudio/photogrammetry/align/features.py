@@ -138,9 +138,10 @@ def extract(task: ExtractTask) -> Features:
             pixels = _pixels(image, task.options.max_size)
         use = None if task.mask is None else _mask(task.mask, width, height)
     except InputError as error:
-        return Features.none(
-            width, height, Finding("alignment.photo-unreadable", reason=error.message)
+        problem = Finding(
+            "alignment.photo-unreadable", reason=error.message, reason_code=error.code
         )
+        return Features.none(width, height, problem)
     except (OSError, ValueError, SyntaxError, EOFError, TypeError, KeyError, IndexError) as error:
         return Features.none(width, height, Finding("alignment.photo-unreadable", reason=error))
     except MemoryError:

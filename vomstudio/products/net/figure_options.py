@@ -125,7 +125,7 @@ class RoseFigure(FigureLook):
 
 
 @dataclass(frozen=True)
-class SetColors:
+class SetColors(Options):
     """Colours of sets. Raises UsageError for a text that is not a set with its colour."""
 
     colors: tuple[str, ...] = option(
@@ -133,6 +133,7 @@ class SetColors:
     )
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         for each in self.colors:
             name, _, color = each.rpartition("=")
             if not name or not _COLOR.fullmatch(color):

@@ -75,7 +75,7 @@ class OrthoOptions(Options):
 
 
 @dataclass(frozen=True)
-class OrthoDrawing:
+class OrthoDrawing(Options):
     """Sheet, part and interpretation of an orthophoto, for the command and the window.
 
     Raises
@@ -118,5 +118,6 @@ class OrthoDrawing:
     )
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         check_requires(self, "show", "draw")
         check_requires(self, "domain", "draw")

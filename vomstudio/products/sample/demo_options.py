@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vomstudio.core.options import option
+from vomstudio.core.options import Options, option
 from vomstudio.words import to_translate
 
 
 @dataclass(frozen=True)
-class DemoOptions:
+class DemoOptions(Options):
     """Parts of the demonstration."""
 
     without_photos: bool = option(

@@ -168,7 +168,8 @@ class PhotoExports(QObject):
             self._on_disk, self.problem = now, ""
         except TargetError as error:
             self.problem = str(error)
-            self.said.emit(Finding("points.tables-outdated", reason=str(error)), "warning")
+            outdated = Finding("points.tables-outdated", reason=error, reason_code=error.code)
+            self.said.emit(outdated, "warning")
         self.tables_written.emit()
 
     def _write_one(self, name: str, now: Marking) -> None:

@@ -96,7 +96,9 @@ class CameraView(QObject):
             self.found.emit()
 
         def failed(error: VomError) -> None:
-            finding = Finding("cameras.not-shown", model=record.name, reason=str(error))
+            finding = Finding(
+                "cameras.not-shown", model=record.name, reason=error, reason_code=error.code
+            )
             self._studio.warn(finding)
 
         self._background.run(lambda: _read(path, middle), arrived, failed)

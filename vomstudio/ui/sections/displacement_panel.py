@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
     QTableWidgetItem,
 )
 
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.options import option_words
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds import has_plane
@@ -371,7 +371,7 @@ def _cut(name: str, one: Array, other: Array, fault: Plane, through: Array) -> C
     try:
         return cut_offs(one, other, fault, through)
     except GeometryError as error:
-        raise InputError(finding_of(error), field=name) from error
+        raise InputError(cause_of(error), field=name) from error
 
 
 def _plane_of(measured: Measurement) -> Plane:

@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.errors import InputError, VomError
 from vomstudio.io.photos.camera_table import camera_models
 from vomstudio.products.report.field_sheet import figures, write_field_sheet
@@ -458,4 +458,4 @@ def _plan(values: dict[str, Any]) -> SurveyPlan:
         return foretold(plan_survey(camera, options), options.receiver_m, options.control_m)
     except VomError as error:
         name = _FIELDS.get(error.field or "", "")
-        raise InputError(finding_of(error), field=tr(name) if name else None) from error
+        raise InputError(cause_of(error), field=tr(name) if name else None) from error

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vomstudio.core.findings import Finding, Message, finding_of
+from vomstudio.core.findings import Finding, Message, cause_of
 from vomstudio.core.results import FLAT, HIDDEN, OPTIONAL, Result
 from vomstudio.document.records import IDENTITY, UNDECLARED, Model, ReadNorth, Registration
 from vomstudio.document.registration_frames import change_file_frame
@@ -168,7 +168,7 @@ def _unused_marks_error(
     failure: GeometryError, unused: Sequence[Message], evidence: Evidence
 ) -> GeometryError:
     """Return the error of a registration that failed because of unused marks."""
-    finding = finding_of(failure)
+    finding = cause_of(failure)
     if evidence.too_few_alone:
         finding = Finding("registration.few-marked-points")
     marks = " ".join(map(str, unused))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Generic, Protocol, TypeVar
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding, Message, finding_of
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
@@ -72,7 +72,8 @@ class ModelWork:
         def failed(event: Failed) -> None:
             if self.running is begun:
                 self.running = None
-                self._say(Finding("job.stopped") if event.cancelled else event.message)
+                stopped = event.cancelled
+                self._say(Finding("job.stopped") if stopped else finding_of(event.to_error()))
 
         begun = self._jobs.submit(
             job, order, title=title, on_done=done, on_failed=failed, quiet=quiet
