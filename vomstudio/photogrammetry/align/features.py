@@ -156,12 +156,12 @@ def extract(task: ExtractTask) -> Features:
         place = keypoints[:, :2].astype(np.intp)
         keep = use[place[:, 1].clip(0, height - 1), place[:, 0].clip(0, width - 1)]
         keypoints, descriptors, colors = keypoints[keep], descriptors[keep], colors[keep]
-    problem = None
+    missing = None
     if not len(keypoints):
-        problem = Finding("alignment.photo-without-features")
+        missing = Finding("alignment.photo-without-features")
         if use is not None and not use.any():
-            problem = Finding("alignment.photo-masked")
-    return Features(keypoints, descriptors, colors, width, height, problem)
+            missing = Finding("alignment.photo-masked")
+    return Features(keypoints, descriptors, colors, width, height, missing)
 
 
 def sift(
