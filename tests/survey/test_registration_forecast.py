@@ -89,7 +89,8 @@ def test_a_good_plan_is_not_warned_of() -> None:
 def test_one_position_cannot_place_a_model_and_says_why() -> None:
     found = forecast("receiver", np.zeros((1, 3)), (3.0, 6.0))
     assert found.worst_95_deg is None
-    assert found.why_not
+    assert found.why_not is not None
+    assert found.why_not.code == "registration.too-few-points"
 
 
 def test_what_is_no_length_is_refused() -> None:

@@ -92,8 +92,8 @@ def _nearly_in_line(plan: SurveyPlan) -> bool:
 
 def forecast_text(found: Forecast) -> str:
     """In one line."""
-    if found.why_not:
-        return found.why_not
+    if found.why_not is not None:
+        return found.why_not.message
     values = {
         "count": found.points,
         "sigma": found.sigma_m[0],
@@ -115,7 +115,7 @@ def forecast_text(found: Forecast) -> str:
 
 def forecast_in_short(found: Forecast) -> str:
     """In a few words."""
-    if found.why_not:
+    if found.why_not is not None:
         return tr("cannot be registered")
     return tr(
         "{worst} (95 %), if known to {sigma:.2g} m",

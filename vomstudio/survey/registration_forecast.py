@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.errors import GeometryError
 
 Array = npt.NDArray[np.float64]
@@ -38,7 +39,7 @@ class Forecast:
     about_view_95_deg: float | None = None
     worst_95_deg: float | None = None
     scale_error_95: float | None = None
-    why_not: str | None = None
+    why_not: Finding | None = None
 
 
 def forecast(by: str, places: Array, sigma: tuple[float, float]) -> Forecast:
@@ -50,7 +51,7 @@ def forecast(by: str, places: Array, sigma: tuple[float, float]) -> Forecast:
     try:
         found = register_points(places, places, np.full((n, 3), [sigma[0], sigma[0], sigma[1]]))
     except GeometryError as error:
-        return Forecast(by, n, sigma, why_not=str(error))
+        return Forecast(by, n, sigma, why_not=cause_of(error))
     error95 = found.rotation_error_95_deg
     return Forecast(
         by,
