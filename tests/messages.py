@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -80,37 +81,64 @@ def _finding(each: Any) -> Finding:
     return Finding.from_dict(each) if isinstance(each, dict) else as_finding(each)
 
 
+def error_of(answer: Mapping[str, Any], code: str, /, **values: Any) -> dict[str, Any]:
+    """Return the error of an answer of ``--json``, of which code and some values are compared."""
+    error: dict[str, Any] = answer["error"]
+    expected = {"code": code} | {name: _in_json(value) for name, value in values.items()}
+    assert {name: error.get(name) for name in expected} == expected, error["message"]
+    return error
+
+
 def shown_codes(text: str) -> set[str]:
-    """Return the codes of the findings that a text, such as that of a window, contains."""
+    """Return the codes of the findings that a text, such as that of a window, contains.
+
+    A text that consists of values, such as that of ``uncoded``, would be in every text.
+    """
     return {
         code
-        for code in TEXTS.keys() - {"uncoded"}
-        if any(re.search(_pattern(sentence), text, re.DOTALL) for sentence in texts_of(code))
+        for code in TEXTS
+        if any(
+            pattern and re.search(pattern, text, re.MULTILINE)
+            for pattern in map(_pattern, texts_of(code))
+        )
     }
 
 
 def shown_values(text: str, code: str) -> dict[str, str]:
     """Return the values, as they are shown, of a finding that a text contains."""
     for sentence in texts_of(code):
-        if match := re.search(_pattern(sentence), text, re.DOTALL):
+        if match := re.search(_pattern(sentence), text, re.MULTILINE):
             return match.groupdict()
     raise AssertionError(f"{code} is not in {text!r}")
 
 
 def figures(text: str) -> list[float]:
-    """Return the numbers in a text, such as that of a label, without their signs."""
-    return [float(each.replace(",", "")) for each in re.findall(r"\d[\d,]*(?:\.\d+)?", text)]
+    """Return the numbers in a text, such as that of a label, without their signs.
+
+    Digits in names, such as those of B01, are not numbers.
+    """
+    found = re.findall(r"(?<![\w.])(?:\d{1,3}(?:,\d{3})+|\d+)(?:\.\d+)?", text)
+    return [float(each.replace(",", "")) for each in found]
 
 
+@cache
 def _pattern(sentence: str) -> str:
-    """Return a pattern of a text whose values may be anything, and at the end nothing."""
+    """Return a pattern of one line with a text, "" if the text has no words of its own.
+
+    Counts are digits, values with a format have no spaces, others are anything, and at the end of
+    the text also nothing.
+    """
+    if not re.search(r"[a-z]{2}", re.sub(r"\{.*?\}", "", sentence)):
+        return ""
     names: set[str] = set()
 
     def group(match: re.Match[str]) -> str:
-        is_first = match[1] not in names
-        names.add(match[1])
-        return f"(?P<{match[1]}>.+?)" if is_first else ".+?"
+        name, has_format = match[1], match[2].startswith(":")
+        value = r"\d[\d,]*" if name == "count" else r"\S+?" if has_format else ".+?"
+        is_first = name not in names
+        names.add(name)
+        return f"(?P<{name}>{value})" if is_first else value
 
-    pattern = re.sub(r"\\\{(\w+).*?\\\}", group, re.escape(sentence))
+    pattern = re.sub(r"\\\{(\w+)(.*?)\\\}", group, re.escape(sentence))
     # A value at the end may be empty.
     return re.sub(r"\\ \(\?P<(\w+)>\.\+\?\)$", r"(?: (?P<\1>.+))?$", pattern)

@@ -17,7 +17,7 @@ import rasterio
 import shapely
 
 from tests.cli.test_trace_drawing import check, drawn, scene, truth
-from tests.messages import by_code, shown_codes
+from tests.messages import by_code, shown_codes, shown_values
 from vomstudio.io.gis.line_reading import read_gis_lines
 from vomstudio.io.gis.svg_lines import read_svg
 
@@ -269,7 +269,7 @@ def test_a_binary_spline_without_control_points_is_named(run, scene, tmp_path) -
     ran = run("trace", scene / "wall.obj", "--from-ortho", drawing, "--sidecar",
               scene / "o.json", "-o", tmp_path / "x.csv")  # fmt: skip
     assert ran.code == 2
-    assert "drawing.splines" in shown_codes(ran.err)
+    assert shown_values(ran.err, "drawing.splines") == {"count": "1"}
 
 
 def layers(path: Path, *given: tuple[str, list[Any], str | None]) -> Path:

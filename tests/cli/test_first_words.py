@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from tests.messages import refused, shown_codes
+from tests.messages import error_of, refused, shown_codes
 from vomstudio.cli import COMMANDS, is_for_window
 from vomstudio.core.findings import Finding
 from vomstudio.errors import TargetError
@@ -21,8 +21,6 @@ from vomstudio.files.desktop import install
 from vomstudio.paths import resource
 from vomstudio.ui.shell.window_start import DESKTOP_NAME
 from vomstudio.version import __version__
-
-PROGRAM = "vomstudio"
 
 
 def unknown_command(value: str, nearest: str | None) -> Finding:
@@ -87,9 +85,8 @@ def test_misspelt_options_and_actions_are_answered_with_the_nearest(
     run: Any, words: str, nearest: str, page: str
 ) -> None:
     done = run(*words.split(), "--json")
-    error = done.json["error"]
-    assert (done.code, error["code"], error["nearest"]) == (2, "command.misspelt", nearest)
-    assert error["program"].split() == [PROGRAM, *page.split()]
+    assert done.code == 2
+    error_of(done.json, "command.misspelt", nearest=nearest, program=f"vomstudio {page}".strip())
 
 
 @pytest.mark.parametrize(
@@ -104,14 +101,14 @@ def test_unknown_arguments_lead_to_the_page_of_their_command(
     run: Any, words: str, value: str, page: str
 ) -> None:
     done = run(*words.split(), "--json")
-    error = done.json["error"]
-    assert (done.code, error["code"]) == (2, "command.unknown-argument")
-    assert (error["value"], error["program"]) == (value, f"{PROGRAM} {page}")
+    assert done.code == 2
+    error_of(done.json, "command.unknown-argument", value=value, program=f"vomstudio {page}")
 
 
 def test_an_unknown_action_is_answered_with_all_actions(run: Any) -> None:
-    error = run("project", "P", "dance", "--json").json["error"]
-    assert (error["code"], error["value"]) == ("option.not-a-choice", "dance")
+    error = error_of(
+        run("project", "P", "dance", "--json").json, "option.not-a-choice", value="dance"
+    )
     assert {"list", "undo", "add-model"} <= set(error["choices"])
 
 

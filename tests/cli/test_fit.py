@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.messages import by_code, messages
+from vomstudio.core.findings import Finding
 from vomstudio.geology.profiles import PROFILES
 from vomstudio.io.text.orientation_reading import read_orientations
 from vomstudio.paths import resource
@@ -87,10 +88,10 @@ def test_what_cannot_be_fitted_is_skipped_and_the_rest_is_done(run, write) -> No
     assert ran.code == 0
     assert [row["id"] for row in ran.json["planes"]] == ["good"]
     assert [item["id"] for item in ran.json["skipped"]] == ["two", "straight", "same"]
-    assert [item["reason"]["code"] for item in ran.json["skipped"]] == [
-        "feature.too-few-points",
-        "points.collinear",
-        "points.coincident",
+    assert [Finding.from_dict(item["reason"]) for item in ran.json["skipped"]] == [
+        Finding("feature.too-few-points", count=1, minimum=3),
+        Finding("points.collinear", n=5),
+        Finding("points.coincident", n=4),
     ]
 
 

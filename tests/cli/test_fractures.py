@@ -13,7 +13,7 @@ import pytest
 import shapely
 from pyproj import Transformer
 
-from tests.messages import by_code, codes, messages, shown_codes
+from tests.messages import by_code, codes, messages, shown_codes, shown_values
 
 CRS = "EPSG:32633"
 AT = np.array([500_000.0, 5_200_000.0])
@@ -114,7 +114,8 @@ def test_terzaghi_weights_are_whole_unless_a_cap_is_asked_for(run, tmp_path: Pat
     assert found["scanline"]["true_mean_m"] == pytest.approx(1.0)
     assert found["terzaghi_cap"] is None
     ran = run("fractures", traces, "--scanline", slanting, "--terzaghi-cap", "1.5")
-    assert "fractures.weights-capped" in shown_codes(ran.err)
+    capped = shown_values(ran.err, "fractures.weights-capped")
+    assert capped == {"count": "9", "maximum": "1.5"}
     assert "cap: 1.5" in ran.out
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import vomstudio as vs
-from tests.messages import codes, messages, refused
+from tests.messages import codes, error_of, messages, refused
 
 LOG = (
     "name,x,y,z,lithology,notes\na,0,0,0,sandstone,=1+1\nb,10,0,0,limestone,\nc,20,0,0,,\nd,,,,,\n"
@@ -148,25 +148,27 @@ def test_a_log_of_a_project_says_what_was_typed(run, project: Path, tmp_path: Pa
     assert [i["lithology"] for i in found["intervals"]] == ["chert", "", ""]
     found = run("log", project, "--line", "s", "--bed", "90/30", "--bed-error", 3, "--json").json
     assert found["bed"]["error95_deg"] == 3
-    error = run("log", project, "--line", "s", "--reach", "-1", "--json").json["error"]
-    assert (error["code"], error["field"]) == ("option.out-of-range", "--reach")
-    for words, code, field in (
-        ((), "log.line-not-given", "--line"),
-        (("--line", "section B"), "log.no-line", "--line"),
-        (("--line", "twin"), "log.ambiguous-line", "--line"),
-        (("--line", "s", "--type", "vein7"), "log.no-type", "--type"),
-        (("--line", "s", "--bed-error", "2"), "option.requires", "--bed-error"),
-        (("--line", "s", "--type", "fault"), "log.too-few-boundaries", None),
+    for words, code, field, values in (
+        ((), "log.line-not-given", "--line", {}),
+        (
+            ("--line", "section B"),
+            "log.no-line",
+            "--line",
+            {"name": "section B", "names": ["section A"]},
+        ),
+        (("--line", "twin"), "log.ambiguous-line", "--line", {"name": "twin"}),
+        (("--line", "s", "--type", "vein7"), "log.no-type", "--type", {"name": "vein7"}),
+        (("--line", "s", "--reach", "-1"), "option.out-of-range", "--reach", {"value": -1}),
+        (("--line", "s", "--bed-error", "2"), "option.requires", "--bed-error", {"other": "--bed"}),
+        (("--line", "s", "--type", "fault"), "log.too-few-boundaries", None, {}),
     ):
         ran = run("log", project, *words, "--json")
         assert ran.code == 2
-        assert (ran.json["error"]["code"], ran.json["error"]["field"]) == (code, field)
+        error_of(ran.json, code, field=field, **values)
     table = tmp_path / "t.csv"
     table.write_text(LOG)
-    error = run("log", table, "--bed", "9/9", "--reach", "1", "--json").json["error"]
-    assert (error["code"], error["option"], error["other"]) == (
-        "option.requires", "--reach", "--line",
-    )  # fmt: skip
+    ran = run("log", table, "--bed", "9/9", "--reach", "1", "--json")
+    error_of(ran.json, "option.requires", option="--reach", other="--line")
     for words, field in (((), "--bed"), (("--bed", "9/9", "--line", "s"), "--line")):
         ran = run("log", table, *words, "--json")
         assert (ran.code, ran.json["error"]["field"]) == (2, field)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.io.photos import photo_maker
-from tests.messages import shown_codes
+from tests.messages import shown_codes, shown_values
 from tests.photogrammetry.surface import wall_maker as wall
 from vomstudio.survey.check_results import ADVICE
 from vomstudio.survey.video import UNCHANGED
@@ -35,7 +35,7 @@ def test_check_says_all_that_is_promised(run, tmp_path: Path) -> None:
     assert "few-photos" in [finding["code"] for finding in found["findings"]]
     assert found["skipped"][0]["name"] == "broken.jpg"
     plain = run("check", tmp_path)
-    assert "few-photos" in shown_codes(plain.out)
+    assert shown_values(plain.out, "few-photos") == {"count": "4"}
     assert ADVICE["few-photos"] in plain.out
     assert "broken.jpg" in plain.err
 

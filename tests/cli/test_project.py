@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.cli.conftest import Run
-from tests.messages import codes, shown_codes
+from tests.messages import by_code, codes, shown_codes
 from tests.specimens import figures
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
@@ -57,10 +57,6 @@ def empty(tmp_path: Path) -> Path:
     return folder
 
 
-OPEN_CLIFF, ADD_B01 = "Open model cliff", "Add bedding trace B01"
-"""The labels of the steps of `project`."""
-
-
 def traces(folder: Path) -> list[Trace]:
     return [r for r in read_replay(folder).records.values() if isinstance(r, Trace)]
 
@@ -95,7 +91,7 @@ def test_the_list_says_what_is_there_although_a_window_has_it_open(run, project:
     assert found["sound"]
     assert not found["unsaved"]
     assert found["history"]["undo"] == 2
-    assert found["history"]["undo_label"] == ADD_B01
+    assert found["history"]["undo_label"] == "Add bedding trace B01"
 
 
 def test_a_fit_is_the_row_of_the_exported_table(run, project: Path, tmp_path: Path) -> None:
@@ -117,15 +113,15 @@ def test_a_fit_is_the_row_of_the_exported_table(run, project: Path, tmp_path: Pa
 # --- undo and redo -------------------------------------------------------------------------------
 def test_steps_are_taken_back_and_done_again_as_in_the_window(run, project: Path) -> None:
     undone = run("project", project, "undo", "--json").json
-    assert undone["undone"] == ADD_B01
+    label = undone["undone"]
+    assert label == "Add bedding trace B01"
     assert undone["features"] == 0
     assert undone["history"] == {
-        "undo": 1, "redo": 1, "undo_label": OPEN_CLIFF,
-        "redo_label": ADD_B01,
+        "undo": 1, "redo": 1, "undo_label": "Open model cliff", "redo_label": label,
     }  # fmt: skip
     assert not undone["unsaved"]
     redone = run("project", project, "redo", "--json").json
-    assert redone["redone"] == ADD_B01
+    assert redone["redone"] == label
     assert [trace.vertices for trace in traces(project)] == [EAST]
     assert (project / "project.gpkg").is_file()
     nothing = run("project", project, "redo", "--json")
@@ -253,7 +249,7 @@ def test_picks_that_are_no_planes_are_named_and_the_others_added(run, project: P
               "--by", "bed", "--json")  # fmt: skip
     assert [item["name"] for item in ran.json["added"]] == ["good"]
     assert [item["id"] for item in ran.json["skipped"]] == ["short"]
-    assert "model.file-missing" in codes(ran.json)
+    assert by_code(ran.json["warnings"])["model.file-missing"]["model"] == "cliff"
     only = run("project", project, "add-picks", write("x,y,z\n0,0,0\n1,1,1\n"), "--type", "fault")
     assert only.code == 2
     assert "plane" in only.said

@@ -17,7 +17,6 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.photos.cameras_file import Cameras, write_cameras
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Write = Callable[..., Path]
@@ -604,8 +603,7 @@ def test_a_model_of_a_project_is_fitted_to_a_reference(run, tmp_path: Path) -> N
         assert placed.read().points == pytest.approx(truth, abs=0.05)
         record = again._open_desk().find_model(None).registration
     assert record.method == "reference"
-    name = tr("{model} fitted to {reference}", model="model", reference=reference.name)
-    assert record.name == name
+    assert record.name == f"model fitted to {reference.name}"
     covariance = np.array(record.covariance)
     told = ran.json["rotation_error_deg"]
     assert np.degrees(np.sqrt(covariance[2, 2])) == pytest.approx(told["about_up"], rel=1e-6)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import vomstudio as vs
+from tests.cli.conftest import Run
 from tests.cli.test_register import CORNERS, SCALE, turn_of, world
-from tests.messages import refused
+from tests.messages import error_of, refused
 from tests.registrations import TURN
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.writing import write_model
@@ -61,20 +62,22 @@ def test_its_error_can_be_stated_and_it_is_combined(run) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "code", "values"),
     [
-        ("1,2,3,4,5", "six numbers"),
-        ("1,2,3,4,5,nan", "six numbers"),
-        ("1,2,3,1,2,3", "at one place"),
-        ("1,2,3,4,5,6,0", "not a positive number"),
-        ("1,2,3,4,5,6,46", "from 0 to 45"),
-        ("1,2,3,4,5,6,1e-200", "not a valid accuracy"),
+        ("1,2,3,4,5", "line.not-six-numbers", {"text": "1,2,3,4,5"}),
+        ("1,2,3,4,5,nan", "line.not-six-numbers", {"text": "1,2,3,4,5,nan"}),
+        ("1,2,3,1,2,3", "line.one-place", {}),
+        ("1,2,3,4,5,6,0", "number.not-positive", {"value": 0}),
+        ("1,2,3,4,5,6,46", "option.out-of-range", {"value": 46, "minimum": 0, "maximum": 45}),
+        ("1,2,3,4,5,6,1e-200", "accuracy.out-of-range", {"value": 1e-200}),
     ],
 )
-def test_what_is_no_line_is_refused(run, text: str, said: str) -> None:
-    ran = run("register", "-", "--level", text)
+def test_what_is_no_line_is_refused(
+    run: Run, text: str, code: str, values: dict[str, object]
+) -> None:
+    ran = run("register", "-", "--level", text, "--json")
     assert ran.code == 2
-    assert said in ran.err
+    error_of(ran.json, code, field="--level", **values)
 
 
 @pytest.mark.full

@@ -11,7 +11,8 @@ import pandas
 import pytest
 
 import vomstudio as vs
-from tests.messages import codes, shown_codes, warned
+from tests.messages import codes, shown_values, warned
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits, repeats
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Frame, Model
@@ -39,7 +40,8 @@ def test_angles_of_each_pair_and_what_is_missing(run, write) -> None:
     assert found["test"]["n"] == 3
     assert found["stated_errors_hold"] == "undetermined"
     words = run("repeats", write(TABLE))
-    assert {"repeats.too-few", "feature.left-out"} <= shown_codes(words.out)
+    assert shown_values(words.out, "repeats.too-few")["count"] == "3"
+    assert shown_values(words.out, "feature.left-out")["feature"].split()[-1] == "f"
 
 
 def test_errors_of_the_registration_are_in_both_picks(run, write) -> None:
@@ -199,7 +201,8 @@ def test_other_programs_get_every_structure_once(run, project, tmp_path, format_
     texts = "".join(p.read_text("utf-8", "replace") for p in tmp_path.glob("out*") if p.is_file())
     assert format_ == "gempy" or "B1" in texts
     assert "again" not in texts
-    assert "repeats.not-exported" in json.dumps(ran.json)
+    (left_out,) = [each["reason"] for each in ran.json["skipped"]]
+    assert Finding.from_dict(left_out) == Finding("repeats.not-exported", first="B1")
 
 
 def test_figures_say_how_many_repeats_are_not_on_them(run, write, tmp_path) -> None:

@@ -10,7 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from tests.messages import by_code, shown_codes
+from tests.messages import by_code, error_of, shown_codes
 from vomstudio.geology.roses import rose_of
 from vomstudio.products.net.rose import draw_roses, rings_of
 from vomstudio.products.net.rose_contents import RoseContents
@@ -70,21 +70,21 @@ def test_lines_alone_are_drawn_by_their_trend(run, write, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "code", "values"),
     [
-        (["--bin", "7"], "--bin"),
-        (["--of", "trend"], "no lines"),
-        (["--weight", "set"], "--weight"),
-        (["--weight", "depth"], "depth"),
-        (["--of", "azimuth"], "--of"),
+        (["--bin", "7"], "rose.uneven-bins", {"bin_deg": 7, "field": "--bin"}),
+        (["--of", "trend"], "rose.no-lines", {}),
+        (["--weight", "set"], "table.not-a-number", {"column": "set", "field": "--weight"}),
+        (["--weight", "depth"], "table.unknown-column", {"column": "depth"}),
+        (["--of", "azimuth"], "option.not-a-choice", {"value": "azimuth", "field": "--of"}),
     ],
 )
 def test_wrong_wishes_are_refused_and_nothing_is_drawn(
-    run, write, tmp_path: Path, words: list[str], said: str
+    run, write, tmp_path: Path, words: list[str], code: str, values: dict[str, object]
 ) -> None:
-    ran = run("rose", write(TABLE), "-o", tmp_path / "r.svg", *words)
+    ran = run("rose", write(TABLE), "-o", tmp_path / "r.svg", *words, "--json")
     assert ran.code == 2
-    assert said in ran.said
+    error_of(ran.json, code, **values)
     assert not (tmp_path / "r.svg").exists()
 
 

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.messages import by_code, codes, messages
+from tests.messages import by_code, codes, error_of, messages
 
 TABLE = "kind,dipdir,dip\n" + "".join(f"bedding,{80 + i},{30 + i}\n" for i in range(8))
+PICTURES = [".svg", ".pdf", ".png"]
 MAGIC = {"svg": b"<?xml", "pdf": b"%PDF", "png": b"\x89PNG"}
 
 
@@ -64,26 +65,31 @@ def test_contours_of_a_few_and_of_nothing_dense_are_warned_of(run, write, tmp_pa
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "code", "values"),
     [
-        (["-o", "net.svg", "--levels", "2,4"], "--levels"),
-        (["-o", "net.svg", "--contour", "kamb", "--levels", "2;4"], "2,4,6"),
-        (["-o", "net.svg", "--contour", "kamb", "--levels", "-1"], "--levels"),
-        (["-o", "net.svg", "--contour", "kamb", "--kamb-sigma", "0"], "--kamb-sigma"),
-        (["-o", "net.jpg"], ".svg, .pdf, .png"),
-        (["-o", "net"], ".svg, .pdf, .png"),
-        (["-o", "net.svg", "--contour", "magic"], "kamb"),
-        (["-o", "net.svg", "--projection", "mercator"], "--projection"),
-        ([], "--output"),
+        (["-o", "net.svg", "--levels", "2,4"], "option.requires", {"field": "--levels"}),
+        (["-o", "net.svg", "--contour", "kamb", "--levels", "2;4"], "net.not-levels",
+         {"text": "2;4", "field": "--levels"}),
+        (["-o", "net.svg", "--contour", "kamb", "--levels", "-1"], "net.not-levels",
+         {"text": "-1", "field": "--levels"}),
+        (["-o", "net.svg", "--contour", "kamb", "--kamb-sigma", "0"], "option.out-of-range",
+         {"value": 0, "field": "--kamb-sigma"}),
+        (["-o", "net.jpg"], "output.unknown-format", {"formats": PICTURES, "suffix": ".jpg"}),
+        (["-o", "net"], "output.unknown-format", {"formats": PICTURES}),
+        (["-o", "net.svg", "--contour", "magic"], "option.not-a-choice", {"value": "magic"}),
+        (["-o", "net.svg", "--projection", "mercator"], "option.not-a-choice",
+         {"value": "mercator", "field": "--projection"}),
+        ([], "command.invalid", {"field": "--output"}),
     ],
-)
+)  # fmt: skip
 def test_wrong_wishes_are_refused_and_nothing_is_drawn(
-    run, write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], said: str
-) -> None:
+    run, write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], code: str,
+    values: dict[str, object],
+) -> None:  # fmt: skip
     monkeypatch.chdir(tmp_path)
-    ran = run("stereonet", write(TABLE), *words)
+    ran = run("stereonet", write(TABLE), *words, "--json")
     assert ran.code == 2
-    assert said in ran.said
+    error_of(ran.json, code, **values)
     assert [p.name for p in tmp_path.iterdir()] == ["in.csv"]
 
 
@@ -131,20 +137,21 @@ def test_circles_and_intersections_are_drawn_and_named(run, write, tmp_path) -> 
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "code", "values"),
     [
-        (("--untilt", "132"), "132"),
-        (("--rotate", "1/2"), "1/2"),
-        (("--rotate", "a/b/c"), "a/b/c"),
-        (("--cone", "10/95/30"), "95°"),
-        (("--cone", "10/20/0"), "0°"),
-        (("--cone", "10/20/nan"), "nan"),
+        (("--untilt", "132"), "notation.one-angle", {"text": "132"}),
+        (("--rotate", "1/2"), "net.not-three-numbers", {"text": "1/2"}),
+        (("--rotate", "a/b/c"), "net.not-three-numbers", {"text": "a/b/c"}),
+        (("--cone", "10/95/30"), "angle.out-of-range", {"angle": "plunge", "value": 95}),
+        (("--cone", "10/20/0"), "angle.out-of-range", {"angle": "half-angle", "value": 0}),
+        (("--cone", "10/20/nan"), "net.not-three-numbers", {"text": "10/20/nan"}),
     ],
 )
-def test_options_that_cannot_be_are_refused(run, write, tmp_path, words, said) -> None:
-    ran = run("stereonet", write("dipdir,dip\n90,30\n"), "-o", tmp_path / "net.svg", *words)
+def test_options_that_cannot_be_are_refused(run, write, tmp_path, words, code, values) -> None:
+    table, net = write("dipdir,dip\n90,30\n"), tmp_path / "net.svg"
+    ran = run("stereonet", table, "-o", net, *words, "--json")
     assert ran.code == 2
-    assert said in ran.said
+    error_of(ran.json, code, field=words[0], **values)
 
 
 def test_intersections_need_two_planes_and_not_too_many(run, write, tmp_path) -> None:

@@ -10,7 +10,7 @@ import pytest
 from tests.extraction.small_onnx import convolution
 from tests.extraction.test_photo_following import clicks as wall_clicks
 from tests.extraction.test_photo_following import wall, written
-from vomstudio.words import tr
+from tests.messages import error_of
 
 PROMISED = {"table", "length_m", "snap_m", "plane"}
 
@@ -117,24 +117,20 @@ def test_the_edges_of_a_network_are_followed(run, tmp_path: Path) -> None:
     )  # fmt: skip
     assert seen.code == 0, seen.said
     assert seen.json["cost"] == "onnx"
-    notes = tr("proposed by {cost}, not looked at", cost="onnx")
-    assert seen.json["proposals"][0]["plane"]["notes"] == notes
+    notes = seen.json["proposals"][0]["plane"]["notes"]
+    assert notes == "proposed by onnx, not looked at"
     network.write_bytes(b"nothing")
     out = tmp_path / "n.csv"
-    for more, said in (
-        (["--onnx-model", network], "n.onnx: This is not a valid ONNX file"),
-        (["--onnx-model", tmp_path / "none.onnx"], "none.onnx: The file cannot be read"),
-    ):
-        ran = run(*words, *more, "-o", out)
-        assert (ran.code, out.exists()) == (2, False)
-        assert said in ran.said
-    for more, code in (
-        ([], "edges.no-network"),
-        (["--onnx-model", network, "--cost", "dark"], "edges.network-unused"),
+    option, missing = "--onnx-model", tmp_path / "none.onnx"
+    for more, code, values in (
+        ([option, network], "file.other-format", {"file": network, "format": "ONNX"}),
+        ([option, missing], "file.unreadable", {"file": missing}),
+        ([], "edges.no-network", {"field": option}),
+        ([option, network, "--cost", "dark"], "edges.network-unused", {"field": option}),
     ):
         ran = run(*words, *more, "-o", out, "--json")
         assert (ran.code, out.exists()) == (2, False)
-        assert (ran.json["error"]["code"], ran.json["error"]["field"]) == (code, "--onnx-model")
+        error_of(ran.json, code, **values)
 
 
 @pytest.fixture(scope="module")
@@ -222,23 +218,31 @@ def test_in_a_photo_the_best_cost_and_a_network(run, photographed, tmp_path, mor
 
 
 @pytest.mark.parametrize(
-    ("more", "said"),
+    ("more", "code", "values"),
     [
-        (["--photo", "p9.png"], "has no camera"),
-        (["--photo", "p0.png", "--cost", "curvature"], "“curvature” is not valid"),
-        (["--photo", "p0.png", "--cameras", "none.json"], "none.json"),
-        (["--cameras", "cameras.json"], "--photo"),
+        (["--photo", "p9.png"], "photo.no-camera", {"photo": "p9.png"}),
+        (
+            ["--photo", "p0.png", "--cost", "curvature"],
+            "option.not-a-choice",
+            {"value": "curvature", "field": "--cost"},
+        ),
+        (["--photo", "p0.png", "--cameras", "none.json"], "file.missing", {"file": "none.json"}),
+        (
+            ["--cameras", "cameras.json"],
+            "option.requires",
+            {"option": "--cameras", "other": "--photo"},
+        ),
     ],
 )
 def test_what_cannot_be_followed_in_a_photo_is_refused(
-    run, photographed: Path, tmp_path: Path, more: list[str], said: str
+    run, photographed: Path, tmp_path: Path, more: list[str], code: str, values: dict[str, object]
 ) -> None:
     ran = run(
         "trace", photographed / "wall.ply", "--through", photographed / "clicks.csv",
-        "-o", tmp_path / "t.csv", *more,
+        "-o", tmp_path / "t.csv", *more, "--json",
     )  # fmt: skip
     assert ran.code == 2
-    assert said in ran.said
+    error_of(ran.json, code, **values)
     assert not (tmp_path / "t.csv").exists()
 
 

@@ -15,7 +15,7 @@ import rasterio
 import shapely
 
 import vomstudio as vs
-from tests.messages import codes, shown_codes
+from tests.messages import codes, error_of, shown_codes
 from vomstudio.io.gis.svg_lines import read_svg, transform_of
 
 SPECIMEN = Path(__file__).resolve().parents[1] / "specimens" / "schema1.vom"
@@ -333,13 +333,14 @@ def test_parts_of_the_interpretation_are_chosen(run, tmp_path: Path) -> None:  #
         "option.requires", "--show", "--draw", "--show",
     )  # fmt: skip
     assert not (tmp_path / "none.tif").exists()
-    for more, code in (
-        (("--draw", SPECIMEN, "--show", "faults"), "option.not-a-choice"),
-        (("--draw", SPECIMEN, "--show", ""), "option.not-a-choice"),
-        (("--draw", SPECIMEN, "--show", "legend"), "interpretation.legend-alone"),
+    parts = ["traces", "patches", "symbols", "legend"]
+    for show, code, values in (
+        ("faults", "option.not-a-choice", {"value": "faults", "choices": parts}),
+        ("", "option.not-a-choice", {"value": "", "choices": parts}),
+        ("legend", "interpretation.legend-alone", {}),
     ):
+        more = ("--draw", SPECIMEN, "--show", show)
         ran = run(*words, "-o", tmp_path / "none.tif", *more, "--json")
         assert ran.code == 2
-        assert ran.json["error"]["code"] == code
-        assert ran.json["error"]["field"] == "--show"
+        error_of(ran.json, code, field="--show", **values)
         assert not (tmp_path / "none.tif").exists()

@@ -62,18 +62,17 @@ def test_flat_and_declared_models_have_none() -> None:
 def test_the_panel_says_how_far_the_model_may_be_turned_and_what_is_wrong_with_it() -> None:
     told = summary_of(registration(-0.001))
     facts = dict(told.facts)
-    expected = {
-        "Control points": "10",
-        "Check points": "4",
-        # 95 % of each: 1.96 times 0.3, 0.2 and 0.1 degrees.
-        "Turned about east, 95 %": "± 0.59°",
-        "Turned about north, 95 %": "± 0.39°",
-        "Turned about up, 95 %": "± 0.2°",
-        "Weakest axis, 95 %": "090/00 ± 0.59°",
-        "Scale, 95 %": "± 0.39 %",
+    # 95 % of each turn: 1.96 times 0.3, 0.2 and 0.1 degrees.
+    assert facts.items() >= {
+        ("Control points", "10"),
+        ("Check points", "4"),
+        ("Turned about east, 95 %", "± 0.59°"),
+        ("Turned about north, 95 %", "± 0.39°"),
+        ("Turned about up, 95 %", "± 0.2°"),
+        ("Weakest axis, 95 %", "090/00 ± 0.59°"),
+        ("Scale, 95 %", "± 0.39 %"),
     }
-    assert {name: facts[name] for name in expected} == expected
-    assert any(name.startswith("Bowing") for name in facts)
+    assert "Bowing by residuals, 95 %" in facts
     assert "0.59° (95 %)" in told.sentence
     (bowed,) = with_code(told.warnings, "registration.bowed")
     assert (bowed.values["source"], bowed.values["n"]) == ("residuals", 14)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, get_args, get_type_hints
 
@@ -537,11 +536,8 @@ def test_a_thickness_is_told_with_its_error():
                    "horizontal_m": 5.0, "vertical_m": 0.0},
     )  # fmt: skip
     kind = kind_of(ONE_OF_EACH["dimension"])
-    for text, expected in (
-        (kind.headline(found), "4.00 m ± 12 cm"),
-        (kind.words(found)[0], "Thickness 4.00 m, 95 % error ± 12 cm"),
-    ):
-        assert text == expected
+    assert kind.headline(found) == "4.00 m ± 12 cm"
+    assert kind.words(found)[0] == "Thickness 4.00 m, 95 % error ± 12 cm"
 
 
 def test_every_figure_of_a_dimension_is_in_its_own_column():
@@ -559,31 +555,18 @@ def test_every_figure_of_a_dimension_is_in_its_own_column():
 
 
 # --- other words -----------------------------------------------------------------------------
-READ_FAULT = Reading("r1", "R", "fault", "plane", 90.0, 60.0)
+def test_planes_that_meet_tell_their_angle() -> None:
+    flat = wall("a", Plane(90.0, 30.0), (0.0, 0.0, 0.0))
+    steep = wall("b", Plane(90.0, 50.0), (0.0, 0.0, 5.0))
+    assert words(meeting(flat, steep)) == ["Angle between the planes 20°"]
 
 
-@pytest.mark.parametrize(
-    ("subject", "expected"),
-    [
-        (
-            lambda: meeting(
-                wall("a", Plane(90.0, 30.0), (0.0, 0.0, 0.0)),
-                wall("b", Plane(90.0, 50.0), (0.0, 0.0, 5.0)),
-            ),
-            ["Angle between the planes 20°"],
-        ),
-        (
-            lambda: seen(striation(20.0, "normal"), READ_FAULT),
-            ["Rake 20°, 0.00° off its plane", "Slip of the hanging wall: rake -20°"],
-        ),
-        (lambda: seen(striation(20.0, ""), READ_FAULT), ["Rake 20°, 0.00° off its plane"]),
-        (lambda: seen(striation(20.0, "")), []),
-    ],
-)
-def test_a_line_tells_its_angle_to_planes_and_its_slip(
-    subject: Callable[[], Subject], expected: list[str]
-) -> None:
-    assert words(subject()) == expected
+def test_a_line_on_a_plane_tells_its_rake_and_slip() -> None:
+    reading = Reading("r1", "R", "fault", "plane", 90.0, 60.0)
+    rake, slip = words(seen(striation(20.0, "normal"), reading))
+    assert (rake, slip) == ("Rake 20°, 0.00° off its plane", "Slip of the hanging wall: rake -20°")
+    assert words(seen(striation(20.0, ""), reading)) == [rake]
+    assert words(seen(striation(20.0, ""))) == []
 
 
 def test_a_patch_tells_its_area_where_it_has_one():
@@ -597,40 +580,28 @@ def test_a_reading_tells_where_it_comes_from():
     reading = ONE_OF_EACH["reading"]
     kind = kind_of(reading)
     near, alike = NearestPick("t1", "B01", 12.34, 3.456), NearestPick("t1", "B01", 2.34, None)
-    for nearest, text in (
-        (None, "No pick of the same type to compare with"),
-        (near, "12° from B01, 3.46 m away"),
-        (alike, "2.3° from B01, the most similar pick"),
-    ):
-        assert compared(nearest) == text
-    turned = replace(reading, turned_deg=-1.5, source="a.csv")
-    for read, nearest, remarks, about in (
-        (
-            reading,
-            None,
-            [],
-            ["Compass reading; there is no pick of the same type to compare it with"],
-        ),
-        (
-            turned,
-            near,
-            ["azimuth as read -1.50 deg", "12.3 deg from B01, 3.46 m away"],
-            [
-                "Compass reading, 12° from B01, 3.46 m away",
-                "Azimuth as read -1.50° (to grid north)",
-                "From a.csv",
-            ],
-        ),
-        (
-            reading,
-            alike,
-            ["2.3 deg from B01"],
-            ["Compass reading, 2.3° from B01, the most similar pick"],
-        ),
-    ):
-        subject = seen(read, nearest=lambda nearest=nearest: nearest)
-        assert kind.remarks(subject) == remarks
-        assert kind.about(subject) == about
+    assert [compared(nearest) for nearest in (None, near, alike)] == [
+        "No pick of the same type to compare with",
+        "12° from B01, 3.46 m away",
+        "2.3° from B01, the most similar pick",
+    ]
+    plain = seen(reading)
+    assert (kind.remarks(plain), kind.about(plain)) == (
+        [],
+        ["Compass reading; there is no pick of the same type to compare it with"],
+    )
+    turned = seen(replace(reading, turned_deg=-1.5, source="a.csv"), nearest=lambda: near)
+    assert (kind.remarks(turned), kind.about(turned)) == (
+        ["azimuth as read -1.50 deg", "12.3 deg from B01, 3.46 m away"],
+        [
+            f"Compass reading, {compared(near)}",
+            "Azimuth as read -1.50° (to grid north)",
+            "From a.csv",
+        ],
+    )
+    similar = seen(reading, nearest=lambda: alike)
+    assert kind.remarks(similar) == ["2.3 deg from B01"]
+    assert kind.about(similar) == [f"Compass reading, {compared(alike)}"]
 
 
 def test_kinds_that_have_nothing_to_say_say_nothing():

@@ -107,61 +107,47 @@ def test_an_edit_that_replaces_a_record_brings_it_back_when_undone() -> None:
 
 TURNED = placed(MODEL, [[2, 0, 0, 1], [0, 2, 0, 2], [0, 0, 2, 3], [0, 0, 0, 1]])
 DYKE = FeatureType("n", "Dyke", "#aBcDeF")
-LABELS = [
-    (
-        lambda there: edits.add_features(there, [replace(PATCH, id="n"), replace(LINE, id="m")]),
+EDITS: tuple[Callable[[dict[str, Record]], Edit], ...] = (
+    lambda there: edits.add_features(there, [replace(PATCH, id="n"), replace(LINE, id="m")]),
+    lambda there: edits.add_features(there, [replace(LENGTH, id="n", name="")]),
+    lambda there: edits.add_trace(there, bed("n")),
+    lambda there: edits.add_trace(there, replace(bed("n"), name="Limb")),
+    lambda there: edits.add_readings(there, [replace(READING, id=f"n{k}") for k in range(5)]),
+    lambda there: edits.add_readings(there, [replace(READING, id="n")]),
+    lambda there: edits.set_attributes(there, ["t1", "p1"], set_name="S1", type_id="fault"),
+    lambda there: edits.set_attributes(there, ["t1"], notes="wet"),
+    lambda there: edits.add_type(there, DYKE),
+    lambda there: edits.change_type(there, replace(DEFAULT_TYPES[0], color="#123456")),
+    lambda there: edits.remove_type(there, "vein"),
+    lambda there: edits.declare_frame(there, "m1", Frame("crs", "EPSG:32633", 0.001, "y")),
+    lambda there: edits.declare_frame(
+        there | {"m1": TURNED}, "m1", Frame("local"), instead_of_registration=True
+    ),
+    lambda there: edits.relocate_model(there, "m1", "there/cliff.obj", HASH),
+    lambda _: edits.remove_model(records(READING), "m1"),
+    lambda there: edits.set_registration(there, TURNED.registration, ["m1"]),
+)
+
+
+def test_labels_name_the_edits() -> None:
+    assert [make(records()).label for make in EDITS] == [
         "Add 2 features",
-    ),
-    (
-        lambda there: edits.add_features(there, [replace(LENGTH, id="n", name="")]),
         "Add distance D02",
-    ),
-    (lambda there: edits.add_trace(there, bed("n")), "Add bedding trace B04"),
-    (
-        lambda there: edits.add_trace(there, replace(bed("n"), name="Limb")),
+        "Add bedding trace B04",
         "Add bedding trace Limb",
-    ),
-    (
-        lambda there: edits.add_readings(there, [replace(READING, id=f"n{k}") for k in range(5)]),
         "Import 5 field measurements",
-    ),
-    (
-        lambda there: edits.add_readings(there, [replace(READING, id="n")]),
         "Import 1 field measurement",
-    ),
-    (
-        lambda there: edits.set_attributes(there, ["t1", "p1"], set_name="S1", type_id="fault"),
         "Change set and type of 2 features",
-    ),
-    (lambda there: edits.set_attributes(there, ["t1"], notes="wet"), "Change notes of B01"),
-    (lambda there: edits.add_type(there, DYKE), "Add feature type Dyke"),
-    (
-        lambda there: edits.change_type(there, replace(DEFAULT_TYPES[0], color="#123456")),
+        "Change notes of B01",
+        "Add feature type Dyke",
         "Change feature type Bedding",
-    ),
-    (lambda there: edits.remove_type(there, "vein"), "Remove feature type Vein"),
-    (
-        lambda there: edits.declare_frame(there, "m1", Frame("crs", "EPSG:32633", 0.001, "y")),
+        "Remove feature type Vein",
         "Declare the frame of cliff",
-    ),
-    (
-        lambda there: edits.declare_frame(
-            there | {"m1": TURNED}, "m1", Frame("local"), instead_of_registration=True
-        ),
         "Declare the frame of cliff, in place of its registration",
-    ),
-    (lambda there: edits.relocate_model(there, "m1", "there/cliff.obj", HASH), "Locate cliff"),
-    (lambda _: edits.remove_model(records(READING), "m1"), "Remove model cliff"),
-    (
-        lambda there: edits.set_registration(there, TURNED.registration, ["m1"]),
+        "Locate cliff",
+        "Remove model cliff",
         "Register by turned",
-    ),
-]
-
-
-@pytest.mark.parametrize(("make", "label"), LABELS, ids=[label for _, label in LABELS])
-def test_a_label_names_the_edit(make: Callable[[dict[str, Record]], Edit], label: str) -> None:
-    assert make(records()).label == label
+    ]
 
 
 # Adding

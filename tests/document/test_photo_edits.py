@@ -68,32 +68,25 @@ def test_photos_come_with_their_points_marks_and_masks(there: Records) -> None:
     assert [p.label for p in photo_edits.points_of(there, "s2")] == ["A"]
 
 
-LABELS = [
-    (lambda _: photo_edits.add_photo_set({}, SET), "Add the photos cliff photos"),
-    (
-        lambda there: photo_edits.take_in(there, "s1", [A], {}, {}, "EPSG:25833"),
+EDITS: tuple[Callable[[Records], Edit], ...] = (
+    lambda _: photo_edits.add_photo_set({}, SET),
+    lambda there: photo_edits.take_in(there, "s1", [A], {}, {}, "EPSG:25833"),
+    lambda there: photo_edits.locate_photos(there, "s1", "there"),
+    lambda there: photo_edits.add_reconstruction(
+        there,
+        Reconstruction("k1", "s1", "cliff", "cliff", "low", "0" * 64),
+        Registration("g1", "GPS", "gps", reconstruction_id="k1"),
+    ),
+)
+
+
+def test_labels_name_the_edits(there: Records) -> None:
+    assert [make(there).label for make in EDITS] == [
+        "Add the photos cliff photos",
         "Take in what lies beside the photos cliff photos",
-    ),
-    (
-        lambda there: photo_edits.locate_photos(there, "s1", "there"),
         "Locate the photos cliff photos",
-    ),
-    (
-        lambda there: photo_edits.add_reconstruction(
-            there,
-            Reconstruction("k1", "s1", "cliff", "cliff", "low", "0" * 64),
-            Registration("g1", "GPS", "gps", reconstruction_id="k1"),
-        ),
         "Make a model of cliff",
-    ),
-]
-
-
-@pytest.mark.parametrize(("make", "label"), LABELS, ids=[label for _, label in LABELS])
-def test_a_label_names_the_edit(
-    there: Records, make: Callable[[Records], Edit], label: str
-) -> None:
-    assert make(there).label == label
+    ]
 
 
 def test_no_photos_come_under_an_id_that_exists(there: Records) -> None:

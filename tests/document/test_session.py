@@ -20,8 +20,6 @@ from vomstudio.document.records import DEFAULT_TYPES, FeatureType, Frame, Model
 from vomstudio.document.session import Session
 from vomstudio.errors import DocumentError, GeometryError
 
-RESTORED = "Restore the feature types"
-
 
 def test_an_edit_is_in_the_journal_before_anyone_hears_of_it(session, journal):
     heard = []
@@ -255,7 +253,7 @@ def test_types_that_were_lost_are_restored_and_stay(session, journal):
     session.save()
     journal.kept[0] = dataclasses.replace(journal.kept[0], problem=Finding("row.checksum"))
     again = Session(journal)
-    assert again.undo_label == RESTORED
+    assert again.undo_label == "Restore the feature types"
     assert again.of(FeatureType) == list(DEFAULT_TYPES)
     assert len(again.problems) == 1
     assert again.records["t1"] == session.records["t1"]
@@ -271,7 +269,7 @@ def test_a_damaged_project_in_which_nothing_is_left_is_no_new_one(session, journ
     session.apply(edits.remove_model(session.records, "m1"))
     journal.kept[0] = dataclasses.replace(journal.kept[0], problem=Finding("row.checksum"))
     again = Session(journal)
-    assert again.undo_label == RESTORED
+    assert again.undo_label == "Restore the feature types"
     assert again.dirty
     again.undo()
     again.undo()
@@ -352,7 +350,8 @@ def test_every_step_is_told_once_with_what_it_changes(session):
     heard.since()
     session.discard_unsaved()
     edit, history = heard.since()
-    assert (edit.label, history) == (session.undo_label, "history")
+    assert history == "history"
+    assert edit.label == session.undo_label == "Discard unsaved changes"
     assert set(edit.after) == {"t1"}
     session.undo()
     session.undo()

@@ -24,8 +24,7 @@ NAME = "bed\x0b\x00 </text><script>\x1b[31m\x7f\ufffe"
 
 
 def test_spaces_stand_for_them() -> None:
-    expected = "bed   </text><script> [31m  "
-    assert plain(NAME) == expected
+    assert plain(NAME) == "bed   </text><script> [31m  "
     words = "Störung 60°\tשכבה\n地層\r\U0001f5fa"
     assert plain(words) == words
 

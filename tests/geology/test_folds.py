@@ -141,7 +141,11 @@ def test_no_axis_without_two_planes_that_meet(dip_directions: list, dips: list) 
 def test_a_weak_axis_says_so() -> None:
     fold = fold_axis([90, 270, 80], [30, 30, 20])
     assert fold.max_confidence95_deg > 20  # type: ignore[operator]
-    assert {"fold.axis-weak", "fold.axis-too-uncertain"} & by_code(fold.reasons).keys()
+    assert by_code(fold.reasons)["fold.axis-weak"] == {
+        "major_deg": fold.max_confidence95_deg,
+        "minor_deg": fold.min_confidence95_deg,
+        "limit_deg": 20.0,
+    }
 
 
 def coverage(n: int, arc_deg: float, noise_deg: float, runs: int, seed: int) -> tuple[float, float]:

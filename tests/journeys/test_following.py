@@ -126,7 +126,7 @@ def test_the_best_of_all_costs_is_followed_as_on_the_command_line(following, pic
     assert ranks[by] == min(ranks.values())
     key(window, Qt.Key.Key_Return)
     (trace,) = driver.traces(window)
-    assert f" {by}, " in trace.notes
+    assert f"Followed by {by}, of all costs the one" in trace.notes
     assert len(trace.vertices) > 20
 
 

@@ -189,7 +189,7 @@ def test_keys_act_on_the_photo_that_is_seen_and_not_on_the_outcrop_behind_it(bot
     for step in (QPoint(0, 0), QPoint(80, 0), QPoint(80, 60)):
         click(page.canvas, middle + step)
     assert page.tools.corners == 3
-    assert undo.text().endswith(" vertex")
+    assert undo.text() == "&Undo Last vertex"
     press(Qt.Key.Key_Z, CTRL)
     assert page.tools.corners == 2, "the vertex, not the step before it"
     press(Qt.Key.Key_Escape)
@@ -419,9 +419,7 @@ def test_two_sets_stand_in_the_tree_and_a_photo_of_either_can_be_opened(both, tm
     assert window.survey.folder.name == "the face"
     menu = window.tree.menu_of(branch(window, "the face"))
     texts = {action.text().replace("&", "") for action in menu.actions()}
-    assert "Reconstruct" in texts
-    assert any(text.startswith("Open ") for text in texts)
-    assert any(text.endswith(" panel") for text in texts)
+    assert {"Reconstruct", "Open its first photo", "Show in the Photos panel"} <= texts
     shutil.rmtree(other)
     gone = window.studio.records[str(branch(window, "another").data(NAME, ID))]
     window.photo_opening.open_in(gone)

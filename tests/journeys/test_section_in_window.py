@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QFileDialog
 
 from tests import driver
 from tests.driver import LEFT, NONE, wait
-from tests.messages import figures, shown_codes
+from tests.messages import shown_codes, shown_values
 from vomstudio.cli.common.entry import main
 from vomstudio.document import edits
 from vomstudio.document.kinds.dimension import Dimension
@@ -151,7 +151,8 @@ def test_what_cannot_be_cut_is_said(window, model_id) -> None:
     type_in(panel.direction.line, "020/00")
     settle(panel)
     assert panel.answered is None
-    assert figures(panel.said.text()) != []
+    said = shown_values(panel.said.text(), "section.along-direction")
+    assert said == {"limit_deg": "2", "recommended_deg": "15"}
 
 
 def test_an_elevation_model_is_made_shown_and_is_that_of_the_command(

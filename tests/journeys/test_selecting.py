@@ -134,7 +134,7 @@ def test_a_lasso_makes_a_patch_that_is_one_edit(own_folders, qtbot, outcrop, pic
     # Enter came too soon: the patch goes, then what was chosen for it is there again.
     key(window, Qt.Key.Key_Z, CTRL)
     assert not tool.open
-    assert studio.undo_label is not None
+    assert studio.undo_label == "Let go of what was chosen"
     key(window, Qt.Key.Key_Z, CTRL)
     assert tool.count == more
     assert patches(window) == []

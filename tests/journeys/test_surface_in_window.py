@@ -146,8 +146,7 @@ def test_a_plane_is_carried_on_and_its_band_painted(face, tmp_path) -> None:
     shown.save_to(path)
     assert path.read_text().splitlines()[3] == "bed,line,x,y,z,error95_m"
     lines = window.viewport.features
-    drawn = {key.partition(":")[2] for key in lines.drawings if key.startswith("extended plane:")}
-    assert {"edges", "traces"} <= drawn
+    assert {"extended plane:edges", "extended plane:traces"} <= lines.drawings.keys()
     driver.click(shown.painted, QPoint(10, shown.painted.height() // 2))
     assert studio.display.mode == "textured"
     driver.settled(window)

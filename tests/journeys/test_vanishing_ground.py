@@ -63,7 +63,7 @@ def said_and_saved(window, words: str, target: Path, monkeypatch, picture: str) 
     assert window.table.model.rowCount() == 3
     assert words in window.message_bar.text
     assert window.message_bar.notice.code == "project.steps-in-memory"
-    assert " memory " in window.windowTitle()
+    assert "in memory only" in window.windowTitle()
     driver.keep_picture(window, f"ground-{picture}")
     # Saving is not said where nothing is saved.
     failure = studio.project.write_failure
@@ -75,7 +75,7 @@ def said_and_saved(window, words: str, target: Path, monkeypatch, picture: str) 
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(target), ""))
     press(window, "Save as")
     assert studio.project.folder == target
-    assert " memory " not in window.windowTitle()
+    assert "in memory only" not in window.windowTitle()
     assert not studio.session.dirty
     assert beds(target) == ["first", "second", "third"]
     for _ in range(3):

@@ -58,7 +58,7 @@ def test_a_library_that_is_missing_is_named_with_its_package() -> None:
     ):
         finding = missing_library(message)
         assert finding is not None
-        assert finding.values.items() >= values.items()
+        assert finding.values.items() >= values.items(), finding
     assert missing_library(ImportError("No module named 'pye57'")) is None
 
 

@@ -82,7 +82,7 @@ def test_the_page_lists_every_position_and_point(plan: SurveyPlan, tmp_path: Pat
         [p.label, p.use, f"{p.along_m:.2f}", f"{p.up_m:.2f}"] for p in plan.control_points
     ]
     assert escape("test <one>") in html
-    assert f"targets of {100 * plan.target_size_m:.2g} cm" in html
+    assert f"targets of {100 * plan.target_size_m:.2g} cm or more" in html
     assert "<li>Date ____" in html
 
 
@@ -160,8 +160,7 @@ def test_the_words_of_a_sheet_stand_in_their_columns(plan: SurveyPlan) -> None:
             assert not one.overlaps(other)
     front, above = (axes.get_position() for axes in figure.axes)
     assert above.y1 < front.y0
-    title = max(boxes.values(), key=lambda box: box.height)
-    assert title.y0 > front.y1 * figure.bbox.height
+    assert boxes["Photo survey: field sheet"].y0 > front.y1 * figure.bbox.height
 
 
 PAPER = [(30.0, 10.0), (8.0, 25.0), (200.0, 12.0)]

@@ -53,7 +53,7 @@ def test_names_are_text_and_never_markup(tmp_path: Path) -> None:
 
 def test_a_model_without_scale_is_never_given_metres(tmp_path: Path) -> None:
     text = page(tmp_path)
-    assert "without scale" in text
+    assert "without scale or north" in text
     assert LABELS["texel"].format(unit="units") in text
 
 
@@ -70,13 +70,12 @@ def test_a_local_system_of_control_points_has_scale_and_its_errors_their_units(
     text = page(tmp_path, scaled=True, registration=registration)
     assert "without scale" not in text
     assert LABELS["texel"].format(unit="m") in text
-    facts = {"RMS of check points": "0.011 m", "Turned about east, 95 %": "± 0.098°"}
-    for name, value in facts.items():
-        assert f"{name}</td><td>{value}" in text
+    assert "RMS of check points</td><td>0.011 m" in text
+    assert "Turned about east, 95 %</td><td>± 0.098°" in text
 
 
 def test_the_times_of_the_stages_are_summed(tmp_path: Path) -> None:
-    assert "<td>3.5 s" in page(tmp_path)
+    assert "total</td><td>3.5 s" in page(tmp_path)
 
 
 @pytest.mark.parametrize("text", ["http://", "https://", "<script"])

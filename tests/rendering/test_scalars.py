@@ -144,5 +144,5 @@ def test_a_style_comes_back_from_what_is_kept_of_it() -> None:
     style = FieldStyle("intensity", 3.0, None, (1.0, 99.0), "cividis")
     assert FieldStyle.from_dict(style.to_dict()) == style
     for bad in ({}, {**style.to_dict(), "palette": "nonsense"}, {**style.to_dict(), "low": "x"}):
-        with pytest.raises(ValueError, match=r"style|palette|convert"):
+        with pytest.raises(ValueError, match=r"style|palette|could not convert"):
             FieldStyle.from_dict(bad)

@@ -50,11 +50,8 @@ def test_the_pages_stand_in_the_order_of_the_first_page_s_links(two_pages: Path)
 
 
 def test_anchors_are_those_of_the_links_that_people_write():
-    for heading, link in (
-        ("How good is a plane?", "how-good-is-a-plane"),
-        ("Points, marked - in photos", "points-marked-in-photos"),
-    ):
-        assert anchor(heading) == link
+    assert anchor("How good is a plane?") == "how-good-is-a-plane"
+    assert anchor("Points, marked - in photos") == "points-marked-in-photos"
 
 
 def test_every_page_of_the_documentation_is_shown_with_its_pictures(help_window):
@@ -91,7 +88,7 @@ def test_a_link_leads_to_its_heading_and_back_again(parent, two_pages: Path):
     window.view.follow(QUrl("other.md#a-long-way-down"))
     assert window.list.currentRow() == 1
     assert window.view.verticalScrollBar().value() > 0
-    assert anchor(window.view.textCursor().block().text()) == "a-long-way-down"
+    assert window.view.textCursor().block().text() == "A long way down"
     window.view.go_back()
     assert window.list.currentRow() == 0
     window.view.go_on()

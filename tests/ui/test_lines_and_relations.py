@@ -278,8 +278,8 @@ def test_sets_are_chosen_in_a_dialog_bedding_and_fault_first(window, planes):
     (dialog,) = window.findChildren(IntersectionDialog)
     assert dialog.first.currentText() == "Bedding (2 planes)"
     assert dialog.second.currentText() == "Fault (1 plane)"
-    groups = [dialog.first.itemText(i).partition(" (")[0] for i in range(dialog.first.count())]
-    assert groups == ["Bedding", "Bedding, upper", "Fault"]
+    groups = [dialog.first.itemText(i) for i in range(dialog.first.count())]
+    assert groups == ["Bedding (2 planes)", "Bedding, upper (1 plane)", "Fault (1 plane)"]
     assert "Intersection: " in dialog.result_text.text()
     dialog.second.setCurrentIndex(0)
     assert not dialog.keep_button.isEnabled()

@@ -69,7 +69,7 @@ def test_the_arrow_points_where_the_hanging_wall_moves(
     ((head, tail),) = arrows(net)
     step = (head - tail) / np.linalg.norm(head - tail)
     assert step == pytest.approx(toward, abs=1e-6)
-    assert "hanging wall" in legend(net)
+    assert "Slip of the hanging wall" in legend(net)
 
 
 def test_without_poles_there_are_no_arrows(net, studio) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from tests import driver
 from tests.geology.test_set_proposals import cluster
-from tests.messages import figures, refused, shown_codes, shown_values
+from tests.messages import refused, shown_codes, shown_values
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.core.findings import Finding
 from vomstudio.document import edits
@@ -67,7 +67,7 @@ def test_parallel_planes_without_places_are_one_set(window, studio, panel) -> No
     panel.count.setValue(3)
     proposed(window, panel)
     assert len(panel.proposed.sets) == 1
-    assert figures(str(panel.proposed.found.warnings[0])) == [1, 3, 3]
+    assert panel.proposed.found.warnings[0] == Finding("sets.fewer", count=1, minimum=3, wanted=3)
     panel.accept.click()
     assert {r.set_name for r in studio.session.of(Reading)} == {"J1"}
     assert "sets.too-few-without-set" in shown_codes(proposed(window, panel))

@@ -58,8 +58,7 @@ def test_undo_and_redo_name_the_edit_in_menu_and_status_line(window, cliff):
     add_bed(cliff, "t1")
     assert steps(window) == ("Bedding trace B01", "")
     assert run(window, "undo") == ("edit.undone", "Bedding trace B01")
-    assert steps(window)[0].endswith(" cliff")
-    assert steps(window)[1] == "Bedding trace B01"
+    assert steps(window) == ("Open model cliff", "Bedding trace B01")
     assert run(window, "redo") == ("edit.redone", "Bedding trace B01")
     cliff.selection.set(["t1"])
     cliff.delete_selected()
@@ -79,8 +78,8 @@ def test_a_measurement_is_named_as_what_it_is(window, cliff):
 def test_an_ampersand_in_a_name_is_no_key_of_the_menu(window, cliff):
     add_bed(cliff, "t1", name="Smith & Sons")
     action = window.actions_table.all["undo"]
-    assert action.text().endswith(" Smith && Sons")
-    assert " Smith & Sons" in action.toolTip()
+    assert action.text() == "&Undo Bedding trace Smith && Sons"
+    assert "Undo Bedding trace Smith & Sons" in action.toolTip()
 
 
 def test_points_of_an_open_trace_are_named(window, cliff):
@@ -128,8 +127,8 @@ def test_undo_right_after_esc_brings_the_open_picks_back(window, cliff, name, no
     run(window, "cancel")
     assert not tool.open
     assert cliff.session.draft is None
-    step = steps(window)[0]
-    assert step.endswith(f" {noun}")
+    step = f"Discard the open {noun}"
+    assert steps(window)[0] == step
     assert run(window, "undo") == ("edit.undone", step)
     assert tool.open
     assert tool.vertices == ZIGZAG[:5]
@@ -153,10 +152,7 @@ def test_a_discarded_trace_lies_between_the_edits_before_and_after(window, cliff
     run(window, "cancel")
     add_bed(cliff, "t2")
     assert run(window, "undo") == ("edit.undone", "Bedding trace B02")
-    step = cliff.undo_label
-    assert step is not None
-    assert step.endswith(" trace")
-    assert run(window, "undo") == ("edit.undone", step)
+    assert run(window, "undo") == ("edit.undone", "Discard the open trace")
     assert cliff.tool.vertices == ZIGZAG[:3]
     for left in (2, 1, 0):
         run(window, "undo")
@@ -169,8 +165,7 @@ def test_undoing_the_only_point_does_not_bring_it_back_again(window, cliff):
     cliff.activate("trace")
     click(cliff, ZIGZAG[0])
     assert run(window, "undo") == ("edit.undone", "Point 1")
-    assert steps(window)[0].endswith(" cliff")
-    assert steps(window)[1] == "Point 1"
+    assert steps(window) == ("Open model cliff", "Point 1")
     assert run(window, "redo") == ("edit.redone", "Point 1")
     assert cliff.tool.vertices == ZIGZAG[:1]
     assert steps(window) == ("Point 1", "")
@@ -263,10 +258,7 @@ def test_a_stroke_that_esc_discarded_is_painted_by_undo(window, cliff):
     assert not window.actions_table.all["undo"].isEnabled(), "a stroke is let go or kept first"
     run(window, "cancel")
     assert not cliff.session.of(Patch)
-    step = cliff.undo_label
-    assert step is not None
-    assert step.endswith(" stroke")
-    assert run(window, "undo") == ("edit.undone", step)
+    assert run(window, "undo") == ("edit.undone", "Discard the stroke")
     (patch,) = cliff.session.of(Patch)
     assert tool.current == patch
     run(window, "undo")

@@ -60,7 +60,7 @@ def test_displacement_is_told_in_units_of_the_model(window, studio) -> None:
     panel.add.click()
     panel.show_now()
     assert panel.answered is not None, panel.said.text()
-    assert " units" in panel.said.text()
+    assert "units, with 95 % errors" in panel.said.text()
     assert " m " not in panel.said.text()
 
 

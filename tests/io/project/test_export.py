@@ -90,8 +90,8 @@ def test_a_local_model_has_no_crs_and_an_undeclared_one_says_so(project, tmp_pat
     session.apply(edits.declare_frame(session.records, "m1", Frame()))
     export_project(project.folder, "csv", tmp_path / "undeclared.csv")
     text = (tmp_path / "undeclared.csv").read_text()
-    assert "not registered" in text
-    assert "local frame" in text
+    assert "unknown: the model is not registered" in text
+    assert "local frame: not registered" in text
 
 
 def test_nothing_is_replaced_without_force_and_nothing_half_written_stays(project, tmp_path):

@@ -225,7 +225,6 @@ def test_declinations_are_told_with_their_value_or_how_many_they_are(book: Path)
     (finding,) = guess(table).findings
     assert finding.code == "reading.declination-column"
     assert finding.values == {"column": "mag dec", "count": 1, "first": "2.6"}
-    assert "“mag dec” (2.6)" in finding.message
     table = table_of(book, "dip direction,dip,declination\n1,2,2.6\n1,2,2.7\n")
     (finding,) = guess(table).findings
     assert "(2 different values)" in finding.message
@@ -512,7 +511,7 @@ def test_a_row_of_another_width_is_bad_and_a_notation_that_is_none_a_mistake(boo
     found = understand(table, guess(table).columns, "dipdir/dip")
     assert found.bad == (BadRow(2, table.ragged[0]),)
     assert [r.line for r in found.rows] == [3]
-    with pytest.raises(ValueError, match=r"dip\Wdip"):
+    with pytest.raises(ValueError, match="dip/dip"):
         understand(table, {}, "dip/dip")
 
 

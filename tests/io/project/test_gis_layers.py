@@ -104,7 +104,7 @@ def test_without_a_crs_no_file_claims_one(tmp_path: Path, records: dict[str, Any
         assert table.crs is None
     assert not list(tmp_path.glob("*.prj"))
     assert pyogrio.read_info(tmp_path / "o.shp")["crs"] is None
-    assert "local frame" in (tmp_path / "o.dxf").read_text("ascii")
+    assert "coordinates of a local frame, metres" in (tmp_path / "o.dxf").read_text("ascii")
 
 
 def test_a_prj_that_says_the_same_stays_and_another_is_not_replaced_unasked(

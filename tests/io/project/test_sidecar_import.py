@@ -98,9 +98,8 @@ def test_a_result_is_recorded_with_its_figures_each_in_its_place(
         (("quality", "preview"), ("seed", "0"), ("crs", "")), 3, 2, 0.25, "0.1.0",
         "2026-02-03T10:00:00+00:00",
     )  # fmt: skip
-    name = "control points, cliff"
     assert placed == Registration(
-        placed.id, name, "control", Frame("crs", CRS),
+        placed.id, "control points, cliff", "control", Frame("crs", CRS),
         reconstruction_id=made.id, rotation_error_deg=(0.1, 0.2, 0.3), scale_error=0.004,
         rms_control_m=0.05, rms_check_m=0.06,
     )  # fmt: skip

@@ -137,7 +137,7 @@ def goes_on_and_can_be_saved(project: Project, told: Told, code: str, target: Pa
     assert names(target) == ["a", "b", "c", "d", "e", "f"]
     for _ in range(6):
         project.session.undo()
-    assert project.session.undo_label.endswith("model cliff")
+    assert project.session.undo_label == "Open model cliff"
     project.close()
     assert verify(target).sound
 

@@ -95,7 +95,7 @@ def test_every_question_leaves_the_locks_of_an_open_database_alone(made, tmp_pat
 
 def test_what_fails_while_the_database_is_open_is_not_blamed_on_it(made) -> None:
     path, _ = made
-    with pytest.raises(RuntimeError, match="graphics"), match_database.opened(path):
+    with pytest.raises(RuntimeError, match="no graphics"), match_database.opened(path):
         raise RuntimeError("no graphics")
     with refused("alignment.matches-unreadable"), match_database.reading(path):
         raise RuntimeError("no graphics")
