@@ -179,7 +179,7 @@ class VomWarning(UserWarning):
 
 
 def from_dict(error: dict[str, object], exit_code: int) -> VomError:
-    """The error that another process told of by its `to_dict()`."""
+    """Return the error that another process reported by its `to_dict()`."""
 
     def text(name: str) -> str | None:
         value = error.get(name)

@@ -22,17 +22,17 @@ class Shown(Result):
 
     def _figures(self) -> dict[str, Any]:
         """Return the object with its findings as sentences."""
-        return {name: _with_sentences(value) for name, value in self.to_dict().items()}
+        return {name: _replace_findings(value) for name, value in self.to_dict().items()}
 
 
-def _with_sentences(value: Any) -> Any:
+def _replace_findings(value: Any) -> Any:
     """Return a value with the messages of findings in their places."""
     if isinstance(value, Mapping):
         if value.keys() >= {"code", "severity", "message"}:
             return value["message"]
-        return {name: _with_sentences(each) for name, each in value.items()}
+        return {name: _replace_findings(each) for name, each in value.items()}
     if isinstance(value, list):
-        return [_with_sentences(each) for each in value]
+        return [_replace_findings(each) for each in value]
     return value
 
 

@@ -72,7 +72,7 @@ def _row(option: Declaration) -> str:
     elif option.kind is bool and option.default is None:
         word += f"`, `--no-{option.flag.removeprefix('--')}"
     elif option.kind is not bool:
-        word += f" [{metavar(option)}]" if option.bare else f" {metavar(option)}"
+        word += f" [{metavar(option)}]" if option.flag_value else f" {metavar(option)}"
     text = re.sub(
         r"--[a-z][a-z-]*(?: [a-z]+(?= [0-9]))?|NAME\w*\.\w+", r"`\g<0>`", help_text(option)
     )

@@ -34,7 +34,7 @@ class MadePhoto:
     altitude_m: float | None = None
     altitude_reference: str | None = None
     gps_accuracy_m: float | None = None
-    taken: datetime | None = None
+    taken_at: datetime | None = None
     mask: Path | None = None
 
 

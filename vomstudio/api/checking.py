@@ -294,7 +294,7 @@ def words_of(value: Any, name: str) -> str | None:
 
 
 def required_text(value: Any, name: str) -> str:
-    """As `words_of`, of a value that cannot be left out. Raises InputError."""
+    """Return a text that cannot be left out. Raises InputError."""
     text = words_of(value, name)
     if text is None:
         raise InputError(Finding("option.missing"), field=name)

@@ -1,4 +1,4 @@
-"""A model held against a benchmark."""
+"""Comparison of a model with a benchmark."""
 
 from __future__ import annotations
 

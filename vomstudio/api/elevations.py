@@ -28,20 +28,20 @@ from vomstudio.reprs import html_table, in_lines
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class ElevationModel(ElevationFigures):
-    """Heights of a surface over a plane of reference.
+    """Heights of a surface above a reference plane.
 
     heights : (h, w) float32, metres along the plane's upward normal: Z of World over the
-        horizontal, else above ``reference_point``; NaN where there is no surface. Rows run down
+        horizontal, else above ``reference_point``; NaN where the surface is missing. Rows run down
         the plane's dip, from North to South over the horizontal
     width, height : cells; gsd_m : side of a cell; coverage : share of cells with a height
     reference_point : (3,) World, the centre of the model's bounds
-    dip_direction_deg, dip_deg : of the plane of reference
+    dip_direction_deg, dip_deg : attitude of the reference plane
     right, down, normal : (3,) unit vectors of World along the columns, the rows and the heights
     lowest_m, highest_m : heights; interpolation_limit_m : longest side of triangles between the
         points of a cloud, None for a mesh
     cell_to_world : (4, 4), (column, row, height, 1) to World; (0, 0) is the outer corner of the
         top left cell, its centre (0.5, 0.5)
-    crs : of heights over the horizontal; None over any other plane
+    crs : CRS of heights above the horizontal; None above any other plane
     warnings : findings
 
     >>> import vomstudio as vs

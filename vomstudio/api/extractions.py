@@ -109,8 +109,8 @@ def facets(
     >>> flat = np.zeros(a.size)
     >>> east = np.column_stack([flat, a.ravel(), b.ravel()])
     >>> north = np.column_stack([a.ravel() + 0.1, flat, b.ravel()])
-    >>> found = vs.facets(np.concatenate([east, north]))
-    >>> found.facets, sorted(found.table["dip_deg"].round(3))
+    >>> facets = vs.facets(np.concatenate([east, north]))
+    >>> facets.facets, sorted(facets.table["dip_deg"].round(3))
     (2, [90.0, 90.0])
     """
     from vomstudio.extraction.facet_options import FacetOptions
@@ -164,10 +164,10 @@ def follow(
     through : (w, 3) way-points in World, at least two, in their order; with ``photo`` also (w, 2)
         columns and rows of it, the middle of its top-left pixel at (0.5, 0.5)
     cost : "colour" (like the colours at the way-points; the default), "dark", "light", "gradient"
-        (edges of lightness), "curvature" (edges of the surface), "auto" (of these the one whose
-        plane has the least stated error, or, if none is good, whose path the others confirm most,
-        see ``tried``), or the name of a field, whose low values are followed,
-        or "onnx". In a photo one of the first four, "auto" or "onnx"
+        (edges of lightness), "curvature" (edges of the surface), "auto" (the one of these whose
+        plane has the smallest stated error, or, if none is good, whose path the others confirm
+        most; see ``tried``), the name of a field, whose low values are followed, or "onnx". In a
+        photo one of the first four, "auto" or "onnx"
     photo : path of a photo of the model, at its full resolution; the others that show the place and
         are found beside it have a say
     cameras : file of the photos' poses and lenses in the frame of the model's file (cameras.json,
@@ -227,31 +227,31 @@ def follow(
         onnx_model=path_text(onnx_model, "onnx_model"),
     )
     report = told(progress, cancel)
-    given = model if is_array(model) else model_of(model)
+    source_model = model if is_array(model) else model_of(model)
     report.stage(tr("Following the contact"))
     with edges_by(options.onnx_model, report, cancel) as edges, arguments_named(FollowOptions):
-        data, crs, _ = placed(given, "model")
+        data, crs, _ = placed(source_model, "model")
         spacing = resolution(data)
-        asked: dict[str, Any] = {
+        arguments: dict[str, Any] = {
             "cost": options.used_cost if edges is None else DRAWN,
             "called": "" if edges is None else options.used_cost,
             "resolution": spacing,
-            "model": getattr(getattr(given, "path", None), "name", None) or "",
+            "model": getattr(getattr(source_model, "path", None), "name", None) or "",
             "frame": crs or "local",
         }
-        found: FollowedTrace
+        trace: FollowedTrace
         if options.photo is None:
             if edges is not None:
                 data = wearing_edges(data, spacing, *edges)
-            found = followed_trace(SurfaceGraph(data), points(through, "through"), **asked)
+            trace = followed_trace(SurfaceGraph(data), points(through, "through"), **arguments)
         else:
             way_points = pixels_or_points(through, "through")
-            photos = _photos(given, data, spacing, options.photo, options.cameras)
+            photos = _photos(source_model, data, spacing, options.photo, options.cameras)
             if edges is not None:
                 photos = showing_edges(photos, *edges)
-            found = photo_trace(SurfaceGraph(data), photos, way_points, **asked)
-    warn(found.warnings)
-    return found
+            trace = photo_trace(SurfaceGraph(data), photos, way_points, **arguments)
+    warn(trace.warnings)
+    return trace
 
 
 def _photos(
@@ -262,8 +262,8 @@ def _photos(
 
     if cameras is None:
         path = getattr(model, "path", None)
-        beside = None if path is None else find_own_cameras(path)
-        cameras = None if beside is None else str(beside)
+        cameras_file = None if path is None else find_own_cameras(path)
+        cameras = None if cameras_file is None else str(cameras_file)
     if cameras is None:
         raise UsageError(Finding("cameras.missing"), field="cameras")
     source = getattr(model, "_source", None)

@@ -71,21 +71,21 @@ def stereonet(
     by : column that groups the rows into sets, each with its colour and symbol; None for ``set``,
         else ``kind``
     projection : "area" (Schmidt) or "angle" (Wulff), of new axes
-    levels : of the contours, in their unit; None for round ones below the highest density
-    filled : contours filled, or lines; None for filled unless ``each_set``
-    each_set : contours of each set by itself, in its colour
+    levels : levels of the contours, in their unit; None for round numbers below the highest density
+    filled : fill the contours; None for yes, unless ``each_set``
+    each_set : contour each set separately, in its colour
     kamb_sigma : smoothness of Kamb's methods, 0.5 to 10: standard deviations expected of a uniform
         scatter
-    untilt : (dip direction, dip) of the plane that becomes horizontal, with everything else
+    untilt : (dip direction, dip) of the plane that is rotated to horizontal, with everything else
     rotate : (trend, plunge, angle): after that, rotate everything about this axis, by the
         right-hand rule about its downward end
-    intersections : also the lines in which each two of at most 300 planes meet
+    intersections : also the lines of intersection of each pair of at most 300 planes
     planes, cones, slip_lines : also great circles of (dip direction, dip), small circles of (trend,
         plunge, half-angle), planes with a line of (dip direction, dip, rake)
     girdles : the great circle that fits each set that is a girdle
     maxima : a cross where each set, or all as contoured, is densest
     errors : the 95 % ellipse of each plane, by the error columns of the table
-    averages : of each set in words, with n and method
+    averages : mean of each set in words, with n and method
     fold : the fold axis of the bedding, its 95 % ellipse and its great circle
     quality, only_set : planes of the fold axis, as in `fold`
     size_mm : (width, height) of a new figure; None for that of pyplot's notebooks
@@ -98,9 +98,9 @@ def stereonet(
 
     Raises
     ------
-    vs.errors.InputError for another ``contour`` or ``projection``, axes of another library, angles
-    that cannot be, and options of other names; vs.errors.UsageError for a column that is not there,
-    for ``errors`` of a table that tells none, and for levels, circles or sizes that cannot be.
+    vs.errors.InputError for another ``contour`` or ``projection``, axes of another library, invalid
+    angles and unknown options; vs.errors.UsageError for a column that does not exist,
+    for ``errors`` of a table without error columns, and for invalid levels, circles or sizes.
 
     Girdles after Woodcock (1977), averages after Fisher (1953) or by the orientation tensor.
 
@@ -173,9 +173,9 @@ def stereonet(
     return ax
 
 
-def _texts(given: Any, name: str, count: int) -> tuple[str, ...]:
+def _texts(values: Any, name: str, count: int) -> tuple[str, ...]:
     """Return angles as the command takes them. Raises InputError."""
-    return tuple(slashed(each, name, count) for each in items_of(given, name))
+    return tuple(slashed(each, name, count) for each in items_of(values, name))
 
 
 def _levels_text(levels: Any) -> str:
@@ -209,10 +209,10 @@ def rose(
     ----------
     table, azimuth : as in `stats`
     of : which angle; None for strikes, of lines alone trends. Strikes count at both ends
-    by : column that tells the sets apart; None for ``set``, else ``kind``
+    by : column that names the set of each row; None for ``set``, else ``kind``
     bin_deg : width of the bins, which must divide 180 degrees evenly, of a histogram 90
     weight : column that each row counts by, such as the length; None for one each
-    scale : whether the "area" or the "length" of a petal is its share
+    scale : "area" or "length", the measure of a petal that is proportional to its share
 
     Returns
     -------
@@ -221,7 +221,7 @@ def rose(
     Raises
     ------
     vs.errors.UsageError for bins that do not divide 180 and a column that is not there or has no
-    numbers; vs.errors.GeometryError where nothing has such an azimuth; vs.errors.InputError as
+    numbers; vs.errors.GeometryError if no row has such an azimuth; vs.errors.InputError as
     `stats`.
 
     The mean in each title is the circular one (Mardia & Jupp 2000, 2.2.1), of strikes by doubled
@@ -249,7 +249,7 @@ def rose(
     )
     rows = rows_of(table, azimuth)
     with arguments_named(RoseOptions):
-        found = roses_of_table(
+        roses = roses_of_table(
             rows,
             options.of or ("strike" if rows.is_plane.any() else "trend"),
             options.by,
@@ -257,7 +257,7 @@ def rose(
             weight=options.weight,
             by_area=options.scale == "area",
         )
-    check_roses(found, None)
-    figure = plt.figure(figsize=figure_size(found))
-    draw_roses(figure, found)
+    check_roses(roses, None)
+    figure = plt.figure(figsize=figure_size(roses))
+    draw_roses(figure, roses)
     return figure

@@ -34,20 +34,20 @@ from vomstudio.reprs import html_table, in_lines
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Orthophoto(OrthophotoFigures):
-    """A picture of a model, and what each of its pixels means.
+    """Orthographic picture of a model with the World coordinates of its pixels.
 
     image : (h, w, 4) uint8 red, green, blue, opacity; depth : (h, w) float32, metres along the view
-        from the plane through ``reference_point``, growing away from the viewer; NaN where nothing
-        is seen
+        from the plane through ``reference_point``, growing away from the viewer; NaN where no
+        surface is visible
     width, height : pixels; gsd_m : metres per pixel; coverage : share that shows the model
     trend_deg, plunge_deg : direction of the view; the plunge is negative upward
     right, down, direction : (3,) unit vectors of World in the picture and along the view
-    sense, sense_reason : which of two opposite views it is, and why
+    sense, sense_reason : which of the two opposite views is shown, and why
     reference_point : (3,) World, where the depth is 0
     pixel_to_world : (4, 4), (column, row, depth, 1) to World; (0, 0) is the outer corner of the
         top left pixel, its centre (0.5, 0.5)
-    crs : of a view straight down or up; None for any other
-    fold : the axis that it looks along, or None; warnings : findings
+    crs : CRS of a view straight down or up; None for any other view
+    fold : fold axis along which the view looks, or None; warnings : findings
 
     The point of World in the middle of a pixel, here at the height of the reference point:
 
@@ -63,8 +63,8 @@ class Orthophoto(OrthophotoFigures):
     fold: FoldView | None
     warnings: tuple[Message, ...]
     _model: Mesh | PointCloud = field(metadata=HIDDEN)
-    _asked: Requested = field(metadata=HIDDEN)
-    _drawn: DrawnPicture = field(metadata=HIDDEN)
+    _request: Requested = field(metadata=HIDDEN)
+    _picture: DrawnPicture = field(metadata=HIDDEN)
 
     def save(
         self, path: str | Path, *, sheet: str | Path | None = None, force: bool = False
@@ -79,14 +79,14 @@ class Orthophoto(OrthophotoFigures):
         with naming("path", "--output"):
             made = write_orthophoto(
                 self._model._data,
-                self._asked.plan,
+                self._request.plan,
                 file,
                 crs=self._model._source.world_crs,
                 model=str(self._model.path),
                 content_hash=self._model._source.content_hash,
                 sheet=shown,
                 force=flag(force, "force"),
-                drawn=self._drawn,
+                drawn=self._picture,
             )
         files = (made.image, made.depth, made.sidecar, made.world_file, made.sheet)
         return tuple(file for file in files if file is not None)
@@ -171,7 +171,7 @@ def orthophoto(
         direction = direction_of(options, table)
     data = model_of(model)
     source = data._source
-    asked = request_picture(
+    request = request_picture(
         data._data,
         direction,
         to_world=np.eye(4),
@@ -181,17 +181,16 @@ def orthophoto(
         placed=source.placed,
         metric=source.metric,
     )
-    drawn = draw_picture(data._data, asked.plan, report)
-    figures = drawn_figures(drawn, asked.plan, source.world_crs)
-    said = (*asked.warnings, *asked.plan.notes, *drawn.said)
-    warn(asked.warnings)
+    picture = draw_picture(data._data, request.plan, report)
+    figures = drawn_figures(picture, request.plan, source.world_crs)
+    warn(request.warnings)
     return Orthophoto(
         **vars(figures),
-        image=drawn.rgba,
-        depth=drawn.depth,
-        fold=asked.fold,
-        warnings=said,
+        image=picture.rgba,
+        depth=picture.depth,
+        fold=request.fold,
+        warnings=(*request.warnings, *request.plan.notes, *picture.said),
         _model=data,
-        _asked=asked,
-        _drawn=drawn,
+        _request=request,
+        _picture=picture,
     )

@@ -386,8 +386,8 @@ def fit_parallel(
     return found
 
 
-def _pair(given: Any, names: list[str]) -> tuple[str, str]:
-    pair = [given] if isinstance(given, str) else [str(id) for id in items_of(given, "same")]
+def _pair(value: Any, names: list[str]) -> tuple[str, str]:
+    pair = [value] if isinstance(value, str) else [str(id) for id in items_of(value, "same")]
     if len(pair) != 2 or not set(pair) <= set(names):
         finding = Finding("trace.not-a-pair", value=pair, first=names[0], second=names[-1])
         raise UsageError(finding, field="same")

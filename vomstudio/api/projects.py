@@ -91,7 +91,7 @@ class Project:
         so.
         """
         desk = HeadlessProject.open(path_of(path, "path"))
-        made = cls(desk)
+        project = cls(desk)
         warnings = [*desk.warnings, *desk.project.problems]
         if desk.recovered:
             warnings.append(Finding("project.recovered"))
@@ -99,9 +99,9 @@ class Project:
             warn(warnings)
         except VomWarning:
             # Where warnings are errors nobody gets it, so nobody could close it.
-            made.close()
+            project.close()
             raise
-        return made
+        return project
 
     @classmethod
     def create(cls, path: str | Path) -> Self:
@@ -207,16 +207,17 @@ class Project:
         return found
 
     def fit(self, id: str) -> PlaneFit | LineFit:
-        """The figures of one feature by its id or name: PlaneFit of a plane, LineFit of a line.
-        Raises vs.errors.InputError where there is no such feature, vs.errors.GeometryError where
-        it has no orientation."""
-        wanted = required_text(id, "id")
-        found = fitted_records(self._records, self._measurements, self._folder, [wanted])
-        if found.rows:
-            row = found.rows[0]
+        """Return the figures of one feature by its id or name: a PlaneFit or a LineFit.
+
+        Raises vs.errors.InputError if the feature does not exist, vs.errors.GeometryError if it
+        has no orientation."""
+        feature = required_text(id, "id")
+        fits = fitted_records(self._records, self._measurements, self._folder, [feature])
+        if fits.rows:
+            row = fits.rows[0]
             return plane_of_row(row) if row["element"] == "plane" else line_of_row(row)
         no_plane = Finding("feature.without-plane")
-        reason = found.skipped[0]["reason"] if found.skipped else no_plane
+        reason = fits.skipped[0]["reason"] if fits.skipped else no_plane
         raise GeometryError(reason, field=id)
 
     def verify(self) -> Verification:
@@ -283,15 +284,16 @@ class Project:
         they define no plane, vs.errors.UsageError for a model or type that is not there.
         """
         desk = self._open_desk()
-        wanted = model.id if isinstance(model, ProjectModel) else required_text(model, "model")
+        model_name = model.id if isinstance(model, ProjectModel) else required_text(model, "model")
         # Checked before the edit is made: the journal could not be read with anything else in it.
         part = words_of(domain, "domain") or ""
         picks = Picks(words_of(name, "name") or "", _points(points), domain=part)
         with naming("type", "--type"):
-            found, group = desk.find_type(required_text(type, "type")), words_of(set, "set") or ""
+            feature_type = desk.find_type(required_text(type, "type"))
+            group = words_of(set, "set") or ""
         with naming("model", "--model"):
-            on = desk.find_model(wanted)
-        added = desk.add_picks([picks], on, found, group)
+            on = desk.find_model(model_name)
+        added = desk.add_picks([picks], on, feature_type, group)
         warn(added.warnings)
         return added.traces[0].id
 

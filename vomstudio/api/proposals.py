@@ -25,16 +25,16 @@ def propose_traces(
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> ProposedTraces:
-    """Lines on a model that stand out of its noise, the least doubtful first. They are proposals:
-    somebody has to look at them.
+    """Propose lines on a model that stand out of its noise, the least doubtful first. They are
+    proposals: check each of them.
 
     Parameters
     ----------
     model : Mesh, PointCloud, a model of a project, the path of a file, or an array (n, 3) of points
         in World, metres
     cost : "gradient" (edges of lightness; the default), "dark", "light", "curvature" (edges and
-        furrows of the surface), or the name of a field, whose low values are looked for; "onnx" for
-        the edges of a network
+        furrows of the surface), or the name of a field, whose low values are searched for;
+        "onnx" for the edges of a network
     min_length_m : minimum length of a line, m; None for twenty resolutions of the model
     max_lines : maximum number of lines
     onnx_model : for the cost "onnx": the file of a network that takes a picture, (1, 3, h, w) red,
@@ -71,8 +71,9 @@ def propose_traces(
     >>> grey += np.random.default_rng(1).normal(0.0, 10.0, len(x))
     >>> rows = np.column_stack([x, y, z, grey])
     >>> np.savetxt(path, rows, delimiter=",", header="x,y,z,grey", comments="")
-    >>> found = vs.propose_traces(vs.read(path, up="z", unit="m"), cost="grey", min_length_m=2.0)
-    >>> first = found.proposals[0]
+    >>> slope = vs.read(path, up="z", unit="m")
+    >>> proposed = vs.propose_traces(slope, cost="grey", min_length_m=2.0)
+    >>> first = proposed.proposals[0]
     >>> bool(np.abs(first.points[:, 2] - 0.7).max() < 0.08), first.doubt
     (True, 0.02)
     """

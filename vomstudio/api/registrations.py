@@ -175,18 +175,18 @@ def register(
                 raise requires_type(name, "model_points", "numpy.ndarray")
         path = str(path_of(model_points, "model_points"))
         with arguments_named(RegisterOptions):
-            found = register_model(path, options, report).placed
+            placement = register_model(path, options, report).placed
     else:
         for name in observations:
             raise requires_type(name, "model_points", "str, pathlib.Path")
-        found = register_points(
+        placement = register_points(
             *_pairs(model_points, world_points, sigma_m, check),
             click_sigma_m=options.click_sigma_m,
             scale=1.0 if options.keep_scale else None,
             robust=options.robust,
         )
-    warn(found.warnings)
-    return found
+    warn(placement.warnings)
+    return placement
 
 
 def _pairs(
@@ -202,27 +202,27 @@ def _pairs(
 
 
 def _beside(value: Any, name: str) -> str | None:
-    """A file or folder, or True for what lies beside. Raises InputError."""
+    """Return the path of a file or folder, and `BESIDE` for True. Raises InputError."""
     if isinstance(value, bool | np.bool_):
         return BESIDE if value else None
     return path_text(value, name)
 
 
-def _rows(given: Any, name: str, lengths: tuple[int, ...]) -> tuple[str, ...]:
-    """Rows of numbers as the options of the command take them."""
-    if given is None or (isinstance(given, Sized) and len(given) == 0):
+def _rows(value: Any, name: str, lengths: tuple[int, ...]) -> tuple[str, ...]:
+    """Return rows of numbers as the options of the command take them. Raises InputError."""
+    if value is None or (isinstance(value, Sized) and len(value) == 0):
         return ()
-    array = numbers(given, name) if _is_flat(given) else None
-    rows = items_of(given, name) if array is None else [array]
-    found = []
+    array = numbers(value, name) if _is_flat(value) else None
+    rows = items_of(value, name) if array is None else [array]
+    texts = []
     for row in rows:
         values = numbers(row, name).ravel()
         if len(values) not in lengths:
             raise InputError(
                 Finding("file.number-count", count=len(values), needed=lengths), field=name
             )
-        found.append(",".join(repr(float(v)) for v in values))
-    return tuple(found)
+        texts.append(",".join(repr(float(v)) for v in values))
+    return tuple(texts)
 
 
 def _is_flat(given: Any) -> bool:

@@ -177,17 +177,17 @@ def plan(
             check_format(page)
             check_target(page, force=replace)
     with arguments_named(PlanOptions):
-        made = plan_survey(_camera(camera, options.focal_mm), options)
-    made = foretold(made, options.receiver_m, options.control_m)
+        plan = plan_survey(_camera(camera, options.focal_mm), options)
+    plan = foretold(plan, options.receiver_m, options.control_m)
     if page is not None:
-        write_field_sheet(page, made, force=replace)
-    warn(made.warnings)
-    return made
+        write_field_sheet(page, plan, force=replace)
+    warn(plan.warnings)
+    return plan
 
 
-def _camera(given: Any, focal_mm: float | None) -> PlanCamera:
-    """Raises InputError, UsageError."""
+def _camera(camera: Any, focal_mm: float | None) -> PlanCamera:
+    """Return the camera of a plan. Raises InputError, UsageError."""
     from vomstudio.survey.plan_camera import camera_of
 
-    words = os.fspath(given) if isinstance(given, os.PathLike) else given
+    words = os.fspath(camera) if isinstance(camera, os.PathLike) else camera
     return camera_of(required_text(words, "camera"), focal_mm)

@@ -170,8 +170,8 @@ def _arrays(given: Any, name: str) -> Any:
     return table_of_cells(names, cells, _IN_MEMORY)
 
 
-def _not_a_table(given: Any, name: str) -> InputError:
-    return wrong_type(given, "pandas.DataFrame, str, pathlib.Path, (dip_directions, dips)", name)
+def _not_a_table(value: Any, name: str) -> InputError:
+    return wrong_type(value, "pandas.DataFrame, str, pathlib.Path, (dip_directions, dips)", name)
 
 
 # --- DataFrame to cells ---------------------------------------------------------------------------

@@ -123,8 +123,8 @@ def _agreement(args: argparse.Namespace) -> Agreement:
     return agreement(table, other)
 
 
-def _agreement_text(found: Agreement) -> str:
-    """A row for each plane that was measured on both, and how many of them agree."""
+def _agreement_text(comparison: Agreement) -> str:
+    """Return a table of the planes measured on both, and how many of them agree."""
     rows = [
         [
             one.first,
@@ -133,26 +133,26 @@ def _agreement_text(found: Agreement) -> str:
             f"{one.angle_deg:.1f}",
             "-" if one.error95_deg is None else f"{one.error95_deg:.1f}",
         ]
-        for one in found.matched
+        for one in comparison.matched
     ]
-    said = tr(
+    summary = tr(
         "{n} planes were measured on both ({named} matched by name, {near} by nearness); {first} "
         "of the model and {second} of the benchmark have no counterpart.",
-        n=found.n,
-        named=found.by_name,
-        near=found.by_nearness,
-        first=found.unmatched[0],
-        second=found.unmatched[1],
+        n=comparison.n,
+        named=comparison.by_name,
+        near=comparison.by_nearness,
+        first=comparison.unmatched[0],
+        second=comparison.unmatched[1],
     )
     if not rows:
-        return said
+        return summary
     header = [tr("plane"), tr("other"), tr("by"), tr("angle"), "95 %"]
-    lines = [text_tables.table(header, ["", "", "", "deg", "deg"], rows), said]
-    if found.agree_share is not None:
+    lines = [text_tables.table(header, ["", "", "", "deg", "deg"], rows), summary]
+    if comparison.agree_share is not None:
         lines.append(
             tr(
                 "{share:.0f} % of those with stated errors agree within them.",
-                share=100.0 * found.agree_share,
+                share=100.0 * comparison.agree_share,
             )
         )
     return "\n".join(lines)
@@ -178,41 +178,41 @@ def _written(
     )  # fmt: skip
 
 
-def _result_text(found: Comparison) -> str:
-    """Accuracy and precision apart, and what of it is more than chance."""
+def _result_text(comparison: Comparison) -> str:
+    """Return accuracy, precision and the share of significant distances."""
     rows = [
         [what, name, text_tables.figures(value)]
         for what, name, value in (
-            (tr("accuracy"), tr("mean"), found.mean_m),
-            ("", tr("median"), found.median_m),
-            (tr("precision"), tr("standard deviation"), found.std_m),
-            ("", tr("median absolute deviation"), found.mad_m),
-            (tr("both"), tr("root mean square"), found.rms_m),
+            (tr("accuracy"), tr("mean"), comparison.mean_m),
+            ("", tr("median"), comparison.median_m),
+            (tr("precision"), tr("standard deviation"), comparison.std_m),
+            ("", tr("median absolute deviation"), comparison.mad_m),
+            (tr("both"), tr("root mean square"), comparison.rms_m),
         )
     ]
-    said = [text_tables.table([tr("distance"), "", "m"], ["", "", ""], rows)]
-    said.append(
+    lines = [text_tables.table([tr("distance"), "", "m"], ["", "", ""], rows)]
+    lines.append(
         tr(
             "{n} distances; {beyond} points of the model have no counterpart.",
-            n=found.n,
-            beyond=found.beyond,
+            n=comparison.n,
+            beyond=comparison.beyond,
         )
     )
-    if found.lod95_m is not None and found.significant_share is not None:
-        said.append(
+    if comparison.lod95_m is not None and comparison.significant_share is not None:
+        lines.append(
             tr(
                 "Level of detection (95 %, median): {lod:.3g} m; {share:.0f} % of the distances "
                 "are beyond it.",
-                lod=found.lod95_m,
-                share=100.0 * found.significant_share,
+                lod=comparison.lod95_m,
+                share=100.0 * comparison.significant_share,
             )
         )
-    if (side := found.positive_toward) is not None:
-        said.append(
+    if (side := comparison.positive_toward) is not None:
+        lines.append(
             tr(
                 "Positive: the model lies before the benchmark, on its side toward {trend} "
                 "(trend/plunge).",
                 trend=text_tables.line(vars(side), 0),
             )
         )
-    return "\n".join(said)
+    return "\n".join(lines)

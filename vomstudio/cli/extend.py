@@ -66,21 +66,21 @@ def run(args: argparse.Namespace, out: Output) -> None:
     model = read_in_world(args.model, progress, frame_options(args))
     belief, findings = _belief(options, args.points, model)
     progress.stage(tr("Extending the plane"))
-    found = extend(model.data, belief, options)
+    extension = extend(model.data, belief, options)
     progress.stage(tr("Writing the results"))
     write_traces(
-        args.output, found, crs=model.crs, model=Path(args.model).name, force=args.force,
+        args.output, extension, crs=model.crs, model=Path(args.model).name, force=args.force,
         axes=model.axes,
     )  # fmt: skip
-    warnings = [*model.warnings, *findings, *found.warnings]
-    result: dict[str, Any] = {"file": args.output, **found.to_dict()}
+    warnings = [*model.warnings, *findings, *extension.warnings]
+    result: dict[str, Any] = {"file": args.output, **extension.to_dict()}
     if args.labels is not None:
-        warnings += write_labelled(args, model, found.as_fields())
+        warnings += write_labelled(args, model, extension.as_fields())
         result["labels"] = args.labels
     result["warnings"] = warnings
     out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(warnings)
-    out.text(_result_text(found, unit_of(model.in_metres)))
+    out.text(_result_text(extension, unit_of(model.in_metres)))
 
 
 def _belief(
@@ -104,8 +104,8 @@ def _belief(
     return belief_of_attitude(plane, through, options.error_deg, options.through_error_m), ()
 
 
-def _result_text(found: ExtendedPlane, unit: str) -> str:
-    """The planes that meet the model, and how well their place is known."""
+def _result_text(extension: ExtendedPlane, unit: str) -> str:
+    """Return the planes that meet the model, with the errors of their position."""
     rows = [
         [
             str(bed.bed),
@@ -114,17 +114,17 @@ def _result_text(found: ExtendedPlane, unit: str) -> str:
             text_tables.figures(bed.least_error95_m),
             text_tables.figures(bed.most_error95_m),
         ]
-        for bed in found.beds[:_SHOWN]
+        for bed in extension.beds[:_SHOWN]
     ]
     heads = [tr("bed"), tr("offset"), tr("length"), tr("95 % least"), tr("95 % most")]
-    said = [
+    lines = [
         tr(
             "Plane {plane} (95 %), carried on over the model.",
-            plane=text_tables.measured_plane(vars(found), "max_error95_deg"),
+            plane=text_tables.measured_plane(vars(extension), "max_error95_deg"),
         ),
         text_tables.table(heads, ["", *[unit] * 4], rows),
     ]
-    more = len(found.beds) - _SHOWN
+    more = len(extension.beds) - _SHOWN
     if more > 0:
-        said.append(tr_n("{count} more is in the file.", "{count} more are in the file.", more))
-    return "\n".join(said)
+        lines.append(tr_n("{count} more is in the file.", "{count} more are in the file.", more))
+    return "\n".join(lines)

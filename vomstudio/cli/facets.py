@@ -63,7 +63,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     model = read_in_world(args.model, progress, frame_options(args), args.project)
     warnings = list(model.warnings)
     with numbers_of(args.model):
-        found = search(
+        facet_table = search(
             model.data,
             options,
             model=Path(args.model).name,
@@ -72,22 +72,27 @@ def run(args: argparse.Namespace, out: Output) -> None:
         )
     progress.stage(tr("Writing the results"))
     warnings += unknown_unit(model)
-    result: dict[str, Any] = {**found.to_dict(), "table": args.output}
-    warnings += found.warnings
+    result: dict[str, Any] = {**facet_table.to_dict(), "table": args.output}
+    warnings += facet_table.warnings
     if args.labels is not None:
-        warnings += write_labelled(args, model, found.labels)
+        warnings += write_labelled(args, model, facet_table.labels)
         result["labels"] = args.labels
     write_orientation_csv(
-        args.output, found.rows, crs=model.crs, limits=DEFAULTS, more=found.more, force=args.force
+        args.output,
+        facet_table.rows,
+        crs=model.crs,
+        limits=DEFAULTS,
+        more=facet_table.more,
+        force=args.force,
     )
     result["warnings"] = warnings
     out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(warnings)
-    out.text(_result_text(found))
+    out.text(_result_text(facet_table))
 
 
-def _result_text(found: FacetTable) -> str:
-    """The largest facets, and how much of the outcrop all of them cover."""
+def _result_text(facet_table: FacetTable) -> str:
+    """Return the largest facets and the share of the outcrop that all of them cover."""
     heads = [tr("facet"), tr("plane"), tr("area"), tr("n"), tr("quality")]
     units = ["", tr("dip direction/dip ± 95 %"), "m2", "", ""]
     rows = [
@@ -98,27 +103,27 @@ def _result_text(found: FacetTable) -> str:
             str(row["n_points"]),
             row["quality"],
         ]
-        for row in found.rows[:_SHOWN]
+        for row in facet_table.rows[:_SHOWN]
     ]
-    said = [text_tables.table(heads, units, rows)] if rows else []
-    if found.facets > _SHOWN:
-        said.append(tr("{count} more are in the table.", count=found.facets - _SHOWN))
-    if found.coverage is not None:
-        said.append(
+    lines = [text_tables.table(heads, units, rows)] if rows else []
+    if facet_table.facets > _SHOWN:
+        lines.append(tr("{count} more are in the table.", count=facet_table.facets - _SHOWN))
+    if facet_table.coverage is not None:
+        lines.append(
             tr(
                 "{count} facets cover {share:.0f} % of the model.",
-                count=found.facets,
-                share=100.0 * found.coverage,
+                count=facet_table.facets,
+                share=100.0 * facet_table.coverage,
             )
         )
-    if found.near_planar_share is not None:
-        said.append(
+    if facet_table.near_planar_share is not None:
+        lines.append(
             tr(
-                "Of the exposed rock, without vegetation and debris, {share:.0f} % is near-planar.",
-                share=100.0 * found.near_planar_share,
+                "{share:.0f} % of the exposed rock, without vegetation and debris, is near-planar.",
+                share=100.0 * facet_table.near_planar_share,
             )
         )
-    return "\n".join([*said, *(_set_text(one) for one in found.sets)])
+    return "\n".join([*lines, *(_set_text(one) for one in facet_table.sets)])
 
 
 def _set_text(one: DescribedSet) -> str:

@@ -72,7 +72,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result: dict[str, Any] = {
         "planes": rows,
         "skipped": skipped,
-        "bands": [{"id": name, **found.to_dict()} for name, found in bands.items()],
+        "bands": [{"id": name, **band.to_dict()} for name, band in bands.items()],
         "crossings": crossing,
         "dropped_lines": list(groups.dropped),
         "warnings": list(groups.warnings),
@@ -102,8 +102,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     )
     if rows:
         out.text(f"{_result_text(rows)}\n{limits.description}")
-    for name, found in bands.items():
-        out.text("\n".join(f"{name}: {said}" for said in straight_traces.band_lines(found)))
+    for name, band in bands.items():
+        out.text("\n".join(f"{name}: {line}" for line in straight_traces.band_lines(band)))
     for each in crossing:
         out.text(straight_traces.crossing_text(each))
     if parallel is not None:
@@ -130,14 +130,14 @@ def _parallel(path: str, same: Sequence[str], groups: PointGroups) -> ParallelBe
         return parallel_beds(groups.ids, groups.points, groups.offsets, pairs=pairs)
 
 
-def _parallel_text(found: ParallelBeds) -> str:
-    said = tr(
+def _parallel_text(parallel: ParallelBeds) -> str:
+    summary = tr(
         "Parallel planes together: {plane} (dip direction/dip, 95 %; {smallest} deg at least), "
         "rms {rms} m, p of being parallel {p}",
-        plane=text_tables.measured_plane(vars(found), "max_confidence95_deg"),
-        smallest=text_tables.figures(found.min_confidence95_deg),
-        rms=text_tables.figures(found.rms_m),
-        p=text_tables.figures(found.p_parallel),
+        plane=text_tables.measured_plane(vars(parallel), "max_confidence95_deg"),
+        smallest=text_tables.figures(parallel.min_confidence95_deg),
+        rms=text_tables.figures(parallel.rms_m),
+        p=text_tables.figures(parallel.p_parallel),
     )
     beds = text_tables.table(
         [tr("id"), tr("n"), tr("distance"), tr("95 %"), tr("rms")],
@@ -145,7 +145,7 @@ def _parallel_text(found: ParallelBeds) -> str:
         [
             [bed.id, str(bed.n), f"{bed.distance_m:.3f}", text_tables.figures(bed.error95_m),
              text_tables.figures(bed.rms_m)]
-            for bed in found.beds
+            for bed in parallel.beds
         ],
     )  # fmt: skip
     pairs = text_tables.table(
@@ -154,10 +154,10 @@ def _parallel_text(found: ParallelBeds) -> str:
         [
             [each.first, each.second, f"{each.distance_m:.3f}",
              text_tables.figures(each.error95_m), text_tables.figures(each.p)]
-            for each in found.same
+            for each in parallel.same
         ],
     )  # fmt: skip
-    return "\n".join([said, beds, *([pairs] if found.same else [])])
+    return "\n".join([summary, beds, *([pairs] if parallel.same else [])])
 
 
 def _nothing_fitted(path: str, by: str | None, skipped: list[dict[str, Any]]) -> GeometryError:

@@ -128,8 +128,8 @@ def _domains(domains: Mapping[str, DomainFigures] | None) -> list[tuple[str, str
     ]
 
 
-def _result_text(found: TableFold) -> str:
-    result = found.to_dict()
+def _result_text(fold: TableFold) -> str:
+    result = fold.to_dict()
     beta, plane = result["beta"], result["pi_plane"]
     confidence = tr("undefined")
     if beta["max_confidence95_deg"] is not None:
@@ -148,7 +148,7 @@ def _result_text(found: TableFold) -> str:
         ),
         *(
             ("  " + tr("left out"), f"{each.n} {each.what}: {each.reason}")
-            for each in found.left_out
+            for each in fold.left_out
         ),
         (tr("beta"), tr("{line}  trend/plunge, 95 %", line=text_tables.measured_line(beta))),
         ("  " + tr("confidence"), confidence),
@@ -164,7 +164,7 @@ def _result_text(found: TableFold) -> str:
         *_limbs(result["limbs"]),
         *_pairs(result["pairs"]),
         *_worst(result["leave_one_out"]),
-        *_domains(found.domains),
+        *_domains(fold.domains),
         (
             tr("verdict"),
             tr(
@@ -174,5 +174,5 @@ def _result_text(found: TableFold) -> str:
             ),
         ),
     ]
-    reasons = (f"  - {reason}" for reason in found.reasons)
+    reasons = (f"  - {reason}" for reason in fold.reasons)
     return "\n".join([text_tables.labelled(rows, 14), *reasons])

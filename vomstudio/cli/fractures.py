@@ -64,9 +64,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
         out.note(note.message)
 
 
-def _result_text(found: FractureNetwork) -> str:
+def _result_text(network: FractureNetwork) -> str:
     from vomstudio.products.fractures.words import figure_rows
 
-    rows = figure_rows(found)
+    rows = figure_rows(network)
     width = max(len(label) for label, _ in rows)
     return "\n".join(f"{label:<{width}}  {value}" for label, value in rows)

@@ -42,7 +42,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """All files are reported; `out.failed` where one cannot be read."""
+    """Report all files; the result contains the error of the first that cannot be read."""
     progress = progress_of(args)
     files: list[dict[str, Any]] = []
     first_error: dict[str, Any] | None = None
@@ -51,15 +51,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
             progress.part(number, len(args.files))
         report_reading(args, name)
         try:
-            found = _described(Path(name), progress)
+            contents = _described(Path(name), progress)
         except InputError as error:
             out.error(f"vomstudio: {error}")
             first_error = first_error or error.to_dict()
-            found = {**NOTHING, "error": error.to_dict()}
+            contents = {**NOTHING, "error": error.to_dict()}
         else:
-            out.text(_result_text(name, found))
-            out.warn([as_finding(each).of_file(name) for each in found.get("warnings", ())])
-        files.append({**NOTHING, **found, "path": name})
+            out.text(_result_text(name, contents))
+            out.warn([as_finding(each).of_file(name) for each in contents.get("warnings", ())])
+        files.append({**NOTHING, **contents, "path": name})
     result: dict[str, Any] = {"files": files}
     if first_error is not None:
         result["error"] = first_error
@@ -267,23 +267,23 @@ def _grid(path: Path, progress: Progress) -> dict[str, Any]:
     return {**NOTHING, **found, "kind": "raster", "width": width, "height": height, "fields": bands}
 
 
-def _extent_rows(found: dict[str, Any]) -> list[tuple[str, str]]:
-    """Bounds and spacing with the unit that they are in, and what the file states."""
+def _extent_rows(contents: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return bounds and spacing with their unit, and the units that the file states."""
     rows = []
-    units = found.get("units") or ["unknown"] * 3
-    metric = "resolution" not in found and units[0] != "unknown"
-    if bounds := found.get("bounds"):
+    units = contents.get("units") or ["unknown"] * 3
+    metric = "resolution" not in contents and units[0] != "unknown"
+    if bounds := contents.get("bounds"):
         for axis, unit, low, high in zip("xyz", units, *bounds, strict=True):
             if low is None:  # a picture has no heights
                 continue
             shown = "m" if metric else unit
             label = axis if shown == "unknown" else f"{axis}, {shown}"
             rows.append((label, tr("{low:.3f} to {high:.3f}", low=low, high=high)))
-    if spacing := found.get("resolution_m"):
+    if spacing := contents.get("resolution_m"):
         rows.append((tr("resolution, m"), f"{spacing:.4g}"))
-    elif spacing := found.get("resolution"):
+    elif spacing := contents.get("resolution"):
         rows.append((tr("resolution"), f"{spacing:.4g}"))
-    if found.get("units"):
+    if contents.get("units"):
         stated = tr("unknown") if set(units) == {"unknown"} else ", ".join(units)
         rows.append((tr("file units"), stated))
     return rows
@@ -304,7 +304,7 @@ def _camera_text(camera: dict[str, Any]) -> str:
     )
 
 
-def _result_text(name: str, found: dict[str, Any]) -> str:
+def _result_text(name: str, contents: dict[str, Any]) -> str:
     counts = {
         "photos": tr("photos"),
         "with_gps": tr("with GPS"),
@@ -315,11 +315,11 @@ def _result_text(name: str, found: dict[str, Any]) -> str:
         "height": tr("height, px"),
     }
     lists = {"fields": tr("fields"), "materials": tr("materials"), "textures": tr("textures")}
-    rows = [(label, str(found[key])) for key, label in counts.items() if found.get(key)]
-    rows += [(tr("camera"), _camera_text(camera)) for camera in found.get("cameras", ())]
-    rows += _extent_rows(found)
-    if found["kind"] in ("mesh", "cloud") or found.get("crs"):
-        rows.append((tr("CRS"), found.get("crs") or tr("none in the file")))
-    rows += [(t, ", ".join(map(str, found[k]))) for k, t in lists.items() if found.get(k)]
-    heading = f"{name}: {found['kind']}"
+    rows = [(label, str(contents[key])) for key, label in counts.items() if contents.get(key)]
+    rows += [(tr("camera"), _camera_text(camera)) for camera in contents.get("cameras", ())]
+    rows += _extent_rows(contents)
+    if contents["kind"] in ("mesh", "cloud") or contents.get("crs"):
+        rows.append((tr("CRS"), contents.get("crs") or tr("none in the file")))
+    rows += [(t, ", ".join(map(str, contents[k]))) for k, t in lists.items() if contents.get(k)]
+    heading = f"{name}: {contents['kind']}"
     return f"{heading}\n{text_tables.labelled(rows, 14, '  ')}" if rows else heading

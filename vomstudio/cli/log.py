@@ -61,45 +61,47 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.plot is not None:
         format_ = picture_format(args.plot, "--plot")
         check_target(args.plot, force=args.force, inputs=[*inputs, *filter(None, [args.output])])
-    made = _of_line(args, line, bed, options) if of_project else _of_table(args, bed, options)
-    found = made.log
-    about = about_log(made.bed, made.bed95_deg)
+    answer = (
+        _project_log(args, line, bed, options) if of_project else _table_log(args, bed, options)
+    )
+    log = answer.log
+    about = about_log(answer.bed, answer.bed95_deg)
     if args.plot is not None:
         from vomstudio.products.section.bed_log_figure import write_log_figure
 
         with atomic_write(args.plot, args.force) as temporary:
-            write_log_figure(temporary, found, format=format_, about=about, metric=made.metric)
+            write_log_figure(temporary, log, format=format_, about=about, metric=answer.metric)
     if args.output is not None:
-        write_log(args.output, found, about=about, metric=made.metric, force=args.force)
+        write_log(args.output, log, about=about, metric=answer.metric, force=args.force)
     result = {
-        **found.to_dict(),
+        **log.to_dict(),
         "table": args.output,
         "image": args.plot,
-        "dropped_lines": list(made.dropped),
+        "dropped_lines": list(answer.dropped),
         "line": args.line,
         "bed": {
-            "dip_direction_deg": made.bed.dip_direction_deg,
-            "dip_deg": made.bed.dip_deg,
-            "error95_deg": made.bed95_deg,
-            "traces": list(made.bed_traces),
+            "dip_direction_deg": answer.bed.dip_direction_deg,
+            "dip_deg": answer.bed.dip_deg,
+            "error95_deg": answer.bed95_deg,
+            "traces": list(answer.bed_traces),
         },
-        "sigma_m": made.sigma_m,
+        "sigma_m": answer.sigma_m,
     }
-    out.result(named_by_unit(result, metric=made.metric))
-    out.warn(found.warnings)
+    out.result(named_by_unit(result, metric=answer.metric))
+    out.warn(log.warnings)
     heads = [tr("bed"), tr("from"), tr("to"), tr("thickness"), tr("lithology"), tr("notes")]
     rows = [
         [str(i.number), i.base, i.top, with_error(i.thickness_m.value, i.thickness_m.error95),
          i.lithology, i.notes]
-        for i in reversed(found.intervals)
+        for i in reversed(log.intervals)
     ]  # fmt: skip
     lead = tr("Metres across the bedding, errors 95 %, the youngest bed on top")
-    if not made.metric:
+    if not answer.metric:
         lead = tr("Model units across the bedding, errors 95 %, the youngest bed on top")
     out.text(lead + "\n" + text_tables.table(heads, [""] * len(heads), rows))
 
 
-class _Made(NamedTuple):
+class _LogAnswer(NamedTuple):
     """dropped : lines of the table without a place; metric : lengths are metres; bed_traces : names
     of the traces that the bedding was fitted to"""
 
@@ -128,7 +130,7 @@ def _check_options(args: argparse.Namespace, of_project: bool) -> None:
         )
 
 
-def _of_table(args: argparse.Namespace, bed: Plane | None, options: LogOptions) -> _Made:
+def _table_log(args: argparse.Namespace, bed: Plane | None, options: LogOptions) -> _LogAnswer:
     from vomstudio.geology.beds.bed_log import bed_log
     from vomstudio.io.gate.point_tables import read_boundaries
 
@@ -143,12 +145,12 @@ def _of_table(args: argparse.Namespace, bed: Plane | None, options: LogOptions) 
             sigma_m=sigma, bed_error_deg=error, overturned=options.overturned,
         )  # fmt: skip
     found = replace(found, warnings=(*read.warnings, *found.warnings))
-    return _Made(found, bed, error, sigma, read.dropped)
+    return _LogAnswer(found, bed, error, sigma, read.dropped)
 
 
-def _of_line(
+def _project_log(
     args: argparse.Namespace, line: LogLine, bed: Plane | None, options: LogOptions
-) -> _Made:
+) -> _LogAnswer:
     from vomstudio.products.section.kept_log import kept_question
     from vomstudio.products.section.line_log import TRACES, answer
 
@@ -162,4 +164,4 @@ def _of_line(
         found = answer(question)
     q = found.question
     names = tuple(q.names[id_] for id_ in found.bed_ids)
-    return _Made(found.log, found.bed, found.bed95_deg, found.sigma_m, (), q.metric, names)
+    return _LogAnswer(found.log, found.bed, found.bed95_deg, found.sigma_m, (), q.metric, names)

@@ -144,23 +144,23 @@ def _named(features: Sequence[Feature]) -> list[dict[str, str]]:
 def _fit(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.workspace.project_summary import fitted
 
-    found = fitted(Path(args.project), args.ids)
+    fits = fitted(Path(args.project), args.ids)
     result = {
-        "planes": [row for row in found.rows if row["element"] == "plane"],
-        "lines": [row for row in found.rows if row["element"] == "line"],
-        "skipped": list(found.skipped),
+        "planes": [row for row in fits.rows if row["element"] == "plane"],
+        "lines": [row for row in fits.rows if row["element"] == "line"],
+        "skipped": list(fits.skipped),
     }
     out.result({**_summary(args).to_dict(), **result})
     out.warn(
         [
             Finding("feature.left-out", feature=item["name"], reason=item["reason"])
-            for item in found.skipped
+            for item in fits.skipped
         ]
     )
-    said = [_row_text(row) for row in found.rows]
-    if any(row.get("quality") for row in found.rows):
-        said.append(found.limits.description)
-    out.text("\n".join(said) or tr("no features"))
+    lines = [_row_text(row) for row in fits.rows]
+    if any(row.get("quality") for row in fits.rows):
+        lines.append(fits.limits.description)
+    out.text("\n".join(lines) or tr("no features"))
 
 
 def _looked_at(args: argparse.Namespace, out: Output) -> None:
@@ -224,7 +224,7 @@ def _register(args: argparse.Namespace, out: Output) -> None:
     pairs = None if args.pairs is None else read_pairs(args.pairs)
     crs = None if options.crs is None else metric_crs(options.crs, "--crs")
     click_m = options.click_sigma_m
-    more = {}
+    reference = {}
     with _changing(args, out) as desk:
         model = desk.find_model(options.model)
         if options.reference is None:
@@ -234,15 +234,20 @@ def _register(args: argparse.Namespace, out: Output) -> None:
             placed, turned, sets, fitted = desk.fit_to_reference(
                 model, options.reference, pairs, crs, options.stable, click_m
             )
-            more = {"reference": fitted.to_dict()}
+            reference = {"reference": fitted.to_dict()}
     out.warn(placed.warnings)
-    what = {
-        "model": model.id, "turned_deg": turned, "sets_turned_deg": sets, **placed.to_dict(), **more
-    }  # fmt: skip
-    said = tr("{model} was placed; it turned by {turn:.2f} degrees.", model=model.name, turn=turned)
-    _report(
-        args, out, what, "\n".join(filter(None, (placement_text(placed), said, set_words(sets))))
+    result = {
+        "model": model.id,
+        "turned_deg": turned,
+        "sets_turned_deg": sets,
+        **placed.to_dict(),
+        **reference,
+    }
+    turn_text = tr(
+        "{model} was placed; it turned by {turn:.2f} degrees.", model=model.name, turn=turned
     )
+    texts = [placement_text(placed), turn_text, set_words(sets)]
+    _report(args, out, result, "\n".join(filter(None, texts)))
 
 
 def _add_picks(args: argparse.Namespace, out: Output) -> None:

@@ -52,21 +52,21 @@ def run(args: argparse.Namespace, out: Output) -> None:
         check_target(
             args.output, force=args.force, inputs=[] if args.model == "-" else [args.model]
         )
-    found = register_model(args.model, options, progress_of(args))
-    result = found.to_dict()
-    warnings = list(found.placed.warnings)
+    registered = register_model(args.model, options, progress_of(args))
+    result = registered.to_dict()
+    warnings = list(registered.placed.warnings)
     if args.output is not None:
-        warnings += _written(args, found, result)
+        warnings += _written(args, registered, result)
     result["warnings"] = warnings
     out.result(result)
     out.warn(warnings)
-    if found.reference is not None:
-        fit = found.reference.fitted
+    if registered.reference is not None:
+        fit = registered.reference.fitted
         shares = fit.places, fit.overlap, fit.rms_m, fit.blocks, fit.block_m
         out.text(reference_fit_finding(*shares).message)
-    out.text(placement_text(found.placed))
-    if found.attitudes:
-        out.text(_attitudes_text(found.attitudes))
+    out.text(placement_text(registered.placed))
+    if registered.attitudes:
+        out.text(_attitudes_text(registered.attitudes))
 
 
 def _attitudes_text(photos: Sequence[AttitudeMiss]) -> str:
@@ -106,12 +106,12 @@ def _written(args: argparse.Namespace, made: Registered, result: dict[str, Any])
     return warnings
 
 
-def placement_text(found: Placed) -> str:
-    """Two tables and sentences."""
+def placement_text(placement: Placed) -> str:
+    """Return the residuals, the results without each observation and the findings in words."""
     from vomstudio.registration.remarks import worst_axis_findings
 
     blocks = []
-    for title, points in ((tr("control"), found.control), (tr("check"), found.check)):
+    for title, points in ((tr("control"), placement.control), (tr("check"), placement.check)):
         if points:
             rows = [
                 [title, p.label, *(text_tables.figures(v) for v in (p.dx, p.dy, p.dz, p.error_m))]
@@ -119,13 +119,13 @@ def placement_text(found: Placed) -> str:
             ]
             heads = [tr("use"), tr("label"), "dx", "dy", "dz", tr("error")]
             blocks.append(text_tables.table(heads, ["", "", "m", "m", "m", "m"], rows))
-    if found.without:
+    if placement.without:
         rows = [
             [w.label, *(text_tables.figures(v) for v in (
                 w.error_deg, w.turned_deg, w.others_deg, w.weakest_95_deg))]
-            for w in found.without
+            for w in placement.without
         ]  # fmt: skip
         heads = [tr("without"), tr("it is off"), tr("model turns"), tr("others agree"),
                  tr("worst 95 %")]  # fmt: skip
         blocks.append(text_tables.table(heads, ["", "°", "°", "°", "°"], rows))
-    return "\n".join([*blocks, *map(str, worst_axis_findings(found))])
+    return "\n".join([*blocks, *map(str, worst_axis_findings(placement))])

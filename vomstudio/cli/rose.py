@@ -54,7 +54,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     table = read_orientations(args.table, args.azimuth)
     progress.stage(tr("Drawing the rose diagram"))
     of = options.of or ("strike" if table.is_plane.any() else "trend")
-    found = roses_of_table(
+    roses = roses_of_table(
         table,
         of,
         options.by,
@@ -62,46 +62,46 @@ def run(args: argparse.Namespace, out: Output) -> None:
         weight=options.weight,
         by_area=options.scale == "area",
     )
-    check_roses(found, args.table)
-    found = replace(found, colors=colors_among(colors, list(found.roses)))
+    check_roses(roses, args.table)
+    roses = replace(roses, colors=colors_among(colors, list(roses.roses)))
 
     from vomstudio.products.net.rose import write_roses
 
     with atomic_write(args.output, args.force) as temporary:
         write_roses(
             temporary,
-            found,
+            roses,
             format=format_,
             style=style.of_net(),
             width_mm=figure.width_mm or SIZE_MM[0],
         )
     warnings: list[Message] = list(table.warnings)
-    for name, rose in found.roses.items():
+    for name, rose in roses.roses.items():
         if rose.left_out:
             warnings.append(Finding("rose.rows-left-out", set=name, count=rose.left_out))
-    warnings += [Finding("rose.no-azimuth", set=name) for name in found.empty]
-    told = _told(args, options, of, found, table.convention, table.dropped)
-    out.result({**told, "warnings": warnings})
+    warnings += [Finding("rose.no-azimuth", set=name) for name in roses.empty]
+    result = _result_of(args, options, of, roses, table.convention, table.dropped)
+    out.result({**result, "warnings": warnings})
     out.note(tr("read as {convention}", convention=table.convention))
     out.warn(warnings)
-    for name, rose in found.roses.items():
+    for name, rose in roses.roses.items():
         out.text(tr("{set} (n = {count:,}): {mean}", set=name, count=rose.n, mean=mean_words(rose)))
 
 
-def _told(
+def _result_of(
     args: argparse.Namespace,
     options: RoseOptions,
     of: str,
-    found: RoseContents,
+    roses: RoseContents,
     convention: str,
     dropped: tuple[int, ...],
 ) -> dict[str, Any]:
-    """The command's object, but for its warnings."""
+    """Return the result of the command without its warnings."""
     from vomstudio.geology.roses import Rose
 
     return {
         "image": args.output,
-        "n": sum(rose.n for rose in found.roses.values()),
+        "n": sum(rose.n for rose in roses.roses.values()),
         "of": of,
         "axial": of == "strike",
         "bin_deg": options.bin_deg,
@@ -118,7 +118,7 @@ def _told(
                 "std_deg": None if isinstance(rose, Rose) else rose.std_deg,
                 "left_out": rose.left_out,
             }
-            for name, rose in found.roses.items()
+            for name, rose in roses.roses.items()
         },
         "convention": convention,
         "dropped_lines": list(dropped),

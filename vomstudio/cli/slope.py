@@ -34,7 +34,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes"))
     add_options(parser, SlopeFaces)
-    add_output(parser, tr("what is found at each facet as a table"))
+    add_output(parser, tr("the shares of each facet as a table"))
     add_options(parser, SlopeOptions)
     add_azimuth(parser)
 
@@ -104,63 +104,65 @@ def _run_facets(args: argparse.Namespace, out: Output) -> None:
     facets = read_orientations(args.facets, args.azimuth)
     model = None if args.labelled_model is None else read_in_world(args.labelled_model, progress)
     faces = faces_of(facets, None if model is None else model.data)
-    found = facet_slopes(table, faces, options, progress)
-    warnings = list(found.warnings)
+    slopes = facet_slopes(table, faces, options, progress)
+    warnings = list(slopes.warnings)
     if args.output is not None:
-        write_facet_slopes(args.output, found, force=args.force)
+        write_facet_slopes(args.output, slopes, force=args.force)
     if args.paint is not None and model is not None:
-        warnings += write_labelled(args, model, painted(found, labels_of(model.data)), args.paint)
-    out.result({**found.to_dict(), "table": args.output, "model": args.paint, "warnings": warnings})
-    out.note(tr("read as {convention}", convention=found.convention))
+        warnings += write_labelled(args, model, painted(slopes, labels_of(model.data)), args.paint)
+    out.result(
+        {**slopes.to_dict(), "table": args.output, "model": args.paint, "warnings": warnings}
+    )
+    out.note(tr("read as {convention}", convention=slopes.convention))
     out.warn(warnings)
-    out.text(_facets_text(found))
+    out.text(_facets_text(slopes))
 
 
-def _facets_text(found: FacetSlopes) -> str:
-    """Those facets first at which most is critical."""
+def _facets_text(slopes: FacetSlopes) -> str:
+    """Return the facets in words, the most critical first."""
     head = tr(
         "{count} facets as slopes, {n} planes, friction {friction:g} deg, lateral limit "
         "{lateral:g} deg",
-        count=len(found.facets),
-        n=found.n,
-        friction=found.friction_deg,
-        lateral=found.lateral_deg,
+        count=len(slopes.facets),
+        n=slopes.n,
+        friction=slopes.friction_deg,
+        lateral=slopes.lateral_deg,
     )
     modes = ("planar", "wedge", "flexural_toppling", "direct_toppling")
-    shares = [[getattr(f, mode).share or 0.0 for mode in modes] for f in found.facets]
+    shares = [[getattr(f, mode).share or 0.0 for mode in modes] for f in slopes.facets]
     worst = sorted(range(len(shares)), key=lambda i: -max(shares[i]))[:_SHOWN]
     rows = [
         [
-            found.facets[i].id,
-            text_tables.azimuth(found.facets[i].face.dip_direction_deg, 0),
-            text_tables.inclination(found.facets[i].face.dip_deg, 0),
+            slopes.facets[i].id,
+            text_tables.azimuth(slopes.facets[i].face.dip_direction_deg, 0),
+            text_tables.inclination(slopes.facets[i].face.dip_deg, 0),
             *(text_tables.number(100.0 * share, 1) for share in shares[i]),
         ]
         for i in worst
     ]
     heads = [tr("facet"), tr("dip dir"), tr("dip"), tr("planar"), tr("wedge"), tr("flexural"),
              tr("direct")]  # fmt: skip
-    said = [head, text_tables.table(heads, ["", tr("deg"), tr("deg"), "%", "%", "%", "%"], rows)]
+    lines = [head, text_tables.table(heads, ["", tr("deg"), tr("deg"), "%", "%", "%", "%"], rows)]
     if len(shares) > _SHOWN:
-        said.append(tr("{count} more are in the table.", count=len(shares) - _SHOWN))
-    return "\n".join(said)
+        lines.append(tr("{count} more are in the table.", count=len(shares) - _SHOWN))
+    return "\n".join(lines)
 
 
-def _result_text(found: TableSlope) -> str:
-    face = found.face
+def _result_text(slope: TableSlope) -> str:
+    face = slope.face
     head = tr(
         "face {face} (dip direction/dip), friction {friction:g} deg, lateral limit {lateral:g} deg",
         face=f"{text_tables.azimuth(face.dip_direction_deg, 0)}/"
         f"{text_tables.inclination(face.dip_deg, 0)}",
-        friction=found.friction_deg,
-        lateral=found.lateral_deg,
+        friction=slope.friction_deg,
+        lateral=slope.lateral_deg,
     )
     rows = [
-        _row(tr("planar sliding"), tr("planes"), found.planar),
-        _row(tr("wedge sliding"), tr("intersections"), found.wedge),
-        _row(tr("flexural toppling"), tr("planes"), found.flexural_toppling),
-        _row(tr("direct toppling"), tr("intersections"), found.direct_toppling),
-        _row("  " + tr("its bases"), tr("planes"), found.direct_toppling.bases),
+        _row(tr("planar sliding"), tr("planes"), slope.planar),
+        _row(tr("wedge sliding"), tr("intersections"), slope.wedge),
+        _row(tr("flexural toppling"), tr("planes"), slope.flexural_toppling),
+        _row(tr("direct toppling"), tr("intersections"), slope.direct_toppling),
+        _row("  " + tr("its bases"), tr("planes"), slope.direct_toppling.bases),
     ]
     heads = [tr("mode"), tr("of"), tr("critical"), tr("all"), tr("share"), tr("with errors")]
     return head + "\n" + text_tables.table(heads, ["", "", "", "", "%", "%"], rows)

@@ -35,51 +35,53 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
     progress.stage(tr("Computing statistics"))
-    found = table_statistics(table, options)
-    result = found.to_dict()
+    statistics = table_statistics(table, options)
+    result = statistics.to_dict()
     out.result(result)
-    out.note(tr("read as {convention}", convention=found.convention))
-    out.warn(found.warnings)
-    out.text("\n\n".join(_result_text(name, of_set) for name, of_set in result["sets"].items()))
+    out.note(tr("read as {convention}", convention=statistics.convention))
+    out.warn(statistics.warnings)
+    out.text("\n\n".join(_result_text(name, figures) for name, figures in result["sets"].items()))
 
 
-def _result_text(name: str, found: dict[str, Any]) -> str:
+def _result_text(name: str, statistics: dict[str, Any]) -> str:
     number = text_tables.number
-    tensor, shape, vollmer = found["tensor"], found["woodcock"], found["vollmer"]
+    tensor, shape, vollmer = statistics["tensor"], statistics["woodcock"], statistics["vollmer"]
     s1, s2, s3 = tensor["eigenvalues"]
     axes = ", ".join(map(text_tables.line, tensor["axes"]))
     rows = [
-        *_fisher_rows(found),
+        *_fisher_rows(statistics),
         (tr("tensor"), f"S1 {s1:.4f}, S2 {s2:.4f}, S3 {s3:.4f}"),
         (tr("axes"), tr("{axes}  (trend/plunge, deg)", axes=axes)),
         ("Woodcock", f"K {number(shape['K'], 4)}, C {number(shape['C'], 4)}"),
         ("Vollmer", f"P {vollmer['P']:.4f}, G {vollmer['G']:.4f}, R {vollmer['R']:.4f}"),
-        ("Bingham", _bingham_text(found)),
-        ("Kent", _kent_text(found)),
-        (tr("uniformity"), _uniformity_text(found["uniformity"])),
-        *_weight_rows(found["weights"]),
+        ("Bingham", _bingham_text(statistics)),
+        ("Kent", _kent_text(statistics)),
+        (tr("uniformity"), _uniformity_text(statistics["uniformity"])),
+        *_weight_rows(statistics["weights"]),
     ]
-    return f"{_heading(name, found)}\n{text_tables.labelled(rows, 15, '  ')}"
+    return f"{_heading(name, statistics)}\n{text_tables.labelled(rows, 15, '  ')}"
 
 
-def _fisher_rows(found: dict[str, Any]) -> list[tuple[str, str]]:
-    fisher, number = found["fisher"], text_tables.number
+def _fisher_rows(statistics: dict[str, Any]) -> list[tuple[str, str]]:
+    fisher, number = statistics["fisher"], text_tables.number
     if fisher is None:
-        return [(tr("Fisher mean"), tr("none: {reason}", reason=found["fisher_reason"]["message"]))]
-    said = (
+        return [
+            (tr("Fisher mean"), tr("none: {reason}", reason=statistics["fisher_reason"]["message"]))
+        ]
+    text = (
         f"{text_tables.line(fisher)}  alpha95 {number(fisher['alpha95_deg'], 2)} deg, "
         f"kappa {number(fisher['kappa'], 2)}, R {number(fisher['R'], 4)}{_fit(fisher['fit_p'])}"
     )
-    if fisher["alpha95_deg"] is None and found["fisher_reason"]:
-        said += f" ({found['fisher_reason']['message']})"
-    rows = [(tr("Fisher mean"), said)]
+    if fisher["alpha95_deg"] is None and statistics["fisher_reason"]:
+        text += f" ({statistics['fisher_reason']['message']})"
+    rows = [(tr("Fisher mean"), text)]
     if fisher["registration_error_deg"] is not None:
-        said = tr(
+        text = tr(
             "{registration} deg (95 %), with alpha95 {total} deg",
             registration=number(fisher["registration_error_deg"], 2),
             total=number(fisher["total95_deg"], 2),
         )
-        rows.append((tr("registration"), said))
+        rows.append((tr("registration"), text))
     return rows
 
 
@@ -92,37 +94,37 @@ def _uniformity_text(test: dict[str, Any]) -> str:
 def _weight_rows(weights: dict[str, Any] | None) -> list[tuple[str, str]]:
     if weights is None:
         return []
-    said = tr(
+    text = tr(
         "by error ({column}), natural scatter {scatter:.1f} deg; worth {n:.1f} equal ones",
         column=weights["column"],
         scatter=weights["natural_scatter_deg"],
         n=weights["effective_n"],
     )
     if count := weights["without_error"]:
-        said = tr("{said}; {count} without an error took the median", said=said, count=count)
-    return [(tr("weights"), said)]
+        text = tr("{text}; {count} without an error took the median", text=text, count=count)
+    return [(tr("weights"), text)]
 
 
-def _bingham_text(found: dict[str, Any]) -> str:
-    bingham = found["bingham"]
+def _bingham_text(statistics: dict[str, Any]) -> str:
+    bingham = statistics["bingham"]
     if bingham is None:
-        return tr("none: {reason}", reason=found["bingham_reason"]["message"])
-    said = f"k1 {bingham['k1']:.2f}, k2 {bingham['k2']:.2f}"
+        return tr("none: {reason}", reason=statistics["bingham_reason"]["message"])
+    text = f"k1 {bingham['k1']:.2f}, k2 {bingham['k2']:.2f}"
     regions = [
         "-" if of is None else f"{of['max_deg']:.1f} x {of['min_deg']:.1f}"
         for of in bingham["confidence95"]
     ]
-    said = tr(
-        "{said}; axes within {regions} deg (joint 95 %)", said=said, regions=", ".join(regions)
+    text = tr(
+        "{text}; axes within {regions} deg (joint 95 %)", text=text, regions=", ".join(regions)
     )
-    return said + _fit(bingham["fit_p"])
+    return text + _fit(bingham["fit_p"])
 
 
-def _kent_text(found: dict[str, Any]) -> str:
-    kent = found["kent"]
+def _kent_text(statistics: dict[str, Any]) -> str:
+    kent = statistics["kent"]
     if kent is None:
-        return tr("none: {reason}", reason=found["kent_reason"]["message"])
-    said = tr(
+        return tr("none: {reason}", reason=statistics["kent_reason"]["message"])
+    text = tr(
         "{mean} within {largest:.2f} x {smallest:.2f} deg (joint 95 %), longest toward {major}; "
         "kappa {kappa:.2f}, beta {beta:.2f}",
         mean=text_tables.line(kent),
@@ -132,7 +134,7 @@ def _kent_text(found: dict[str, Any]) -> str:
         kappa=kent["kappa"],
         beta=kent["beta"],
     )
-    return said + _fit(kent["fit_p"])
+    return text + _fit(kent["fit_p"])
 
 
 def _fit(p: float | None) -> str:

@@ -63,7 +63,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     model = read_in_world(args.model, progress, frame_options(args))
     try:
         patch = _patch(args, model.data, place)
-        found = analyse(
+        analysis = analyse(
             patch,
             noise_m=options.noise_m,
             cell_m=options.gsd_m,
@@ -75,14 +75,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
         raise
     except VomError as error:
         raise type(error)(error.message, file=args.model, field=error.field) from error
-    warnings = [*model.warnings, *found.warnings]
+    warnings = [*model.warnings, *analysis.warnings]
     progress.stage(tr("Writing the results"))
     warnings += write_deviations(
-        args.output, found, patch, crs=model.crs, force=args.force, axes=model.axes
+        args.output, analysis, patch, crs=model.crs, force=args.force, axes=model.axes
     )
     if args.profiles is not None:
-        write_profiles(args.profiles, found, crs=model.crs, force=args.force, axes=model.axes)
-    result: dict[str, Any] = {"file": args.output, "profiles": args.profiles, **found.to_dict()}
+        write_profiles(args.profiles, analysis, crs=model.crs, force=args.force, axes=model.axes)
+    result: dict[str, Any] = {"file": args.output, "profiles": args.profiles, **analysis.to_dict()}
     result["warnings"] = warnings
     out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(warnings)
@@ -97,27 +97,27 @@ def _patch(args: argparse.Namespace, data: Mesh | PointCloud, place: Any) -> Mes
     return data if args.facet is None else of_facet(data, args.facet)
 
 
-def _result_text(found: dict[str, Any], unit: str) -> str:
-    """What the patch shows beyond its plane."""
-    plane, figures = found["plane"], text_tables.figures
-    said = [
+def _result_text(result: dict[str, Any], unit: str) -> str:
+    """Return the deviations, roughness and smoothest direction of a patch in words."""
+    plane, figures = result["plane"], text_tables.figures
+    lines = [
         tr(
             "Plane {plane}: deviations from {low} to {high} {unit}, RMS {rms} {unit}; the model's "
             "noise is {noise} {unit}.",
             unit=unit,
             plane=f"{text_tables.azimuth(plane['dip_direction_deg'], 1)}/"
             f"{text_tables.inclination(plane['dip_deg'], 1)}",
-            low=figures(found["lowest_m"]),
-            high=figures(found["highest_m"]),
-            rms=figures(found["rms_m"]),
-            noise=figures(found["noise_m"]),
+            low=figures(result["lowest_m"]),
+            high=figures(result["highest_m"]),
+            rms=figures(result["rms_m"]),
+            noise=figures(result["noise_m"]),
         )
     ]
-    hurst, line = found["hurst"], found["smoothest"]
+    hurst, line = result["hurst"], result["smoothest"]
     if hurst is None:
-        said.append(found["hurst_reason"]["message"])
+        lines.append(result["hurst_reason"]["message"])
     else:
-        said.append(
+        lines.append(
             tr(
                 "Hurst's exponent {H:.2f} ± {error:.2f} (95 %) from {from_} to {to} {unit}.",
                 unit=unit,
@@ -128,9 +128,9 @@ def _result_text(found: dict[str, Any], unit: str) -> str:
             )
         )
     if line is None:
-        said.append(found["smoothest_reason"]["message"])
+        lines.append(result["smoothest_reason"]["message"])
     else:
-        said.append(
+        lines.append(
             tr(
                 "Smoothest along {line}, rake {rake:.0f} ± {error:.0f} degrees (95 %): across it "
                 "{ratio:.1f} times as rough.",
@@ -141,4 +141,4 @@ def _result_text(found: dict[str, Any], unit: str) -> str:
                 ratio=line["ratio"],
             )
         )
-    return "\n".join(said)
+    return "\n".join(lines)

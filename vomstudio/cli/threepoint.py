@@ -34,25 +34,25 @@ def run(args: argparse.Namespace, out: Output) -> None:
     read = read_boundaries(args.points, frame_options(args))
     progress.stage(tr("Fitting the plane"))
     with numbers_of(args.points):
-        found = plane_of_three_points(read.points, options.sigma_m)
-    found = found.of_table(read.dropped, read.warnings)
-    out.result(found.to_dict())
-    out.warn(found.warnings)
-    said = format_attitude(found.plane, found.max_confidence95_deg)
-    if found.max_confidence95_deg is None:
-        out.text(tr("{plane}; nothing is known of its error", plane=said))
+        result = plane_of_three_points(read.points, options.sigma_m)
+    result = result.of_table(read.dropped, read.warnings)
+    out.result(result.to_dict())
+    out.warn(result.warnings)
+    attitude = format_attitude(result.plane, result.max_confidence95_deg)
+    if result.max_confidence95_deg is None:
+        out.text(tr("{plane}; its error is unknown", plane=attitude))
         return
-    if found.dip_direction_error_deg is None:
+    if result.dip_direction_error_deg is None:
         out.text(
             tr("{plane} (95 %): dip ± {dip:.1f}°, dip direction unknown",
-               plane=said, dip=found.dip_error_deg)
+               plane=attitude, dip=result.dip_error_deg)
         )  # fmt: skip
         return
     out.text(
         tr(
             "{plane} (95 %): dip ± {dip:.1f}°, dip direction ± {direction:.1f}°",
-            plane=said,
-            dip=found.dip_error_deg,
-            direction=found.dip_direction_error_deg,
+            plane=attitude,
+            dip=result.dip_error_deg,
+            direction=result.dip_direction_error_deg,
         )
     )

@@ -113,23 +113,22 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
             )
             if given.shape[1] == 3:
                 _require_on_model(args.through, given, surface, spacing)
-            found = _followed(args, options, model, surface, given, spacing, edges)
-    notes = [tr("followed over {model}", model=Path(args.model).name), f"cost: {found.cost}"]
+            trace = _followed(args, options, model, surface, given, spacing, edges)
+    notes = [tr("followed over {model}", model=Path(args.model).name), f"cost: {trace.cost}"]
     if args.photo is not None:
         notes.append(tr("in the photo {photo}", photo=Path(args.photo).name))
-    write_path(args.output, found.points, crs=model.crs, notes=notes, force=args.force)
-    result: dict[str, Any] = {**found.to_dict(), "table": args.output}
-    result["warnings"] = [*model.warnings, *noticed, *found.warnings]
+    write_path(args.output, trace.points, crs=model.crs, notes=notes, force=args.force)
+    result: dict[str, Any] = {**trace.to_dict(), "table": args.output}
+    result["warnings"] = [*model.warnings, *noticed, *trace.warnings]
     out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(result["warnings"])
-    out.text(_result_text(found, unit_of(model.in_metres)))
+    out.text(_result_text(trace, unit_of(model.in_metres)))
 
 
 def _way_points(
     args: argparse.Namespace, model: WorldModel
 ) -> tuple[npt.NDArray[np.float64], Sequence[Message]]:
-    """(n, 3) in World, or (n, 2) pixels where the table has columns and rows of a photo; and what
-    was noticed in reading."""
+    """Return way-points, (n, 3) in World or (n, 2) pixels of the photo, and warnings about them."""
     from vomstudio.io.gate.point_tables import read_points
     from vomstudio.io.gate.points import ModelFrame
     from vomstudio.io.text.pixel_tables import read_pixels
@@ -195,38 +194,38 @@ def _require_on_model(
     raise InputError(off_model_finding(row + 1, far, resolution), file=path, line=line)
 
 
-def _result_text(found: FollowedTrace, unit: str) -> str:
-    """How long it is, and its plane."""
-    said = [
+def _result_text(trace: FollowedTrace, unit: str) -> str:
+    """Return the length and the plane of a trace in words."""
+    lines = [
         tr(
             "The trace has {count} vertices and is {length:.3g} {unit} long; the farthest "
             "way-point lies {snap:.3g} {unit} from it.",
             unit=unit,
-            count=found.vertices,
-            length=found.length_m,
-            snap=found.snap_m,
+            count=trace.vertices,
+            length=trace.length_m,
+            snap=trace.snap_m,
         )
     ]
-    if found.plane is not None:
-        said.append(
+    if trace.plane is not None:
+        lines.append(
             tr(
                 "Plane {plane} (95 %), {quality}.",
-                plane=text_tables.measured_plane(found.plane),
-                quality=found.plane["quality"],
+                plane=text_tables.measured_plane(trace.plane),
+                quality=trace.plane["quality"],
             )
         )
-        if found.plane["quality_reason"]:
-            said.append(str(found.plane["quality_reason"]))
-    if found.tried:
-        said.append(
+        if trace.plane["quality_reason"]:
+            lines.append(str(trace.plane["quality_reason"]))
+    if trace.tried:
+        lines.append(
             tr(
-                "Followed by {cost}, which tells the plane best of {tried}.",
-                cost=found.cost,
+                "Followed by {cost}, which gives the best plane of {tried}.",
+                cost=trace.cost,
                 tried=", ".join(
-                    f"{one.cost} ({text_tables.number(one.error95_deg, 1)})" for one in found.tried
+                    f"{one.cost} ({text_tables.number(one.error95_deg, 1)})" for one in trace.tried
                 ),
             )
         )
-    if found.band is not None:
-        said += straight_traces.band_lines(found.band)
-    return "\n".join(said)
+    if trace.band is not None:
+        lines += straight_traces.band_lines(trace.band)
+    return "\n".join(lines)

@@ -214,7 +214,7 @@ def _shown(value: Any) -> Any:
 
 
 class _Number(float):
-    """A number that a text without a format of its own shows with its significant digits.
+    """Number that is shown with its significant digits if the text states no format.
 
     The format ``azimuth`` shows three digits, of which 360 are 000.
     """

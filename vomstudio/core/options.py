@@ -35,7 +35,7 @@ class Declaration:
     name : str
         Name of the field and of the Python parameter, such as ``max_distance_m``.
     kind : type
-        float, int, bool or str; of an option that may be repeated the type of each value.
+        float, int, bool or str; the type of each value if the option may be repeated.
     default : object
         None if the program chooses the value, or if `is_required`.
     help : str
@@ -57,8 +57,8 @@ class Declaration:
         Decimals in a form.
     empty : str
         What a form shows for None.
-    bare : str, optional
-        Value if the option is given without one; without `bare` it needs a value.
+    flag_value : str, optional
+        Value if the option is given without one; without `flag_value` it needs a value.
     is_required : bool
         Whether a value has to be given.
     is_repeated : bool
@@ -78,7 +78,7 @@ class Declaration:
     metavar: str | None = None
     decimals: int = 3
     empty: str = to_translate("auto")
-    bare: str | None = None
+    flag_value: str | None = None
     is_required: bool = False
     is_repeated: bool = False
 
@@ -135,13 +135,13 @@ def option(
     metavar: str | None = None,
     decimals: int = 3,
     empty: str = to_translate("auto"),
-    bare: str | None = None,
+    flag_value: str | None = None,
 ) -> Any:
     """Declare one field of an options class; see `Declaration` for the parameters.
 
     An option without a default is required.
     """
-    stated = {
+    metadata = {
         "help": help,
         "tip": tip,
         "label": label,
@@ -152,9 +152,9 @@ def option(
         "metavar": metavar,
         "decimals": decimals,
         "empty": empty,
-        "bare": bare,
+        "flag_value": flag_value,
     }
-    return field(default=default, metadata={_DECLARATION: stated})
+    return field(default=default, metadata={_DECLARATION: metadata})
 
 
 def declarations(options: type[Any]) -> tuple[Declaration, ...]:
@@ -165,23 +165,23 @@ def declarations(options: type[Any]) -> tuple[Declaration, ...]:
 @cache
 def _declarations(options: Any) -> tuple[Declaration, ...]:
     hints = typing.get_type_hints(options)
-    declared = []
+    results = []
     for each in fields(options):
-        stated = each.metadata.get(_DECLARATION)
-        if stated is None:
+        metadata = each.metadata.get(_DECLARATION)
+        if metadata is None:
             continue
         kind, choices, is_repeated = _kind(hints[each.name])
-        declared.append(
+        results.append(
             Declaration(
                 name=each.name,
                 kind=kind,
                 default=None if each.default is MISSING else each.default,
                 is_required=each.default is MISSING,
                 is_repeated=is_repeated,
-                **stated | {"choices": stated["choices"] or choices},
+                **metadata | {"choices": metadata["choices"] or choices},
             )
         )
-    return tuple(declared)
+    return tuple(results)
 
 
 def _kind(hint: Any) -> tuple[type, tuple[str, ...] | None, bool]:
@@ -218,18 +218,18 @@ def check_exclusive(options: Any, *names: str) -> None:
 def check_alternatives(options: Any, *names: str) -> None:
     """Raise UsageError unless exactly one of the options of these names is given."""
     check_exclusive(options, *names)
-    stated = {each.name: each for each in declarations(type(options))}
-    if all(getattr(options, name) == stated[name].default for name in names):
-        flags = [stated[name].flag for name in names]
+    options_by_name = {each.name: each for each in declarations(type(options))}
+    if all(getattr(options, name) == options_by_name[name].default for name in names):
+        flags = [options_by_name[name].flag for name in names]
         raise UsageError(Finding("option.none-given", options=flags), field=flags[0])
 
 
 def check_requires(options: Any, name: str, other: str) -> None:
     """Raise UsageError if an option is given without another one on which it depends."""
-    stated = {each.name: each for each in declarations(type(options))}
-    is_given = getattr(options, name) != stated[name].default
-    if is_given and getattr(options, other) == stated[other].default:
-        flag, needed = stated[name].flag, stated[other].flag
+    options_by_name = {each.name: each for each in declarations(type(options))}
+    is_given = getattr(options, name) != options_by_name[name].default
+    if is_given and getattr(options, other) == options_by_name[other].default:
+        flag, needed = options_by_name[name].flag, options_by_name[other].flag
         raise UsageError(Finding("option.requires", option=flag, other=needed), field=flag)
 
 
@@ -251,7 +251,7 @@ def option_words(options: Any) -> list[str | tuple[str, str | float]]:
             continue
         if each.kind is bool:
             words.append(each.flag if value else f"--no-{each.flag.removeprefix('--')}")
-        elif value == each.bare:
+        elif value == each.flag_value:
             words.append(each.flag)
         elif each.is_repeated:
             words += [(each.flag, text) for text in value]

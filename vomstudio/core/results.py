@@ -9,11 +9,11 @@ from typing import Any
 from vomstudio.core.findings import Finding, plain
 
 HIDDEN = {"json": "hidden"}
-"""Metadata of a field that the object does not have."""
+"""Metadata of a field that is left out of the object."""
 OPTIONAL = {"json": "optional"}
-"""Metadata of a field that the object has only if it is neither None nor empty."""
+"""Metadata of a field that is left out of the object if it is None or empty."""
 FLAT = {"json": "flat"}
-"""Metadata of a field whose own fields take its place."""
+"""Metadata of a field that is replaced by its own fields in the object."""
 
 
 class Result:

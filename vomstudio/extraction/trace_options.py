@@ -71,9 +71,9 @@ class CostOptions(Options):
         None,
         metavar="COST",
         help=to_translate(
-            "colour (of the way-points), dark, light, gradient (edges of lightness), curvature"
-            " (edges of the surface), low values of a field, auto (the cost with the best plane),"
-            " or onnx (edges of a network)"
+            "colour (similar to the way-points), dark, light, gradient (edges of lightness),"
+            " curvature (edges of the surface), low values of a field, auto (the cost with the"
+            " best plane), or onnx (edges of a network)"
         ),
         automatic=to_translate("colour; with --propose gradient"),
     )

@@ -121,10 +121,10 @@ def atomic_group(
         asked_to_stop.check()
         _put_in_place(temporaries, targets, key)
     except Exception as error:
-        said = _of_the_disk(error, at, shown)
-        if said is None:
+        disk_error = _disk_error(error, at, shown)
+        if disk_error is None:
             raise
-        raise said from error
+        raise disk_error from error
     finally:
         for folder in dict.fromkeys(target.parent for target in targets):
             # Libraries put files of their own beside what they write.
@@ -136,8 +136,8 @@ def atomic_group(
         _flush_folder(folder)
 
 
-def _of_the_disk(error: Exception, at: Path, shown: Mapping[Path, Path]) -> TargetError | None:
-    """What an error says if it is the disk's fault, or names a temporary file; else None.
+def _disk_error(error: Exception, at: Path, shown: Mapping[Path, Path]) -> TargetError | None:
+    """Return an error of the disk, or one that names a temporary file, for the target; else None.
 
     shown: targets by their temporary names; at: the one that was being written. Libraries wrap the
     system's errors, lose their number, or fall over something else after one.
@@ -160,12 +160,14 @@ def _of_the_disk(error: Exception, at: Path, shown: Mapping[Path, Path]) -> Targ
         return not_written(about, OSError(number, os.strerror(number)))
     if isinstance(error, TargetError):
         finding = cause_of(error)
-        values = {name: _with_targets(value, shown) for name, value in finding.values.items()}
+        values = {
+            name: _replace_temporary_names(value, shown) for name, value in finding.values.items()
+        }
         return TargetError(Finding(finding.code, **values), file=about)
     return None
 
 
-def _with_targets(value: object, shown: Mapping[Path, Path]) -> object:
+def _replace_temporary_names(value: object, shown: Mapping[Path, Path]) -> object:
     """Replace the names of temporary files in a text by those of their targets."""
     if isinstance(value, str):
         for temporary, target in shown.items():

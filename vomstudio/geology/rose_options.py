@@ -41,7 +41,7 @@ class RoseOptions(Options):
         None, metavar="COLUMN", help=to_translate("draw a rose for each group of this column")
     )
     scale: Literal["area", "length"] = option(
-        "area", help=to_translate("whether the area or the length of a petal is its share")
+        "area", help=to_translate("show shares by the area or by the length of the petals")
     )
 
     def __post_init__(self) -> None:

@@ -33,7 +33,7 @@ def find_plugins(package: ModuleType, attribute: str, kind: type[T], group: str)
     """
     from importlib.metadata import entry_points
 
-    what = kind.__name__
+    kind_name = kind.__name__
     found: list[T] = []
     broken: list[Finding] = []
     for module in sorted(pkgutil.iter_modules(package.__path__), key=lambda m: m.name):
@@ -46,14 +46,14 @@ def find_plugins(package: ModuleType, attribute: str, kind: type[T], group: str)
         else:
             broken.append(Finding("plugin.not-defined", module=name, name=attribute))
     for point in sorted(entry_points(group=group), key=lambda p: p.name):
-        said = f"{what} '{point.name}' ({point.value})"
+        plugin = f"{kind_name} '{point.name}' ({point.value})"
         try:
             one = point.load()
         except Exception as error:  # noqa: BLE001  someone else's code must not stop ours
-            broken.append(Finding("plugin.not-loaded", plugin=said, reason=error))
+            broken.append(Finding("plugin.not-loaded", plugin=plugin, reason=error))
             continue
         if isinstance(one, kind):
             found.append(one)
         else:
-            broken.append(Finding("plugin.other-kind", plugin=said, kind=what))
+            broken.append(Finding("plugin.other-kind", plugin=plugin, kind=kind_name))
     return Found(tuple(found), tuple(broken))

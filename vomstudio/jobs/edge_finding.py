@@ -17,9 +17,16 @@ from vomstudio.progress import CancelToken, Progress
 def edges_by(
     network: str | None, progress: Progress, cancel: CancelToken | None = None
 ) -> Iterator[tuple[Find, Path] | None]:
-    """Give what finds edges in pictures, and a folder for these that is removed after the block.
+    """Yield the edge finder of a network and a temporary folder for pictures.
 
-    None without a network.
+    Parameters
+    ----------
+    network : str, optional
+        File of the network; None yields None.
+    progress : Progress
+        Receives the steps of the search.
+    cancel : CancelToken, optional
+        Stops the search.
     """
     if network is None:
         yield None

@@ -36,7 +36,7 @@ class Done:
 
 @dataclass(frozen=True)
 class Failed:
-    """`error` is `VomError.to_dict()`; `exit_code` tells bad input from our own fault."""
+    """`error` is `VomError.to_dict()`; `exit_code` is that of the command."""
 
     job: int
     error: dict[str, Any]

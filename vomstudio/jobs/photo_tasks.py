@@ -85,7 +85,7 @@ def _list_photos(asked: PhotosIn, progress: Progress) -> PhotoList:
                 height=photo.height,
                 camera=photo.camera or tr("unknown"),
                 focal=_focal(photo),
-                taken="" if photo.taken is None else photo.taken.isoformat(" ", "seconds"),
+                taken="" if photo.taken_at is None else photo.taken_at.isoformat(" ", "seconds"),
                 has_gps=photo.latitude_deg is not None,
                 mask=None if photo.mask is None else str(photo.mask),
                 thumbnail=_keep_thumbnail(photo, thumbnails, thumbnail),

@@ -30,10 +30,10 @@ class FoundEdges:
     pictures: tuple[Path, ...]
 
 
-def _find_edges(asked: EdgesOrder, progress: Progress) -> FoundEdges:
+def _find_edges(order: EdgesOrder, progress: Progress) -> FoundEdges:
     from vomstudio.extraction.proposals.edge_pictures import write_edges
 
-    return FoundEdges(tuple(write_edges(asked.network, asked.pictures, asked.out, progress)))
+    return FoundEdges(tuple(write_edges(order.network, order.pictures, order.out, progress)))
 
 
 FIND_EDGES = Job("find_edges", Lane.PRODUCTS, EdgesOrder, FoundEdges, _find_edges)
@@ -41,7 +41,7 @@ FIND_EDGES = Job("find_edges", Lane.PRODUCTS, EdgesOrder, FoundEdges, _find_edge
 
 @dataclass(frozen=True)
 class TracesOrder:
-    """Search of a model for lines; out : the file for them"""
+    """Order for proposing lines on a model; out : file for the lines"""
 
     model: StandingModel
     options: ProposalOptions
@@ -62,7 +62,7 @@ class FoundTraces:
     out: Path
 
 
-def _propose(asked: TracesOrder, progress: Progress) -> FoundTraces:
+def _propose(order: TracesOrder, progress: Progress) -> FoundTraces:
     import numpy as np
 
     from vomstudio.extraction.followed_trace import near_surface
@@ -72,25 +72,25 @@ def _propose(asked: TracesOrder, progress: Progress) -> FoundTraces:
     from vomstudio.geometry import transform
     from vomstudio.io.models.opening import resolution
 
-    data = in_world(asked.model, progress)
-    spacing, network = resolution(data), asked.options.onnx_model
+    data = in_world(order.model, progress)
+    spacing, network = resolution(data), order.options.onnx_model
     if network is not None:
         file = Path(network)
         data = wearing_edges(
             data, spacing, lambda pictures, out: write_edges(file, pictures, out, progress),
-            asked.out.with_suffix(""),
+            order.out.with_suffix(""),
         )  # fmt: skip
     surface = SurfaceGraph(data)
     found = propose_traces(
         surface,
-        asked.options,
+        order.options,
         resolution=spacing,
-        model=asked.model.name,
-        frame=asked.model.crs or "local",
+        model=order.model.name,
+        frame=order.model.crs or "local",
         progress=progress,
     )
-    back = transform.invert(transform.matrix(asked.model.to_world))
-    scale = transform.scale_of(asked.model.to_world)
+    back = transform.invert(transform.matrix(order.model.to_world))
+    scale = transform.scale_of(order.model.to_world)
     near = near_surface(surface) if found.proposals else None
     own = [near.resolution_near(one.points) if near else None for one in found.proposals]
     faces = [near.outcrop_normal(one.points) if near else None for one in found.proposals]
@@ -109,17 +109,17 @@ def _propose(asked: TracesOrder, progress: Progress) -> FoundTraces:
             [unknown if face is None else turn @ face for face in faces]
         ).reshape(-1, 3),
     }
-    asked.out.parent.mkdir(parents=True, exist_ok=True)
-    part = asked.out.with_name(f"{asked.out.stem}.part.npz")
+    order.out.parent.mkdir(parents=True, exist_ok=True)
+    part = order.out.with_name(f"{order.out.stem}.part.npz")
     np.savez(part, **arrays)
-    os.replace(part, asked.out)
+    os.replace(part, order.out)
     return FoundTraces(
         len(found.proposals),
         found.cost,
         found.least_length_m,
         found.surrogates,
         found.warnings,
-        asked.out,
+        order.out,
     )
 
 

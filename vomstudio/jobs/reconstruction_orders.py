@@ -1,4 +1,4 @@
-"""A reconstruction as it is asked for: words checked, tables found."""
+"""Orders of reconstructions from the options of the command or function."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ def order_reconstruction(
             field="--output",
         )
     crs = None if options.crs is None else _crs(options.crs)
-    points, seen, findings = _tables(folder, options.gcp, options.marks)
+    points, marks, findings = _tables(folder, options.gcp, options.marks)
     order = ReconstructionOrder(
         folder.resolve(),
         out.resolve(),
         quality=options.quality,
         crs=crs,
         control=points,
-        marks=seen,
+        marks=marks,
         threads=options.threads,
         seed=options.seed,
         scheduler=options.scheduler,
@@ -66,20 +66,20 @@ def _crs(text: str) -> str:
 
 
 def _tables(
-    photos: Path, gcp: str | Path | None, given_marks: str | Path | None
+    photos: Path, gcp: str | Path | None, marks_option: str | Path | None
 ) -> tuple[Path | None, Path | None, list[Finding]]:
-    """Tables of control points and of marks, and what there is to say about them."""
+    """Return the tables of control points and of marks, and findings about them."""
     from vomstudio.photogrammetry.place.mark_prediction import usable_tables
 
-    named = None if given_marks is None else Path(given_marks).resolve()
+    chosen_marks = None if marks_option is None else Path(marks_option).resolve()
     photos = photos.resolve()
-    with_photos = photos / MARKS
+    photo_marks = photos / MARKS
     if gcp is None or str(gcp).casefold() == NO_CONTROL:
         found, marks = find_control(photos) or (
             None,
-            with_photos if with_photos.is_file() else None,
+            photo_marks if photo_marks.is_file() else None,
         )
-        marks = named or marks
+        marks = chosen_marks or marks
         _require_file(marks, "--marks")
         if gcp is not None:
             return None, marks, []
@@ -93,10 +93,10 @@ def _tables(
         ]
         return control, marks, reasons
     control = Path(gcp).resolve()
-    marks = named
+    marks = chosen_marks
     _require_file(control, "--gcp")
-    if marks is None and with_photos.is_file() and not marks_beside(control).is_file():
-        marks = with_photos
+    if marks is None and photo_marks.is_file() and not marks_beside(control).is_file():
+        marks = photo_marks
     if marks is None and not (marks := marks_beside(control)).is_file():
         raise InputError(
             Finding("control.marks-missing"),

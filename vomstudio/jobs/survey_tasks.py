@@ -17,7 +17,7 @@ from vomstudio.survey.video import FrameReport, take_frames
 
 @dataclass(frozen=True)
 class FramesOrder:
-    """Frames of `video` go into the folder `out`, `fps` of a second; force : among other files"""
+    """Order for writing frames of `video` to `out`; force : even if it contains other files"""
 
     video: Path
     out: Path
@@ -25,9 +25,9 @@ class FramesOrder:
     force: bool
 
 
-def _take_frames(asked: FramesOrder, progress: Progress) -> FrameReport:
+def _take_frames(order: FramesOrder, progress: Progress) -> FrameReport:
     return take_frames(
-        asked.video, asked.out, fps=asked.options.fps, force=asked.force, progress=progress
+        order.video, order.out, fps=order.options.fps, force=order.force, progress=progress
     )
 
 
@@ -37,8 +37,10 @@ TAKE_FRAMES = Job("take_frames", Lane.PHOTOS, FramesOrder, FrameReport, _take_fr
 
 @dataclass(frozen=True)
 class ForecastOrder:
-    """Of a reconstruction of the folder `photos` with these settings; sizes : width and height of
-    the photos, which whoever asks has read already"""
+    """Order for the forecast of a reconstruction of the folder `photos` with these settings.
+
+    sizes : width and height of the photos, which the caller has read already
+    """
 
     photos: Path
     sizes: tuple[tuple[int, int], ...]
@@ -61,7 +63,7 @@ class PointFacts:
 
 @dataclass(frozen=True)
 class ControlFacts:
-    """See `ControlCheck`; problem : also why a file cannot be read."""
+    """See `ControlCheck`; problem : also the reason if a file cannot be read."""
 
     points: tuple[PointFacts, ...]
     crs: str | None
@@ -79,22 +81,22 @@ class Forecast:
     control: ControlFacts | None
 
 
-def _foresee(asked: ForecastOrder, progress: Progress) -> Forecast:
+def _foresee(order: ForecastOrder, progress: Progress) -> Forecast:
     from vomstudio.errors import VomError
     from vomstudio.io.photos.reading import read_photos
     from vomstudio.photogrammetry.base.settings import Settings
 
-    settings = Settings(quality=asked.quality, threads=asked.threads)
+    settings = Settings(quality=order.quality, threads=order.threads)
     memory = None
-    if asked.sizes:
-        memory = memory_need(settings, asked.sizes)
+    if order.sizes:
+        memory = memory_need(settings, order.sizes)
     control = None
-    if asked.control is not None:
-        photos = read_photos(asked.photos, progress).photos
+    if order.control is not None:
+        photos = read_photos(order.photos, progress).photos
         try:
-            control = _control(asked.control, asked.marks, asked.crs, photos)
+            control = _control(order.control, order.marks, order.crs, photos)
         except VomError as error:
-            control = ControlFacts((), asked.crs, None, None, finding_of(error), ())
+            control = ControlFacts((), order.crs, None, None, finding_of(error), ())
     return Forecast(memory, control)
 
 

@@ -109,7 +109,7 @@ def attitudes_in(photos: Mapping[str, Path], views: Mapping[str, View]) -> Attit
         angles.append(angles_deg)
         down.append(fall)
         norths.append(north)
-        days.append(None if photo.taken is None else photo.taken.date())
+        days.append(None if photo.taken_at is None else photo.taken_at.date())
         longitude, latitude = photo.longitude_deg, photo.latitude_deg
         there = (np.nan, np.nan) if longitude is None or latitude is None else (longitude, latitude)
         places.append(np.array(there))

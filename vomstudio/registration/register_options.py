@@ -55,7 +55,7 @@ class RegisterOptions(Options):
     cameras: str | None = option(
         None,
         metavar="FILE",
-        bare=BESIDE,
+        flag_value=BESIDE,
         help=to_translate(
             "table: photo, x, y, z (or longitude, latitude, altitude), geo.txt, or a folder of"
             " photos with GPS; without FILE the photos beside the model"
@@ -64,7 +64,7 @@ class RegisterOptions(Options):
     attitudes: str | None = option(
         None,
         metavar="FILE",
-        bare=BESIDE,
+        flag_value=BESIDE,
         help=to_translate(
             "table: photo, yaw, pitch, roll[, sigma_yaw, …, north], or a folder of photos that"
             " state their attitudes; without FILE the photos beside the model"

@@ -126,9 +126,9 @@ def _of_time(photos: Sequence[Photo], limits: Limits) -> list[Finding]:
         spread = float(np.quantile(exposures, 0.95) - np.quantile(exposures, 0.05))
         if spread > limits.light_stops:
             found.append(Finding("light-changed", photos=(), value=spread))
-    taken = sorted(p.taken for p in photos if p.taken is not None)
-    if len(taken) >= 2:
-        hours = (taken[-1] - taken[0]).total_seconds() / 3600.0
+    times = sorted(p.taken_at for p in photos if p.taken_at is not None)
+    if len(times) >= 2:
+        hours = (times[-1] - times[0]).total_seconds() / 3600.0
         if hours > limits.hours:
             found.append(Finding("long-survey", photos=(), value=hours))
     return found

@@ -52,7 +52,7 @@ class FitTogether(Options):
         False, help=to_translate("also fit parallel planes to all, such as traces of one series")
     )
     same: tuple[str, ...] = option(
-        (), metavar="A,B", help=to_translate("with --parallel: test if these two lie in one plane")
+        (), metavar="A,B", help=to_translate("with --parallel: test if these two are in one plane")
     )
     curved: bool = option(
         False, help=to_translate("also fit one bed that bends to all, with its local dips")

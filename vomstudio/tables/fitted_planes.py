@@ -28,9 +28,17 @@ AS_GIVEN = "as given"
 
 @dataclass(frozen=True)
 class FittedPlanes:
-    """rows : of the orientation table; skipped : id and reason (a finding) of each group without a
-    plane
-    bands : of the planes that a straight group allows, by its id"""
+    """Planes of groups of points.
+
+    Parameters
+    ----------
+    rows : list of Row
+        Rows of the orientation table.
+    skipped : list of dict
+        ``id`` and ``reason`` (a finding) of each group without a plane.
+    bands : mapping of PlaneBand
+        Bands of the planes that a straight group allows, by its id.
+    """
 
     rows: list[Row]
     skipped: list[dict[str, Any]]

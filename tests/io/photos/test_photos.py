@@ -52,7 +52,7 @@ def test_every_tag_of_a_camera_is_read(tmp_path: Path) -> None:
     photo = one(tmp_path)
     assert (photo.name, photo.width, photo.height, photo.orientation) == ("a.jpg", 160, 120, 6)
     assert (photo.camera, photo.serial, photo.lens) == ("NIKON D90", "123 45", "35mm f/1.8")
-    assert photo.taken == datetime(2023, 7, 14, 11, 22, 33, 250_000)
+    assert photo.taken_at == datetime(2023, 7, 14, 11, 22, 33, 250_000)
     assert (photo.focal_mm, photo.focal_35mm, photo.f_number, photo.iso) == (35, 52, 8, 200)
     assert photo.exposure_s == pytest.approx(1 / 250)
     assert photo.focal_px == pytest.approx(52 / 36 * 160)
@@ -116,7 +116,7 @@ def test_a_photo_without_exif_is_welcome(tmp_path: Path) -> None:
     maker.write_photo(tmp_path / "a.png")
     folder = read_photos(tmp_path)
     (photo,) = folder.photos
-    assert (photo.focal_px, photo.focal_source, photo.camera, photo.taken) == (None,) * 4
+    assert (photo.focal_px, photo.focal_source, photo.camera, photo.taken_at) == (None,) * 4
     assert folder.warnings == []
 
 

@@ -29,23 +29,23 @@ def fitted(path: str, groups: PointGroups) -> dict[str, Any]:
     }
 
 
-def result_text(found: dict[str, Any]) -> str:
-    """Its local dips, one for each trace."""
-    if found["p"] is None:
-        said = tr("One plane explains all of the traces.")
+def result_text(fit: dict[str, Any]) -> str:
+    """Return the fit of a bent bed in words, with its local dip at each trace."""
+    if fit["p"] is None:
+        text = tr("One plane explains all of the traces.")
     else:
-        said = tr(
+        text = tr(
             "The bed bends (p of a plane {p}): a surface of degree {degree}, rms {rms} m.",
-            p=text_tables.figures(found["p"]),
-            degree=found["degree"],
-            rms=text_tables.figures(found["rms_m"]),
+            p=text_tables.figures(fit["p"]),
+            degree=fit["degree"],
+            rms=text_tables.figures(fit["rms_m"]),
         )
     rows = [
         [
             one["id"],
             text_tables.measured_plane(one, "error95_deg"),
         ]
-        for one in found["dips"]
+        for one in fit["dips"]
     ]
     heads = [tr("id"), tr("plane")]
-    return f"{said}\n" + text_tables.table(heads, ["", tr("dip direction/dip ± 95 %")], rows)
+    return f"{text}\n" + text_tables.table(heads, ["", tr("dip direction/dip ± 95 %")], rows)

@@ -31,8 +31,8 @@ def add_options(parser: Parser, options: type[Any]) -> None:
             words["metavar"] = metavar(each)
             if each.is_repeated:
                 words["action"] = "append"
-            if each.bare is not None:
-                words |= {"nargs": "?", "const": each.bare}
+            if each.flag_value is not None:
+                words |= {"nargs": "?", "const": each.flag_value}
             if each.kind is not str:
                 words["type"] = each.kind
         if each.is_required:
@@ -64,11 +64,11 @@ def metavar(declaration: Declaration) -> str:
 
 def options_from(args: argparse.Namespace, options: type[Options]) -> Options:
     """Return the options object of a parsed command. Raises UsageError."""
-    given = {each: getattr(args, each.name, None) for each in declarations(options)}
+    values = {each: getattr(args, each.name, None) for each in declarations(options)}
     return options(
         **{
             each.name: tuple(value) if each.is_repeated else value
-            for each, value in given.items()
+            for each, value in values.items()
             if value is not None
         }
     )

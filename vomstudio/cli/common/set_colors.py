@@ -9,14 +9,28 @@ from vomstudio.errors import UsageError
 
 
 def colors_among(colors: Mapping[str, str], names: Collection[str]) -> dict[str, str]:
-    """By the names of the sets that there are; planes and lines of one name have the same colour.
-    Raises UsageError for a set that is not there."""
-    found: dict[str, str] = {}
+    """Return the colours by the names of the sets in a figure.
+
+    The planes and the lines of a set have the same colour.
+
+    Parameters
+    ----------
+    colors : mapping of str to str
+        Colours by the names that the user typed.
+    names : collection of str
+        Names of the sets of the figure.
+
+    Raises
+    ------
+    UsageError
+        For a set that is not in the figure.
+    """
+    set_colors: dict[str, str] = {}
     for name, color in colors.items():
-        meant = [n for n in names if n in (name, f"{name} (planes)", f"{name} (lines)")]
-        if not meant:
+        matches = [n for n in names if n in (name, f"{name} (planes)", f"{name} (lines)")]
+        if not matches:
             raise UsageError(
                 Finding("option.not-a-choice", value=name, choices=list(names)), field="--color"
             )
-        found |= dict.fromkeys(meant, color)
-    return found
+        set_colors |= dict.fromkeys(matches, color)
+    return set_colors

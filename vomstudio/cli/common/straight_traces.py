@@ -48,13 +48,13 @@ def bands_told(
 
 
 def crossings(
-    asked: Sequence[str], ids: Sequence[Any], bands: Mapping[Any, PlaneBand]
+    requests: Sequence[str], ids: Sequence[Any], bands: Mapping[Any, PlaneBand]
 ) -> list[dict[str, Any]]:
-    """The planes of pairs of straight traces. Raises UsageError."""
+    """Return the planes of pairs of straight traces. Raises UsageError, GeometryError."""
     from vomstudio.geology.plane_bands import crossing_plane
 
-    found = []
-    for text in asked:
+    planes = []
+    for text in requests:
         first, second = trace_pair(text, ids, "--crossing")
         for name in (first, second):
             if name not in bands:
@@ -64,8 +64,8 @@ def crossings(
         except GeometryError as error:
             error.field = "--crossing"
             raise
-        found.append({"first": first, "second": second, **asdict(plane)})
-    return found
+        planes.append({"first": first, "second": second, **asdict(plane)})
+    return planes
 
 
 def trace_pair(text: str, ids: Sequence[Any], option: str) -> tuple[str, str]:
@@ -77,26 +77,26 @@ def trace_pair(text: str, ids: Sequence[Any], option: str) -> tuple[str, str]:
     return names[0], names[1]
 
 
-def crossing_text(found: Mapping[str, Any]) -> str:
+def crossing_text(crossing: Mapping[str, Any]) -> str:
     return tr(
         "{first} and {second} cross at {angle:.0f} deg. If they are of one plane, it is {plane} "
         "(dip direction/dip, 95 %; {smallest:.2f} deg at least).",
-        first=found["first"],
-        second=found["second"],
-        angle=found["crossing_deg"],
-        plane=text_tables.measured_plane(found, "max_confidence95_deg"),
-        smallest=found["min_confidence95_deg"],
+        first=crossing["first"],
+        second=crossing["second"],
+        angle=crossing["crossing_deg"],
+        plane=text_tables.measured_plane(crossing, "max_confidence95_deg"),
+        smallest=crossing["min_confidence95_deg"],
     )
 
 
-def band_lines(found: BandFigures) -> list[str]:
+def band_lines(band: BandFigures) -> list[str]:
     from vomstudio.geology.band_figures import band_lines
 
-    likely = found.likely
+    likely = band.likely
     plane = (
         None if likely is None else text_tables.measured_plane(vars(likely), "max_confidence95_deg")
     )
-    return band_lines(found, _angles(found.trend_deg, found.plunge_deg), plane)
+    return band_lines(band, _angles(band.trend_deg, band.plunge_deg), plane)
 
 
 def _angles(azimuth: float, inclination: float) -> str:

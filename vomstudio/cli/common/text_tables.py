@@ -29,7 +29,7 @@ def table(heads: Sequence[str], units: Sequence[str], rows: Sequence[Sequence[st
 
 
 def labelled(rows: Sequence[tuple[str, str]], width: int = 0, indent: str = "") -> str:
-    """Lines of a label and its text; the labels fill `width`, or that of the longest."""
+    """Return a line for each label and its text; labels fill `width`, or the longest."""
     width = width or max(len(label) for label, _ in rows)
     return "\n".join(f"{indent}{label:<{width}} {text}" for label, text in rows)
 

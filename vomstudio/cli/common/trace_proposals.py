@@ -31,7 +31,7 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
     model = read_in_world(args.model, progress, frame_options(args), args.project)
     data, spacing = model.data, resolution(model.data)
     with edges_by(options.onnx_model, progress) as edges, numbers_of(args.model):
-        found = propose_traces(
+        proposed = propose_traces(
             SurfaceGraph(data if edges is None else wearing_edges(data, spacing, *edges)),
             options,
             resolution=spacing,
@@ -41,24 +41,24 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
         )
     write_line_table(
         args.output,
-        [(one.line, one.points) for one in found.proposals],
+        [(one.line, one.points) for one in proposed.proposals],
         crs=model.crs,
         north_known=model.placed,
         source=tr("{model}, proposed and not looked at", model=Path(args.model).name),
         force=args.force,
     )
-    result: dict[str, Any] = {**found.to_dict(), "table": args.output}
-    result["warnings"] = [*model.warnings, *found.warnings]
+    result: dict[str, Any] = {**proposed.to_dict(), "table": args.output}
+    result["warnings"] = [*model.warnings, *proposed.warnings]
     out.result(named_by_unit(result, metric=model.in_metres))
     out.warn(result["warnings"])
-    said = [
+    lines = [
         tr_n(
             "{count} line is proposed; nobody has looked at it.",
             "{count} lines are proposed; nobody has looked at them.",
-            len(found.proposals),
+            len(proposed.proposals),
         )
     ]
-    said += [
+    lines += [
         tr(
             "{line}: {length:.3g} {unit}, evidence {evidence:.1f}, doubt {doubt:.2f}",
             unit=unit_of(model.in_metres),
@@ -67,6 +67,6 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
             evidence=one.evidence,
             doubt=one.doubt,
         )
-        for one in found.proposals
+        for one in proposed.proposals
     ]
-    out.text("\n".join(said))
+    out.text("\n".join(lines))

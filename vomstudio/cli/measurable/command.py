@@ -125,32 +125,32 @@ def _with_registration(
     return replace(options, registration_error_deg=tilt)
 
 
-def _result_text(found: MeasurableMap) -> str:
-    """How much of the model would tell the plane, and where most."""
+def _result_text(measurable: MeasurableMap) -> str:
+    """Return the shares of the model by quality of a plane, and the best place for a trace."""
     from vomstudio.products.surface.measurable_map import share_findings
 
     figures = text_tables.figures
     plane = (
-        f"{text_tables.azimuth(found.plane['dip_direction_deg'], 1)}/"
-        f"{text_tables.inclination(found.plane['dip_deg'], 1)}"
+        f"{text_tables.azimuth(measurable.plane['dip_direction_deg'], 1)}/"
+        f"{text_tables.inclination(measurable.plane['dip_deg'], 1)}"
     )
-    said = [
+    lines = [
         tr(
             "Plane {plane}, traces of {length} m, resolution {resolution} m.",
             plane=plane,
-            length=figures(found.length_m),
-            resolution=figures(found.resolution_m),
+            length=figures(measurable.length_m),
+            resolution=figures(measurable.resolution_m),
         ),
-        *map(str, share_findings(found)),
+        *map(str, share_findings(measurable)),
     ]
-    if found.best is not None:
-        said.append(
+    if measurable.best is not None:
+        lines.append(
             tr(
-                "A trace would tell most at {x:.2f}, {y:.2f}, {z:.2f}: within {error} deg.",
-                x=found.best["x"],
-                y=found.best["y"],
-                z=found.best["z"],
-                error=text_tables.number(found.best["error95_deg"], 2),
+                "The best place for a trace is {x:.2f}, {y:.2f}, {z:.2f}: within {error} deg.",
+                x=measurable.best["x"],
+                y=measurable.best["y"],
+                z=measurable.best["z"],
+                error=text_tables.number(measurable.best["error95_deg"], 2),
             )
         )
-    return "\n".join(said)
+    return "\n".join(lines)

@@ -44,47 +44,48 @@ def run(args: argparse.Namespace, out: Output) -> None:
     table = read_picks_again(Path(args.table), args.azimuth)
     progress.stage(tr("Comparing repeated picks"))
     options = options_from(args, RepeatOptions)
-    found = table_repeats(table, options.by, options.interpreter)
-    out.result(found.to_dict())
-    out.note(tr("read as {convention}", convention=found.convention))
-    out.warn(found.warnings)
-    out.text(_result_text(found))
+    repeats = table_repeats(table, options.by, options.interpreter)
+    out.result(repeats.to_dict())
+    out.note(tr("read as {convention}", convention=repeats.convention))
+    out.warn(repeats.warnings)
+    out.text(_result_text(repeats))
 
 
-def _result_text(found: TableRepeats) -> str:
+def _result_text(repeats: TableRepeats) -> str:
     lines = [
         tr_n("{count} pick, {structures} of them picked again", "{count} picks, {structures} of "
-             "them picked again", found.n, structures=found.structures)
+             "them picked again", repeats.n, structures=repeats.structures)
     ]  # fmt: skip
     rows = [
         [p.first, p.repeat, " / ".join(p.by) if any(p.by) else "", f"{p.angle_deg:.1f}",
          text_tables.number(p.stated95_deg, 1),
          "" if p.within95 is None else tr("yes") if p.within95 else tr("no")]
-        for p in found.pairs
+        for p in repeats.pairs
     ]  # fmt: skip
     if rows:
         heads = [
             tr("first"), tr("repeat"), tr("by"), tr("angle"), tr("stated 95 %"), tr("within")
         ]  # fmt: skip
         lines.append(text_tables.table(heads, ["", "", "", "deg", "deg", ""], rows))
-    if found.spread is not None:
+    if repeats.spread is not None:
         lines.append(
             tr("95 % of a pick: {error} deg by its repeats, {stated} deg as stated",
-               error=text_tables.number(found.spread.error95_deg, 2),
-               stated=text_tables.number(found.stated95_deg, 2))
+               error=text_tables.number(repeats.spread.error95_deg, 2),
+               stated=text_tables.number(repeats.stated95_deg, 2))
         )  # fmt: skip
-    if found.test is not None:
+    if repeats.test is not None:
         lines.append(
             tr("within the stated errors: {within} of {count} (expected: 95 %)",
-               within=found.test.within95, count=found.test.n)
+               within=repeats.test.within95, count=repeats.test.n)
         )  # fmt: skip
     lines += [
         tr_n("{name}: {error:.2f} deg (95 %), {count} repeat", "{name}: {error:.2f} deg (95 %), "
              "{count} repeats", own.spread.n, name=own.name or tr("not named"),
              error=own.spread.error95_deg)
-        for own in found.interpreters
+        for own in repeats.interpreters
     ]  # fmt: skip
     left_out = [
-        Finding("feature.left-out", feature=each.id, reason=each.reason) for each in found.left_out
+        Finding("feature.left-out", feature=each.id, reason=each.reason)
+        for each in repeats.left_out
     ]
-    return "\n".join([*lines, *map(str, left_out), *map(str, found.reasons)])
+    return "\n".join([*lines, *map(str, left_out), *map(str, repeats.reasons)])

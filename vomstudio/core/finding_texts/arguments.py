@@ -46,8 +46,8 @@ TEXTS: dict[str, Entry] = {
     "array.lengths-differ": (
         "error",
         to_translate(
-            "{name} has {count} rows, {other} has {other_count}, so they do not form pairs. Pass as"
-            " many of each."
+            "{name} has {count} rows, {other} has {other_count}, so they do not form pairs. Pass"
+            " equal numbers of rows."
         ),
     ),
     "array.not-finite": (

@@ -42,8 +42,8 @@ TEXTS: dict[str, Entry] = {
     "system.refused": (
         "error",
         to_translate(
-            "The operating system refused this ({reason}). Check names and permissions, and try"
-            " again."
+            "The operating system refused the operation ({reason}). Check names and permissions,"
+            " and try again."
         ),
     ),
 }

@@ -19,7 +19,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "contours.none": (
         "warning",
-        to_translate("Nothing is dense enough for a contour. Use lower levels."),
+        to_translate("The density does not reach any contour level. Use lower levels."),
     ),
     "drawing.unchanged": (
         "info",

@@ -31,20 +31,22 @@ TEXTS: dict[str, Entry] = {
     ),
     "model.no-resolution": (
         "error",
-        to_translate("The model has too few points to know its resolution. Use a denser model."),
+        to_translate(
+            "The model has too few points to estimate its resolution. Use a denser model."
+        ),
     ),
     "trace.too-short": (
         "error",
         to_translate(
-            "A trace of {length_m:.3g} m is hardly longer than the resolution of the model"
+            "A trace of {length_m:.3g} m is too short for the resolution of the model"
             " ({resolution_m:.3g} m). Choose a longer one."
         ),
     ),
     "cloud.streamed": (
         "error",
         to_translate(
-            "This cloud is loaded piece by piece, so nothing can grow over it. Draw around what"
-            " you want."
+            "This cloud is loaded piece by piece, so a patch cannot grow over it. Draw its"
+            " outline instead."
         ),
     ),
     "fields.points-in-line": (
@@ -56,7 +58,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "fields.too-few-points": (
         "error",
-        to_translate("There are hardly any points within {radius_m:g} m. Choose a larger radius."),
+        to_translate("Too few points are within {radius_m:g} m. Choose a larger radius."),
     ),
     "fields.radius-below-faces": (
         "error",
@@ -69,7 +71,7 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The points scatter by {noise_m:.3g} m about the surface, {times:.1f} times their"
-            " spacing. Normals are from {width_m:.2g} m around; narrower pieces are not"
+            " spacing. Normals are estimated over {width_m:.2g} m; narrower pieces are not"
             " distinguished."
         ),
     ),
@@ -97,8 +99,8 @@ TEXTS: dict[str, Entry] = {
     "facets.volume": (
         "warning",
         to_translate(
-            "The points fill a volume: at no width do they form a surface. Smooth the cloud, or"
-            " pick traces by hand."
+            "The points fill a volume and do not form a surface at any width. Smooth the cloud,"
+            " or pick traces by hand."
         ),
     ),
     "facets.none": (
@@ -147,8 +149,8 @@ TEXTS: dict[str, Entry] = {
     "mesh.faces-apart": (
         "warning",
         to_translate(
-            "The faces of the mesh are not connected ({share_percent:.0f} % of their sides are"
-            " of one face), so facets cannot grow. Merge its vertices."
+            "The faces of the mesh are not connected ({share_percent:.0f} % of their edges belong"
+            " to a single face), so facets cannot grow. Merge its vertices."
         ),
     ),
     "mesh.faces-doubled": (

@@ -44,7 +44,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "file.misspelt": (
         "error",
-        to_translate("There is no such file or folder. Did you mean “{nearest}”?"),
+        to_translate("The file or folder does not exist. Did you mean “{nearest}”?"),
     ),
     "file.is-folder": (
         "error",
@@ -68,7 +68,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "file.no-permission": (
         "error",
-        to_translate("This file must not be read. Change its permissions."),
+        to_translate("You have no permission to read this file. Change its permissions."),
     ),
     "file.damaged": (
         "error",

@@ -56,34 +56,34 @@ TEXTS: dict[str, Entry] = {
     "fractures.area-beyond-traces": (
         "warning",
         to_translate(
-            "{share_percent:.0f} % of the area is beyond the outermost traces. If nobody mapped"
-            " there, P20, P21 and their errors are too small. Give the mapped area."
+            "{share_percent:.0f} % of the area is beyond the outermost traces. If it was not"
+            " mapped, P20, P21 and their errors are too small. Give the mapped area."
         ),
     ),
     "fractures.no-traces": (
         "warning",
-        to_translate("There are no traces in the area. Choose another area."),
+        to_translate("The area contains no traces. Choose another area."),
     ),
     "fractures.few-lengths": (
         "info",
         to_translate(
-            "A distribution needs at least {minimum} different lengths of traces whose both"
-            " ends were seen."
+            "A distribution needs at least {minimum} different lengths of traces with both ends"
+            " visible."
         ),
     ),
     "fractures.self-crossing": (
         "warning",
         *to_translate_n(
-            "{count} trace crosses itself, which makes no node (row {rows}).",
-            "{count} traces cross themselves, which makes no nodes (rows {rows}).",
+            "{count} trace crosses itself, which is not counted as a node (row {rows}).",
+            "{count} traces cross themselves, which is not counted as a node (rows {rows}).",
         ),
     ),
     "fractures.overlaps": (
         "warning",
         *to_translate_n(
-            "{count} pair of traces overlaps: this makes no node there, and the length counts"
+            "{count} pair of traces overlaps: the overlap has no node, and its length counts"
             " twice. Delete one of them.",
-            "{count} pairs of traces overlap: this makes no nodes there, and the lengths count"
+            "{count} pairs of traces overlap: the overlaps have no nodes, and their lengths count"
             " twice. Delete one of each.",
         ),
     ),

@@ -22,16 +22,16 @@ TEXTS: dict[str, Entry] = {
     ),
     "path.beside-model": (
         "error",
-        to_translate("The line in the photo is beside the model. Draw it on the rock."),
+        to_translate("The line in the photo does not cross the model. Draw it on the rock."),
     ),
     "path.outside-photo": (
         "error",
-        to_translate("Way-point {number} is outside of the photo {photo}. Give points inside."),
+        to_translate("Way-point {number} is outside the photo {photo}. Give points inside."),
     ),
     "path.point-beside-model": (
         "error",
         to_translate(
-            "Way-point {number} is beside the model in the photo {photo}. Give points on the rock."
+            "Way-point {number} is off the model in the photo {photo}. Give points on the rock."
         ),
     ),
     "path.not-connected": (
@@ -108,8 +108,8 @@ TEXTS: dict[str, Entry] = {
     "path.pixels-beside-model": (
         "warning",
         *to_translate_n(
-            "{count} pixel of the line is beside the model and was left out.",
-            "{count} pixels of the line are beside the model and were left out.",
+            "{count} pixel of the line is off the model and was left out.",
+            "{count} pixels of the line are off the model and were left out.",
         ),
     ),
     "path.hidden-rock": (
@@ -124,15 +124,15 @@ TEXTS: dict[str, Entry] = {
     "path.unconfirmed": (
         "warning",
         to_translate(
-            "Other photos confirm only {share_percent:.0f} % of the line: elsewhere the model"
-            " is off, or something moved. Look at the line in these photos."
+            "Other photos confirm only {share_percent:.0f} % of the line: elsewhere the model is"
+            " inaccurate, or something moved. Look at the line in these photos."
         ),
     ),
     "path.reduced": (
         "warning",
         to_translate(
-            "The model has {points:,} points. Lines were looked for among {used:,} of them, so"
-            " the finest are missing."
+            "The model has {points:,} points. Lines were proposed from {used:,} of them, so the"
+            " finest are missing."
         ),
     ),
 }

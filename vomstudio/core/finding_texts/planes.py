@@ -285,13 +285,14 @@ TEXTS: dict[str, Entry] = {
     "plane.too-uncertain": (
         "error",
         to_translate(
-            "The plane may be off by {error_deg:.0f}°, so it cannot be extended. Measure it better."
+            "The plane may be off by {error_deg:.0f}°, so it cannot be extended. Add points."
         ),
     ),
     "points.collinear": (
         "error",
         to_translate(
-            "All points lie on one straight line, which many planes contain. Add one beside it."
+            "All points lie on one straight line, which many planes contain. Add a point off the"
+            " line."
         ),
     ),
     "planes.parallel": (
@@ -310,8 +311,8 @@ TEXTS: dict[str, Entry] = {
     "plane.parallel-traces": (
         "error",
         to_translate(
-            "The two traces are nearly parallel ({angle_deg:.1f}°), so together they determine"
-            " no plane. Choose another trace."
+            "The two traces are nearly parallel ({angle_deg:.1f}°), so together they do not"
+            " determine a plane. Choose another trace."
         ),
     ),
     "points.not-finite": (
@@ -341,14 +342,14 @@ TEXTS: dict[str, Entry] = {
     "points.too-near": (
         "warning",
         to_translate(
-            "The points are too near to each other for their error: the plane may be off by"
+            "The points are too close together for their error: the plane may be off by"
             " {error_deg:.0f}° (95 %). Add points farther away."
         ),
     ),
     "points.nearly-collinear": (
         "warning",
         to_translate(
-            "The points are nearly on one line: {error_m:g} m turn the plane by"
+            "The points are nearly on one line: an error of {error_m:g} m turns the plane by"
             " {turn_deg:.2g}°. Add one beside the line, or state the error."
         ),
     ),

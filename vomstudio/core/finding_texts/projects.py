@@ -389,7 +389,8 @@ TEXTS: dict[str, Entry] = {
     "compaction.not-done": (
         "error",
         to_translate(
-            "The project has not been compacted since it was opened, so there is nothing to undo."
+            "The project has not been compacted since it was opened, so no compaction can be"
+            " undone."
         ),
     ),
     "reading.north-missing": (
@@ -412,7 +413,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "project.unsaved-found": (
         "warning",
-        to_translate("Unsaved work was found that was open when the program last ended."),
+        to_translate("Unsaved work of the last session was found."),
     ),
     "project.unclosed": (
         "warning",

@@ -807,7 +807,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "line.value-missing": (
         "info",
-        to_translate("Type what is known of the line in the list."),
+        to_translate("Type the known values of the line in the list."),
     ),
     "registration.not-begun": (
         "info",
@@ -823,8 +823,8 @@ TEXTS: dict[str, Entry] = {
     "control.click-points": (
         "info",
         to_translate(
-            "Click the points on the outcrop: {found} of {count} are found. From three (two "
-            "if the model is upright) rings show the others."
+            "Click the points on the outcrop: {found} of {count} are done. After three (two if"
+            " the model is upright), rings show the others."
         ),
     ),
     "registration.with-reference": (
@@ -836,6 +836,6 @@ TEXTS: dict[str, Entry] = {
     ),
     "registration.without-reference": (
         "info",
-        to_translate("The error of what it was fitted to is not in it."),
+        to_translate("The error of the reference model is not included."),
     ),
 }

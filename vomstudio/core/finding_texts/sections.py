@@ -150,6 +150,6 @@ TEXTS: dict[str, Entry] = {
     ),
     "traces.none": (
         "error",
-        to_translate("There are no traces. Draw at least one."),
+        to_translate("No trace was drawn. Draw at least one."),
     ),
 }

@@ -37,7 +37,7 @@ TEXTS: dict[str, Entry] = {
     "sets.empty": ("error", to_translate("The set {set} has no planes. Choose another set.")),
     "sets.no-members": (
         "error",
-        to_translate("The set has no planes, and so no mean. Choose another set."),
+        to_translate("The set has no planes, so it has no mean. Choose another set."),
     ),
     "sets.unknown": (
         "error",
@@ -46,7 +46,7 @@ TEXTS: dict[str, Entry] = {
     "rose.negative-weight": ("error", to_translate("Weights must not be negative. Correct them.")),
     "sets.no-orientations": (
         "error",
-        to_translate("There are no orientations. A set needs at least one."),
+        to_translate("The set has no orientations. Add at least one."),
     ),
     "orientation.not-a-direction": (
         "error",
@@ -81,7 +81,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "kent.weighted": (
         "info",
-        to_translate("Kent's distribution is one of equal weights, and these differ."),
+        to_translate("Kent's distribution requires equal weights, and these differ."),
     ),
     "kent.not-clustered": (
         "info",
@@ -94,13 +94,13 @@ TEXTS: dict[str, Entry] = {
     "fisher.identical": ("info", to_translate("All orientations are the same: kappa is infinite.")),
     "fisher.too-scattered": (
         "info",
-        to_translate("The set is too scattered: no cone holds the mean with 95 %."),
+        to_translate("The set is too scattered: no cone contains the mean with 95 % confidence."),
     ),
     "fisher.few-decide": (
         "info",
         to_translate(
-            "By their errors {n} planes or lines count as {worth:.1f}, too few to show the"
-            " natural scatter. Without weights there is a cone."
+            "Weighted by their errors, {n} planes or lines count as {worth:.1f}, too few to show"
+            " the natural scatter. Without weights, a cone can be computed."
         ),
     ),
     "fisher.single": ("info", to_translate("A Fisher mean needs at least two orientations.")),
@@ -135,7 +135,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "sets.empty-seed": (
         "warning",
-        to_translate("No plane belongs to the seed {number}, so it makes no set."),
+        to_translate("No plane belongs to the seed {number}, so it does not form a set."),
     ),
     "sets.fewer": (
         "warning",
@@ -147,14 +147,14 @@ TEXTS: dict[str, Entry] = {
     "sets.girdle": (
         "warning",
         to_translate(
-            "No gap separates {sets}: their poles lie along one great circle, as of a bent bed,"
+            "No gap separates {sets}: their poles lie along one great circle, like a bent bed,"
             " and may be one girdle with a fold axis."
         ),
     ),
     "sets.each-pick-counts": (
         "warning",
         to_translate(
-            "Only places are known, so each pick counts as a discontinuity. If several are of"
+            "Only places are known, so each pick counts as a discontinuity. If several belong to"
             " one, the spacing is larger and P32 smaller."
         ),
     ),
@@ -228,13 +228,13 @@ TEXTS: dict[str, Entry] = {
     ),
     "sets.no-proposal": (
         "info",
-        to_translate("There is no proposal. Propose sets first."),
+        to_translate("No sets have been proposed. Propose sets first."),
     ),
     "repeats.not-begun": (
         "info",
         to_translate(
-            "Nothing was picked again yet. Choose Offer picks again: a tenth of the picks "
-            "shows how far one may be off."
+            "No structure was picked again yet. Choose Offer picks again: a tenth of the picks"
+            " shows the error of one."
         ),
     ),
 }

@@ -65,7 +65,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "beds.no-surface": (
         "error",
-        to_translate("The traces together determine no surface. Add points beside them."),
+        to_translate("The traces together do not determine a surface. Add points off them."),
     ),
     "beds.too-few-points": (
         "error",
@@ -89,8 +89,8 @@ TEXTS: dict[str, Entry] = {
     "beds.one-direction": (
         "error",
         to_translate(
-            "The traces are straight and parallel, so together they determine no plane. Add one"
-            " in another direction."
+            "The traces are straight and parallel, so together they do not determine a plane. Add"
+            " one in another direction."
         ),
     ),
     "fold.parallel-means": (
@@ -135,7 +135,7 @@ TEXTS: dict[str, Entry] = {
     "fold.parallel-planes": (
         "error",
         to_translate(
-            "All {n} planes are parallel, so they define no fold axis. Any direction in the"
+            "All {n} planes are parallel, so they do not define a fold axis. Any direction in the"
             " plane shows true thickness: choose one."
         ),
     ),
@@ -183,14 +183,14 @@ TEXTS: dict[str, Entry] = {
     "fold.one-plane-turns": (
         "warning",
         to_translate(
-            "The verdict rests on one plane: without {plane} beta turns by {turn_deg:.0f}°,"
+            "The verdict depends on one plane: without {plane} beta turns by {turn_deg:.0f}°,"
             " more than its error ({error_deg:.1f}°). Measure more planes like it."
         ),
     ),
     "fold.one-plane-decides": (
         "warning",
         to_translate(
-            "The verdict rests on one plane: without {plane} the others are {verdict}. Measure"
+            "The verdict depends on one plane: without {plane} the others are {verdict}. Measure"
             " more planes like it. {reason}"
         ),
     ),
@@ -225,9 +225,9 @@ TEXTS: dict[str, Entry] = {
     "fold.axis-known": (
         "info",
         to_translate(
-            "Beta is known to {major_deg:.1f} by {minor_deg:.1f}° (joint 95 %)."
-            " {major_deg:.1f}° shorten lengths by {shortening_percent:.1f} % and displace by"
-            " {shift_percent:.0f} % of the depth of the view."
+            "Beta is known to {major_deg:.1f} by {minor_deg:.1f}° (joint 95 %). This shortens"
+            " lengths by {shortening_percent:.1f} % and displaces by {shift_percent:.0f} % of the"
+            " depth of the view."
         ),
     ),
     "fold.axis-weak": (
@@ -328,7 +328,7 @@ TEXTS: dict[str, Entry] = {
     "fold.cone-possible": (
         "warning",
         to_translate(
-            "The poles hardly exclude a cone: the angle to the axis is {angle_deg:.0f} ±"
+            "The poles do not clearly exclude a cone: the angle to the axis is {angle_deg:.0f} ±"
             " {width_deg:.0f}° (95 %), p = {p:.2f}."
         ),
     ),
@@ -360,7 +360,7 @@ TEXTS: dict[str, Entry] = {
             " instead of {rms_deg:.1f}°. Give each domain its own axis."
         ),
     ),
-    "fold.means-of-sets": ("info", to_translate("The axis is that of the means of {sets}.")),
+    "fold.means-of-sets": ("info", to_translate("The axis is computed from the means of {sets}.")),
     "fold.set-of-one-plane": (
         "warning",
         to_translate(
@@ -399,8 +399,8 @@ TEXTS: dict[str, Entry] = {
     "fold.one-axis": (
         "info",
         to_translate(
-            "One axis serves all domains: if they share it, the probability of such differences"
-            " is {p:.2g}."
+            "One axis fits all domains: if they share it, the probability of such differences is"
+            " {p:.2g}."
         ),
     ),
     "fold.domains-differ": (
@@ -494,7 +494,7 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The face dips {dip_deg:g}°, which is not steeper than the friction angle"
-            " ({friction_deg:g}°): nothing slides or topples."
+            " ({friction_deg:g}°): neither sliding nor toppling is possible."
         ),
     ),
     "slope.parallel-pairs": (
@@ -546,8 +546,8 @@ TEXTS: dict[str, Entry] = {
     "beds.not-parallel": (
         "warning",
         to_translate(
-            "The traces differ by more than their noise (p = {p:.2g}): the beds wave, or are"
-            " not parallel. The error of their mean was widened."
+            "The traces differ by more than their noise (p = {p:.2g}): the beds are wavy, or not"
+            " parallel. The error of their mean was widened."
         ),
     ),
     "displacement.no-pairs": (
@@ -589,8 +589,6 @@ TEXTS: dict[str, Entry] = {
     ),
     "three-points.no-error": (
         "info",
-        to_translate(
-            "Nothing is known of the error. State that of the points, or give more of them."
-        ),
+        to_translate("The error is unknown. State the error of the points, or add points."),
     ),
 }

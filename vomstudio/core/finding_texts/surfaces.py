@@ -90,7 +90,8 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "The deviations grow with the power {short:.2f} of short and {long:.2f} of long"
-            " distances, so no single exponent fits: grooves, waves or steps have own lengths."
+            " distances, so no single exponent fits: grooves, waves or steps have distinct"
+            " lengths."
         ),
     ),
     "roughness.invalid-exponent": (
@@ -121,7 +122,7 @@ TEXTS: dict[str, Entry] = {
     "measurable.shares": (
         "info",
         to_translate(
-            "Of the surface {good_percent:.0f} % would give a good plane (95 % error up to 5°),"
+            "{good_percent:.0f} % of the surface would give a good plane (95 % error up to 5°),"
             " {doubtful_percent:.0f} % a doubtful, {poor_percent:.0f} % a poor,"
             " {none_percent:.0f} % none."
         ),

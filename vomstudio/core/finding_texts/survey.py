@@ -1,7 +1,7 @@
 """Texts of the findings about sets of photos, before and after their alignment.
 
-The codes without a dot are those of the survey check: all of them have the values ``photos`` (names
-of the photos concerned, empty if all are) and ``value`` (the number behind the finding).
+The codes without a dot belong to the survey check. Each has the values ``photos`` (names of the
+affected photos; empty for all) and ``value`` (the number behind the finding).
 """
 
 from __future__ import annotations
@@ -387,7 +387,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "survey.sound": (
         "info",
-        to_translate("These photos should give a sound model."),
+        to_translate("These photos should give a reliable model."),
     ),
     "survey.reservations": (
         "warning",

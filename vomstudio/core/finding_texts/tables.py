@@ -315,14 +315,14 @@ TEXTS: dict[str, Entry] = {
     "repeats.only-picking": (
         "info",
         to_translate(
-            "Repeats show the errors of picking only: those of the model and its registration"
-            " are the same in both picks."
+            "Repeats show only the errors of picking. The errors of the model and its"
+            " registration are the same in both picks."
         ),
     ),
     "repeats.errors-too-small": (
         "warning",
         to_translate(
-            "The stated errors are too small: picks differ {factor:.1f} times as much as these"
+            "The stated errors are too small: picks differ {factor:.1f} times as much as they"
             " allow (95 %: {low:.1f} to {high:.1f} times)."
         ),
     ),
@@ -338,8 +338,8 @@ TEXTS: dict[str, Entry] = {
     "repeats.errors-hold": (
         "info",
         to_translate(
-            "The stated errors hold: picks differ {factor:.2f} times as much as these allow."
-            " Errors too small by {noticeable:.1f} times would be noticed."
+            "The stated errors fit the repeats: picks differ {factor:.2f} times as much as the"
+            " errors allow. Errors too small by {noticeable:.1f} times would be noticed."
         ),
     ),
     "stats.unnamed-set": (

@@ -172,11 +172,11 @@ TEXTS: dict[str, Entry] = {
     ),
     "slip.no-plane": (
         "error",
-        to_translate("Choose the plane on which the line lies first."),
+        to_translate("First choose the plane on which the line lies."),
     ),
     "line.continued": (
         "error",
-        to_translate("Attributes of a continued line are changed in Properties."),
+        to_translate("Change the attributes of a continued line in Properties."),
     ),
     "follow.continued": (
         "error",
@@ -184,7 +184,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "follow.no-cost": (
         "error",
-        to_translate("Choose what is followed first."),
+        to_translate("Choose an entry under Follow first."),
     ),
     "follow.not-in-photos": (
         "error",
@@ -195,7 +195,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "follow.reading-cameras": (
         "info",
-        to_translate("The cameras of the photos are being read. Wait until they are."),
+        to_translate("The cameras of the photos are being read. Wait until they are loaded."),
     ),
     "follow.no-cameras": (
         "error",

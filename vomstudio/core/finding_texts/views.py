@@ -23,7 +23,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "view.part-empty": (
         "error",
-        to_translate("This part of the view shows nothing of the model. Choose another part."),
+        to_translate("This part of the view does not show the model. Choose another part."),
     ),
     "view.no-pixels": (
         "error",
@@ -35,15 +35,15 @@ TEXTS: dict[str, Entry] = {
     "view.edge-on": (
         "warning",
         to_translate(
-            "The model is nearly flat and seen edge-on, so the view shows next to nothing of it."
-            " Look against its mean plane: --plane {plane}."
+            "The model is nearly flat and seen edge-on, so the view shows only its edge. Look"
+            " against its mean plane: --plane {plane}."
         ),
     ),
     "view.not-placed": (
         "warning",
         to_translate(
-            "The model was made of photos without control points or GPS: north is unknown, and so"
-            " is the unit unless --unit gives it."
+            "The model was made from photos without control points or GPS: north is unknown, and"
+            " so is the unit unless --unit gives it."
         ),
     ),
     "view.axis-conditional": (
@@ -203,8 +203,8 @@ TEXTS: dict[str, Entry] = {
     "dem.too-many-contours": (
         "error",
         to_translate(
-            "Contours every {spacing_m:g} m are more than {maximum} levels over {range_m:.4g} m of"
-            " height. Choose a larger spacing."
+            "Contours every {spacing_m:g} m would be more than {maximum} levels over"
+            " {range_m:.4g} m of height. Choose a larger spacing."
         ),
     ),
     "dem.no-contours": (
@@ -218,7 +218,7 @@ TEXTS: dict[str, Entry] = {
     "interpretation.legend-alone": (
         "error",
         to_translate(
-            "A legend alone explains nothing. Name what is drawn too: traces, patches or symbols."
+            "A legend alone explains nothing. Add features to draw: traces, patches or symbols."
         ),
     ),
     "interpretation.not-in-view": (
@@ -263,7 +263,7 @@ TEXTS: dict[str, Entry] = {
     "sidecar.other-file": (
         "error",
         to_translate(
-            "This is not the sidecar of an orthophoto. Choose the NAME.json that was written beside"
+            "This is not the sidecar of an orthophoto. Choose the NAME.json that was written with"
             " it."
         ),
     ),
@@ -282,7 +282,7 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate(
             "The lines were drawn on another orthophoto. Choose the sidecar (NAME.json) that was"
-            " written beside that one."
+            " written with that one."
         ),
     ),
     "drawing.several-pictures": (
@@ -309,8 +309,8 @@ TEXTS: dict[str, Entry] = {
     "drawing.points-off-surface": (
         "warning",
         *to_translate_n(
-            "{count} point lies beside the surface and was left out.",
-            "{count} points lie beside the surface and were left out.",
+            "{count} point is off the surface and was left out.",
+            "{count} points are off the surface and were left out.",
         ),
     ),
     "drawing.lines-off-surface": (

@@ -256,7 +256,9 @@ TEXTS: dict[str, Entry] = {
     ),
     "grid.no-points": (
         "error",
-        to_translate("There are no points that a grid could cover. Choose a model with points."),
+        to_translate(
+            "The model has no points that a grid could cover. Choose a model with points."
+        ),
     ),
     "grid.too-many-cells": (
         "error",
@@ -268,10 +270,10 @@ TEXTS: dict[str, Entry] = {
     "grid.unmeasurable-cells": (
         "info",
         *to_translate_n(
-            "{count} cell where nothing can be measured is left out of what is counted per area"
+            "{count} cell that cannot be measured is left out of the counts per area"
             " ({share_percent:.0f} % of the face).",
-            "{count} cells where nothing can be measured are left out of what is counted per"
-            " area ({share_percent:.0f} % of the face).",
+            "{count} cells that cannot be measured are left out of the counts per area"
+            " ({share_percent:.0f} % of the face).",
         ),
     ),
     "grid.open-cells": (
@@ -288,15 +290,15 @@ TEXTS: dict[str, Entry] = {
     "filter.unknown-column": (
         "error",
         to_translate(
-            "There is no column “{name}”. The tooltip lists all names. Put a word that "
-            "contains : in quotes."
+            "The column “{name}” does not exist. The tooltip lists all names. Put a word that"
+            " contains : in quotes."
         ),
     ),
     "filter.similar-column": (
         "error",
         to_translate(
-            "There is no column “{name}”. Did you mean {similar}? The tooltip lists all "
-            "names. Put a word that contains : in quotes."
+            "The column “{name}” does not exist. Did you mean {similar}? The tooltip lists all"
+            " names. Put a word that contains : in quotes."
         ),
     ),
     "filter.needs-word": (
@@ -380,7 +382,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "planes.none": (
         "error",
-        to_translate("There are no planes yet. Measure some on the outcrop."),
+        to_translate("No plane was measured yet. Measure some on the outcrop."),
     ),
     "selection.no-line": (
         "error",
@@ -400,7 +402,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "selection.no-trace-or-patch": (
         "error",
-        to_translate("Select a trace or patch whose plane is meant."),
+        to_translate("Select the trace or patch whose plane is to be used."),
     ),
     "field.plane-missing": (
         "error",
@@ -408,7 +410,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "model.no-other": (
         "error",
-        to_translate("There is no other model in the project. Open one first."),
+        to_translate("The project has no other model. Open one first."),
     ),
     "stable.no-points": (
         "error",
@@ -420,31 +422,31 @@ TEXTS: dict[str, Entry] = {
     ),
     "stable.no-model": (
         "error",
-        to_translate("Choose the cloud or mesh of what has not moved."),
+        to_translate("Choose the cloud or mesh of the rock that has not moved."),
     ),
     "view.no-earlier": (
         "error",
-        to_translate("There is no earlier view."),
+        to_translate("This is the earliest view."),
     ),
     "view.no-later": (
         "error",
-        to_translate("There is no later view."),
+        to_translate("This is the latest view."),
     ),
     "facets.none-open": (
         "error",
-        to_translate("There is no facet to accept."),
+        to_translate("No proposed facet is left to accept."),
     ),
     "patch.pending": (
         "info",
-        to_translate("The patch is being analysed. Wait until it is."),
+        to_translate("The patch is being analysed. Wait for the result."),
     ),
     "patch.plane-fits": (
         "info",
-        to_translate("The plane fits all over, so nothing can be trimmed."),
+        to_translate("The plane fits the whole patch, so trimming is not needed."),
     ),
     "extension.pending": (
         "info",
-        to_translate("The plane is being extended. Wait until it is."),
+        to_translate("The plane is being extended. Wait for the result."),
     ),
     "extension.missing": (
         "error",

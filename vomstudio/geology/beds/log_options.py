@@ -60,7 +60,7 @@ class LogLine(Options):
         None,
         metavar="DD/D",
         help=to_translate("attitude of the beds"),
-        automatic=to_translate("of a line of a project fitted to the traces"),
+        automatic=to_translate("for a line of a project fitted to the traces"),
     )
     line: str | None = option(
         None,

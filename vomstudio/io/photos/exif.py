@@ -92,7 +92,7 @@ def from_tags(
         focal_plane_px_per_mm=_focal_plane(tags),
         pixels=_pixels(tags),
         orientation=orientation or 1,
-        taken=_date(tags),
+        taken_at=_date(tags),
         exposure_s=_positive(tags.get(0x829A)) or _power(tags.get(0x9201), -1.0),
         f_number=_positive(tags.get(0x829D)) or _aperture(tags),
         iso=_positive(_first(tags.get(0x8827))),

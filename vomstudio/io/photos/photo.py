@@ -9,16 +9,16 @@ from pathlib import Path
 
 @dataclass(frozen=True, kw_only=True)
 class PhotoTags:
-    """What EXIF states of a photo; None if it is missing.
+    """EXIF tags of a photo; None if a tag is missing.
 
-    focal_mm : of the lens; focal_35mm : its equivalent on 36 x 24 mm film
+    focal_mm : focal length of the lens; focal_35mm : its equivalent on 36 x 24 mm film
     orientation : 1 to 8, turns the pixels for viewers
     digital_zoom : factor, 1 for none
     altitude_m : in `altitude_reference` "sea level", "below sea level" (then negative) or
         "ellipsoid"
-    gps_accuracy_m : what the receiver states, horizontally
+    gps_accuracy_m : horizontal accuracy stated by the receiver
     direction_deg : azimuth of the view by the phone's compass, from direction_north: "true",
-        "magnetic", or None where the photo does not say
+        "magnetic", or None if the photo does not state it
     """
 
     serial: str | None = None
@@ -26,7 +26,7 @@ class PhotoTags:
     focal_mm: float | None = None
     focal_35mm: float | None = None
     orientation: int = 1
-    taken: datetime | None = None
+    taken_at: datetime | None = None
     exposure_s: float | None = None
     f_number: float | None = None
     iso: float | None = None
@@ -42,14 +42,14 @@ class PhotoTags:
 
 @dataclass(frozen=True)
 class Photo(PhotoTags):
-    """What a photo says of itself; None where it says nothing.
+    """Path, size, camera, position and direction of a photo; None for values it does not state.
 
     name : relative to the folder, with forward slashes
     width, height : pixels as stored; `orientation` (EXIF, 1 to 8) turns them for viewers only
     camera : make and model
-    sensor_width_mm : of the part of the sensor that the photo shows, along its long side
-    focal_px : by the rule that `focal_source` names
-    relative_altitude_m : of a drone, above the place of take-off
+    sensor_width_mm : width of the part of the sensor that the photo shows, along its long side
+    focal_px : focal length by the rule that `focal_source` names
+    relative_altitude_m : height of a drone above the place of take-off
     exif_altitude_m : height in EXIF if its sign contradicts that of XMP, which altitude_m then is
     yaw_deg, pitch_deg, roll_deg : of the optical axis: from north, above the horizon, about it
     has_zero_angles : these three are exactly 0 as written; has_comment_angles : they are from
