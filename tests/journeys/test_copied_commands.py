@@ -300,9 +300,9 @@ def test_facets(window, model_id, told) -> None:
     panel.limits.fields["min_coplanarity"].setValue(4.0)
     wait(panel.start.isEnabled, "the model in the panel")
     press(panel.start)
-    wait(lambda: panel._facets.found is not None, "the facets", 120.0)
+    wait(lambda: panel._facets.proposals is not None, "the facets", 120.0)
     press(panel.copy)
-    assert told()["facets"] == len(panel._facets.found.patches)
+    assert told()["facets"] == len(panel._facets.proposals.patches)
 
 
 @pytest.mark.full
@@ -316,9 +316,9 @@ def test_proposed_traces(window, model_id, told) -> None:
     panel.limits.fields["max_lines"].setValue(900)
     wait(panel.start.isEnabled, "the model in the panel")
     press(panel.start)
-    wait(lambda: panel._traces.found is not None, "the lines", 120.0)
+    wait(lambda: panel._traces.proposals is not None, "the lines", 120.0)
     press(panel.copy)
-    of_command, found = told()["proposals"], panel._traces.found
+    of_command, found = told()["proposals"], panel._traces.proposals
     # But for those that run along traces of the project, which the window leaves out.
     assert len(of_command) == len(found.lines) + found.known
     shown = [(one.length_m, one.doubt) for one in found.lines]

@@ -74,15 +74,15 @@ def test_the_section_and_its_command_project_each_domain_along_its_axis(
     panel = window.findChild(SectionPanel)
     panel.plane.line.setText("300/90")
     driver.pause(300)
-    wait(lambda: panel.answered is not None, "the section")
+    wait(lambda: panel.result is not None, "the section")
     assert panel.by_domain.isVisible()
     panel.by_domain.click()
     driver.pause(300)
-    wait(lambda: panel.answered is not None and panel.answered.figures.domains, "both axes")
-    shown = {each.name: each for each in panel.answered.figures.domains}
+    wait(lambda: panel.result is not None and panel.result.figures.domains, "both axes")
+    shown = {each.name: each for each in panel.result.figures.domains}
     assert not panel.direction.isEnabled()
     for name, own in shown.items():
-        assert own.words in panel.said.text(), name
+        assert own.words in panel.message.text(), name
     driver.keep_picture(window, "section_of_domains")
     QTest.mouseClick(panel.copy, LEFT, NONE, panel.copy.rect().center())
     program, *words = shlex.split(QGuiApplication.clipboard().text())

@@ -42,7 +42,7 @@ def scale(window):
 def find(window, panel) -> None:
     driver.click(panel.start, panel.start.rect().center())
     assert panel.start.text() == "Stop"
-    driver.wait(lambda: panel._facets.found is not None, "the facets", 120.0)
+    driver.wait(lambda: panel._facets.proposals is not None, "the facets", 120.0)
     driver.wait(lambda: scale(window) is not None, "the colours", 60.0)
     driver.settled(window)
 
@@ -58,8 +58,8 @@ def test_facets_are_found_looked_at_accepted_and_taken_back(window, panel) -> No
     mode = studio.display.mode
     find(window, panel)
     assert dict(studio.records) == before
-    said = panel.said.text()
-    found = panel._facets.found
+    said = panel.message.text()
+    found = panel._facets.proposals
     assert figures(panel.summary.text())[0] == len(panel._facets.open)
     shares = [100.0 * found.share(each) for each in (panel._facets.open, ())]
     assert figures(said)[:2] == pytest.approx(shares, abs=0.5)
@@ -86,7 +86,7 @@ def test_facets_are_found_looked_at_accepted_and_taken_back(window, panel) -> No
     plane = panel.table.numbers.rows[last][0][2]
     QTest.keyClick(panel.table, Qt.Key.Key_Return)
     (patch,) = patches(window)
-    found = panel._facets.found
+    found = panel._facets.proposals
     assert patch.runs == found.patches[number - 1].runs
     assert "angle 20°" in patch.notes
     assert "proposed" in patch.notes
@@ -124,7 +124,7 @@ def test_facets_are_found_looked_at_accepted_and_taken_back(window, panel) -> No
     assert len(patches(window)) == left + 1
     assert not panel._facets.open
     driver.click(panel.reject_all, panel.reject_all.rect().center())
-    assert panel._facets.found is None
+    assert panel._facets.proposals is None
     assert studio.display.mode == mode
     driver.wait(lambda: scale(window) is None, "the photo texture")
 
@@ -134,7 +134,7 @@ def test_a_click_on_the_outcrop_chooses_its_facet(window, panel) -> None:
     find(window, panel)
     # What accepting makes of facets is said above the buttons that do it.
     assert panel.type.mapTo(panel, QPoint()).y() < panel.accept_all.mapTo(panel, QPoint()).y()
-    found = panel._facets.found
+    found = panel._facets.proposals
     # The largest, where its middle lies on it.
     model = driver.model(window)
     for row, patch in enumerate(found.patches):
@@ -146,7 +146,7 @@ def test_a_click_on_the_outcrop_chooses_its_facet(window, panel) -> None:
         if hit is not None and has_id(patch.runs, hit.index):
             driver.click(window.viewport, at)
             break
-    driver.wait(lambda: panel._rows() == [row], "the row")
+    driver.wait(lambda: panel._selection() == [row], "the row")
     assert panel.accept.isEnabled()
 
     def row_in_sight() -> bool:
@@ -177,24 +177,26 @@ def test_other_facets_keep_their_colours_when_one_is_decided_upon(window, panel)
 def test_thresholds_are_tried_on_the_part_in_view(window, panel) -> None:
     # On its box: a click beside the words means nothing.
     driver.click(panel.live, QPoint(8, panel.live.rect().center().y()))
-    driver.wait(lambda: panel._facets.found is not None, "facets of the part", 60.0)
-    first = panel._facets.found
+    driver.wait(lambda: panel._facets.proposals is not None, "facets of the part", 60.0)
+    first = panel._facets.proposals
     assert not first.whole
-    assert share_text(first, (), ()) in panel.said.text()
+    assert share_text(first, (), ()) in panel.message.text()
     panel.limits.fields["angle_deg"].setFocus()
     panel.limits.fields["angle_deg"].selectAll()
     QTest.keyClicks(panel.limits.fields["angle_deg"], "8")
     QTest.keyClick(panel.limits.fields["angle_deg"], Qt.Key.Key_Return)
     driver.wait(
-        lambda: panel._facets.found is not first and not panel._facets.running, "other facets", 60.0
+        lambda: panel._facets.proposals is not first and not panel._facets.running,
+        "other facets",
+        60.0,
     )
-    assert panel._facets.found.options.angle_deg == 8.0
+    assert panel._facets.proposals.options.angle_deg == 8.0
     driver.settled(window)
     driver.keep_picture(window, "facets-part")
     # A threshold that nothing meets is no fault.
     panel.limits.fields["min_area_m2"].setValue(5000.0)
-    driver.wait(lambda: panel._facets.found.told.count == 0, "no facets", 60.0)
-    assert str(panel._facets.found.told.warnings[0]) in panel.said.text()
+    driver.wait(lambda: panel._facets.proposals.told.count == 0, "no facets", 60.0)
+    assert str(panel._facets.proposals.told.warnings[0]) in panel.message.text()
     assert not panel.accept_all.isEnabled()
 
 
@@ -204,7 +206,7 @@ def test_stopped_in_the_middle_nothing_is_changed(window, panel) -> None:
     driver.click(panel.start, panel.start.rect().center())
     driver.click(panel.start, panel.start.rect().center())
     assert panel.start.text() == start
-    assert "job.stopped" in shown_codes(panel.said.text())
+    assert "job.stopped" in shown_codes(panel.message.text())
     assert dict(window.studio.records) == before
     # And it can be asked again.
     find(window, panel)
@@ -216,7 +218,7 @@ def test_the_planes_of_the_sample_are_among_its_facets(window, panel) -> None:
     with resource("sample", "truth.csv").open(newline="") as stream:
         rows = list(csv.DictReader(line for line in stream if not line.startswith("#")))
     find(window, panel)
-    found = panel._facets.found
+    found = panel._facets.proposals
     normals = np.array([m.plane.normal() for m in found.measured])
     area = np.array([m.area_m2 for m in found.measured])
     joints = [row for row in rows if row["kind"] == "joint"]
@@ -261,7 +263,7 @@ def test_a_facet_at_two_levels_says_so_in_the_list_and_as_a_patch(window, tmp_pa
     driver.settled(window)
     driver.wait(panel.start.isEnabled, "the model")
     find(window, panel)
-    (proposed,) = panel._facets.found.measured
+    (proposed,) = panel._facets.proposals.measured
     driver.click(panel.accept_all, panel.accept_all.rect().center())
     (patch,) = patches(window)
     for measured in (proposed, window.studio.measured([patch.id])[patch.id]):

@@ -36,7 +36,7 @@ def type_in(field, text: str) -> None:
 
 def settle(panel) -> None:
     driver.pause(200)
-    wait(lambda: not panel._asked.waiting and not panel._timer.isActive(), "the figures")
+    wait(lambda: not panel._requests.waiting and not panel._timer.isActive(), "the figures")
 
 
 def add(window, model_id: str, name: str, points, kind: str = "joint", set_name: str = "") -> str:
@@ -87,7 +87,7 @@ def wall(window, outcrop):
 
 def corner(panel) -> np.ndarray:
     """On the map, of the place (0, 0) of the wall."""
-    return np.concatenate(panel.answered.lines).min(axis=0) - [0, 1]
+    return np.concatenate(panel.result.lines).min(axis=0) - [0, 1]
 
 
 def figures_of(found) -> dict:
@@ -110,14 +110,14 @@ def test_a_window_on_the_wall_gives_the_closed_form_and_the_figures_of_the_comma
     left, low = corner(panel)
     type_in(panel.place, f"{left + 1}, {low}, {left + 5}, {low + 4}")
     settle(panel)
-    found = panel.answered.mapped.found
+    found = panel.result.mapped.found
     # Three pieces of four metres and one of two on 16 m2; that one crosses the middle one.
     assert found.P21_1_per_m == pytest.approx(14 / 16, rel=1e-6)
     assert found.P20_1_per_m2 == pytest.approx(4 / 16, rel=1e-6)
     assert (found.nodes.Y, found.nodes.X) == (2, 1)
     assert {s.name for s in found.sets} == {"level", "Joint"}
     assert "0.875" in panel.figures.toPlainText()
-    assert "one face" in panel.said.text()
+    assert "one face" in panel.message.text()
     panel.tabs.setCurrentWidget(panel.picture)
     wait(lambda: not panel.picture.image.isNull(), "the figure")
     driver.keep_picture(window, "fractures_figure")
@@ -152,19 +152,19 @@ def test_the_cells_of_a_grid_that_were_looked_at_are_a_window(
     panel.plane.line.clear()
     panel.counted_in.setCurrentIndex(panel.counted_in.findText("Looked at: South wall"))
     settle(panel)
-    said = shown_values(panel.said.text(), "fractures.no-cells")
+    said = shown_values(panel.message.text(), "fractures.no-cells")
     assert said == {"grid": "South wall"}
-    assert panel.answered.mapped is None
+    assert panel.result.mapped is None
     assert not panel.copy.isEnabled()
     four = [row * 6 + column for row in range(4) for column in (1, 2, 3, 4)]
     assert studio.attempt(grid_edits.mark_cells, "g", four, "d")
     settle(panel)
-    found = panel.answered.mapped.found
+    found = panel.result.mapped.found
     # As of the window of the same corners.
     assert found.area_m2 == pytest.approx(16, rel=1e-5)
     assert found.P21_1_per_m == pytest.approx(14 / 16, rel=1e-5)
     assert (found.nodes.Y, found.nodes.X) == (2, 1)
-    (cells,) = (line for line in panel.said.text().splitlines() if "South wall" in line)
+    (cells,) = (line for line in panel.message.text().splitlines() if "South wall" in line)
     assert 16 in figures(cells)
     driver.keep_picture(window, "fractures_in_a_grid")
     last = [row * 6 + 4 for row in range(4)]
@@ -172,7 +172,7 @@ def test_the_cells_of_a_grid_that_were_looked_at_are_a_window(
     # Nothing was found there, but somebody looked.
     assert studio.attempt(grid_edits.mark_cells, "g", [1], "e")
     settle(panel)
-    found = panel.answered.mapped.found
+    found = panel.result.mapped.found
     assert found.area_m2 == pytest.approx(12, rel=1e-5)
     assert found.P21_1_per_m == pytest.approx(11 / 12, rel=1e-5)
     target = tmp_path / "traces.gpkg"
@@ -197,7 +197,7 @@ def test_a_drag_on_the_map_marks_where_is_counted(
     panel = wall
     panel.counted_in.setCurrentIndex(panel.counted_in.findText(kind))
     settle(panel)
-    assert "Drag" in panel.said.text()
+    assert "Drag" in panel.message.text()
     assert not panel.copy.isEnabled()
     origin = corner(panel)
     ends = origin + ([[3, 2], [3, 3.5]] if kind == "Circle" else [[4, 0.5], [4, 3.5]])
@@ -205,10 +205,10 @@ def test_a_drag_on_the_map_marks_where_is_counted(
     driver.drag(panel.map, start, end)
     settle(panel)
     assert panel.place.text()
-    assert panel.answered.mapped is not None, panel.said.text()
-    found = panel.answered.mapped.found
+    assert panel.result.mapped is not None, panel.message.text()
+    found = panel.result.mapped.found
     if kind == "Circle":
-        radius = panel.answered.counted.circle[2]
+        radius = panel.result.counted.circle[2]
         assert radius == pytest.approx(1.5, abs=0.1)
         assert found.area_m2 == pytest.approx(np.pi * radius**2, rel=1e-3)
     else:
@@ -226,7 +226,7 @@ def test_a_window_around_all_traces_cuts_off_none(window, wall) -> None:
     panel = wall
     panel.place.clear()
     settle(panel)
-    found = panel.answered.mapped.found
+    found = panel.result.mapped.found
     assert found.nodes.E == 0
     assert found.P21_1_per_m == pytest.approx(found.P21_unclipped_1_per_m)
 
@@ -238,14 +238,14 @@ def test_what_cannot_be_counted_is_said(window, wall) -> None:
                          ("100, 100, 101, 101", "trace")):  # fmt: skip
         type_in(panel.place, typed)
         settle(panel)
-        assert words in panel.said.text(), panel.said.text()
+        assert words in panel.message.text(), panel.message.text()
         assert not panel.copy.isEnabled()
     panel.place.clear()
     window.studio.selection.set([])
     panel.of.setCurrentIndex(panel.of.findText("Selection"))
     panel.of.activated.emit(panel.of.currentIndex())
     settle(panel)
-    assert "Select traces" in panel.said.text()
+    assert "Select traces" in panel.message.text()
 
 
 # --- displacement ------------------------------------------------------------------------------
@@ -296,11 +296,11 @@ def test_the_slip_of_a_faulted_bed_is_found_within_its_error(
     studio.selection.set(["W", "E"])
     press(panel.add)
     refreshed(panel)
-    assert "no slip" in panel.said.text(), "the slip is unknown"
+    assert "no slip" in panel.message.text(), "the slip is unknown"
     type_in(panel.slip.line, "90")
     refreshed(panel)
-    answered = panel.answered
-    assert answered is not None, panel.said.text()
+    answered = panel.result
+    assert answered is not None, panel.message.text()
     moved = answered.found.pairs[0].displacement
     assert abs(moved.net_m.value - SLIP_M) <= moved.net_m.error95
     down = SLIP_M * np.sin(np.radians(60))
@@ -318,7 +318,7 @@ def test_the_slip_of_a_faulted_bed_is_found_within_its_error(
     press(panel.copy)
     said = told(QGuiApplication.clipboard().text(), capfd)
     assert said["what"] == "separation"
-    assert said == json.loads(json.dumps(panel.answered.found.to_dict()))
+    assert said == json.loads(json.dumps(panel.result.found.to_dict()))
 
 
 @pytest.mark.full
@@ -331,13 +331,13 @@ def test_traces_that_say_nothing_of_a_displacement(window, faulted) -> None:
     studio.selection.set(["W", "W2"])
     press(panel.add)
     refreshed(panel)
-    assert "same side" in panel.said.text()
+    assert "same side" in panel.message.text()
     panel.table.selectRow(0)
     press(panel.remove)
     refreshed(panel)
-    assert "displacement.no-pairs" in shown_codes(panel.said.text())
+    assert "displacement.no-pairs" in shown_codes(panel.message.text())
     studio.selection.set(["W", "E"])
     press(panel.add)
     type_in(panel.slip.line, "200")
     refreshed(panel)
-    assert "0 to 180" in panel.said.text()
+    assert "0 to 180" in panel.message.text()

@@ -193,7 +193,7 @@ def test_lines_place_a_model_as_far_as_they_tell(window, tilted) -> None:
 
 
 def test_one_plumb_line_levels_a_model(window, tilted) -> None:
-    from vomstudio.ui.interpret.tool_panels.control_command import with_lines
+    from vomstudio.ui.interpret.tool_panels.control_command import add_known_lines
 
     world = np.load(tilted.with_name("world.npy"))
     file = to_file(world, world.mean(axis=0))
@@ -217,7 +217,7 @@ def test_one_plumb_line_levels_a_model(window, tilted) -> None:
     assert (line.kind, line.value, line.complete) == ("plumb", None, True)
     assert panel.placed.known == panel.placed.known.__class__(False, True, False, False)
     assert float(panel.lines.item(0, 5).text().rstrip("°")) == pytest.approx(0.0, abs=0.01)
-    assert given_options(with_lines(RegisterOptions(), [line])).keys() == {"plumb"}
+    assert given_options(add_known_lines(RegisterOptions(), [line])).keys() == {"plumb"}
     driver.click(panel.register, panel.register.rect().center())
     driver.pause()
     model = window.studio.session.of(Model)[0]

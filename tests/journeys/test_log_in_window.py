@@ -50,7 +50,7 @@ def panel_of(window) -> BedLogPanel:
 
 def settle(panel) -> None:
     driver.pause(250)
-    wait(lambda: not panel._asked.waiting and not panel._timer.isActive(), "the log")
+    wait(lambda: not panel._requests.waiting and not panel._timer.isActive(), "the log")
 
 
 def beds_in_turn(picks):
@@ -78,8 +78,8 @@ def test_boundaries_are_clicked_and_the_log_is_written(
 ) -> None:
     panel = panel_of(window)
     settle(panel)
-    assert panel.answered is None
-    assert "bed.no-line" in shown_codes(panel.said.text())
+    assert panel.result is None
+    assert "bed.no-line" in shown_codes(panel.message.text())
     assert not panel.copy.isEnabled()
     beds = beds_in_turn(picks)
     driver.look_at(window, np.concatenate(beds), 0.0, 10.0)
@@ -88,14 +88,14 @@ def test_boundaries_are_clicked_and_the_log_is_written(
     driver.key(window, Qt.Key.Key_Return)
     wait(lambda: panel.line_id, "the picked line")
     settle(panel)
-    assert panel.answered is not None, panel.said.text()
-    log = panel.answered.log
+    assert panel.result is not None, panel.message.text()
+    log = panel.result.log
     assert log.n == 3
     assert [panel.table.item(row, 0).text() for row in range(2)] == ["2", "1"]
     type_rock(panel, 1, "sandstone")
     type_rock(panel, 0, "gneiss")
-    assert panel.answered.log.intervals[0].strabospot["siliciclastic_type"] == "sandstone"
-    assert "gneiss" in panel.said.text()
+    assert panel.result.log.intervals[0].strabospot["siliciclastic_type"] == "sandstone"
+    assert "gneiss" in panel.message.text()
     wait(lambda: not panel.picture.image.isNull(), "the figure")
     driver.keep_picture(window, "log_panel")
     for name in ("mine.csv", "mine.svg", "mine.pdf"):
@@ -135,18 +135,18 @@ def test_traces_that_cross_a_line_are_its_boundaries(window, model_id, picks) ->
     press(panel.take)
     QTest.keyClicks(panel.reach, "0.01")
     settle(panel)
-    assert panel.answered is not None, panel.said.text()
-    assert {b.name for b in panel.answered.boundaries} >= set(names)
-    before = panel.answered.log.n
+    assert panel.result is not None, panel.message.text()
+    assert {b.name for b in panel.result.boundaries} >= set(names)
+    before = panel.result.log.n
     studio.selection.set((names[1],))
     studio.delete_selected()
     settle(panel)
-    assert panel.answered.log.n == before - 1
+    assert panel.result.log.n == before - 1
     panel.reach.clear()
     QTest.keyClicks(panel.reach, "far")
     settle(panel)
-    assert panel.answered is None
-    assert shown_values(panel.said.text(), "number.not-a-length") == {"text": "far"}
+    assert panel.result is None
+    assert shown_values(panel.message.text(), "number.not-a-length") == {"text": "far"}
 
 
 @pytest.mark.full
@@ -164,7 +164,7 @@ def test_words_that_are_being_typed_are_not_lost_to_a_new_log(window, model_id, 
     panel.of.setCurrentIndex(panel.of.findData("points"))
     panel.of.activated.emit(panel.of.currentIndex())
     settle(panel)
-    assert panel.answered is not None, panel.said.text()
+    assert panel.result is not None, panel.message.text()
     table = panel.table
     item = table.item(0, NOTES)
     table.scrollToItem(item)
@@ -204,7 +204,7 @@ def test_what_is_typed_of_beds_is_kept_with_the_line(
     low = [panel.table.item(row, 1).text() for row in range(panel.table.rowCount())]
     at = low.index(names[0])
     type_rock(panel, at, "sandstone")
-    assert panel.answered.log.intervals[-1 - at].lithology == "sandstone"
+    assert panel.result.log.intervals[-1 - at].lithology == "sandstone"
     assert studio.records["m1"].beds == ((names[0], "sandstone", ""),)
     studio.undo()
     settle(panel)
@@ -224,7 +224,7 @@ def test_what_is_typed_of_beds_is_kept_with_the_line(
     words = ["log", str(folder), "--line", "section A", "--reach", "0.01", "--json"]
     assert main(words) == 0
     found = json.loads(capfd.readouterr().out)
-    log = panel.answered.log
+    log = panel.result.log
     assert [i["lithology"] for i in found["intervals"]] == [i.lithology for i in log.intervals]
     assert found["total_m"]["value"] == pytest.approx(log.total_m.value, rel=1e-9)
     assert found["total_m"]["error95"] == pytest.approx(log.total_m.error95, rel=1e-9)

@@ -29,7 +29,7 @@ def press(button) -> None:
 
 def settle(panel) -> None:
     driver.pause(200)
-    wait(lambda: not panel._asked.waiting and not panel._timer.isActive(), "the figures")
+    wait(lambda: not panel._requests.waiting and not panel._timer.isActive(), "the figures")
 
 
 def grid_of(window) -> FaceGrid:
@@ -80,7 +80,7 @@ def test_cells_are_marked_by_clicks_and_keys_and_counted(window, laid) -> None:
     data = studio.models[model.id].data
     alone = exposed_faces(world_grid(grid, model), data.vertices, data.faces)
     assert exposed.covered.sum() == pytest.approx(alone.covered.sum())
-    assert panel.answered.cells == (exposed.covered > 0).sum()
+    assert panel.result.cells == (exposed.covered > 0).sum()
     places = middles(window)
     # Those in the middle of the face, which nothing hides.
     one, two, three, four = sorted(
@@ -105,7 +105,7 @@ def test_cells_are_marked_by_clicks_and_keys_and_counted(window, laid) -> None:
     studio.undo()
     assert marks_of(grid_of(window))[four] == "u"
     settle(panel)
-    found = panel.answered
+    found = panel.result
     assert (found.done.cells, found.empty.cells, found.unmeasurable.cells) == (1, 1, 2)
     assert found.looked_at_share == pytest.approx(
         exposed.covered[[one, two, three, four]].sum() / exposed.covered.sum()
@@ -134,7 +134,7 @@ def test_the_command_says_what_the_dock_says(window, laid, tmp_path, capfd) -> N
     studio.save_as(folder)
     wait(lambda: studio.project.folder == folder, "the saved project")
     settle(panel)
-    mine = panel.answered.to_dict()
+    mine = panel.result.to_dict()
     studio.new_project()
     capfd.readouterr()
     assert main(["project", str(folder), "coverage", "--json"]) == 0

@@ -28,7 +28,7 @@ def press(button) -> None:
 
 def settle(panel) -> None:
     driver.pause(200)
-    wait(lambda: not panel._asked.waiting and not panel._timer.isActive(), "the figures")
+    wait(lambda: not panel._requests.waiting and not panel._timer.isActive(), "the figures")
 
 
 def pick(window: MainWindow, points: np.ndarray) -> Trace:
@@ -104,7 +104,7 @@ def test_a_round_of_blind_repeats(window, three, picks, capfd) -> None:
     assert all(studio.visible(id_) for id_ in names)
     assert studio.tool_name == "navigate"
     settle(panel)
-    found = panel.found
+    found = panel.result
     assert (found.structures, found.repeats, found.stated_errors_hold) == (1, 1, "undetermined")
     # The same places, clicked from elsewhere the other way round.
     assert found.pairs[0].angle_deg < found.pairs[0].stated95_deg

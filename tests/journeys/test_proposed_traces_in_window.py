@@ -77,7 +77,7 @@ def test_lines_are_found_looked_at_accepted_and_taken_back(window, panel) -> Non
     drawn = [key for key in window.viewport.features.drawings if key.startswith("proposed")]
     assert "proposed traces:sure" in drawn
     choose(panel, 0)
-    found = panel._traces.found
+    found = panel._traces.proposals
     assert panel.why.text() == reason_text(found, found.lines[panel._current()])
     assert found.told.surrogates in figures(panel.why.text())
     driver.settled(window)
@@ -113,7 +113,7 @@ def test_lines_are_found_looked_at_accepted_and_taken_back(window, panel) -> Non
 @pytest.mark.full
 def test_what_was_rejected_is_not_proposed_again_nor_what_is_a_trace(window, panel) -> None:
     look(window, panel)
-    lines = panel._traces.found.lines
+    lines = panel._traces.proposals.lines
     first, second = lines[0].points, lines[1].points
     choose(panel, 0)
     QTest.keyClick(panel.table, Qt.Key.Key_Delete)
@@ -123,34 +123,34 @@ def test_what_was_rejected_is_not_proposed_again_nor_what_is_a_trace(window, pan
     QTest.keyClick(panel.table, Qt.Key.Key_Return)
     assert len(traces(window)) == 1
     look(window, panel)
-    assert panel._traces.found.known > 0
-    assert panel._traces.found.known in figures(panel.summary.text())
+    assert panel._traces.proposals.known > 0
+    assert panel._traces.proposals.known in figures(panel.summary.text())
 
     def beside(line, other) -> float:
         gaps = np.linalg.norm(line[:, None] - other[None], axis=2).min(axis=1)
         return float((gaps < 0.05).mean())
 
-    for one in panel._traces.found.lines:
+    for one in panel._traces.proposals.lines:
         assert beside(one.points, first) < 0.5
         assert beside(one.points, second) < 0.5
     # By another cost, and shorter ones, neither.
     panel.limits.fields["min_length_m"].setValue(0.5)
     look(window, panel)
-    assert all(beside(one.points, first) < 0.5 for one in panel._traces.found.lines)
+    assert all(beside(one.points, first) < 0.5 for one in panel._traces.proposals.lines)
     # Unless it is brought back.
     assert panel.forgive.isEnabled()
     driver.click(panel.forgive, panel.forgive.rect().center())
     assert not panel.forgive.isEnabled()
     panel.limits.fields["min_length_m"].setValue(1.0)
     look(window, panel)
-    assert any(beside(one.points, first) > 0.5 for one in panel._traces.found.lines)
+    assert any(beside(one.points, first) > 0.5 for one in panel._traces.proposals.lines)
 
 
 @pytest.mark.full
 def test_a_line_is_edited_in_the_trace_tool(window, panel) -> None:
     studio = window.studio
     look(window, panel)
-    wanted, left = panel._traces.found.lines[0].points, len(panel._traces.open)
+    wanted, left = panel._traces.proposals.lines[0].points, len(panel._traces.open)
     choose(panel, 0)
     driver.click(panel.edit, panel.edit.rect().center())
     tool = studio.tool_of(TraceTool)
@@ -181,9 +181,9 @@ def test_a_line_is_edited_in_the_trace_tool(window, panel) -> None:
 @pytest.mark.full
 def test_a_click_on_the_outcrop_chooses_the_line_there(window, panel) -> None:
     look(window, panel)
-    line = panel._traces.found.lines[0].points
+    line = panel._traces.proposals.lines[0].points
     driver.click(window.viewport, driver.pixel(window, line[len(line) // 2]))
-    driver.wait(lambda: panel._rows() == [0], "the row")
+    driver.wait(lambda: panel._selection() == [0], "the row")
 
 
 @pytest.mark.full
@@ -195,14 +195,14 @@ def test_stopped_in_the_middle_nothing_is_changed(window, panel) -> None:
     assert "job.stopped" in shown_codes(panel.summary.text())
     assert dict(window.studio.records) == before
     look(window, panel)
-    assert panel._traces.found is not None
+    assert panel._traces.proposals is not None
 
 
 @pytest.mark.full
 def test_nothing_found_is_said(window, panel) -> None:
     panel.limits.fields["min_length_m"].setValue(500.0)
     look(window, panel)
-    assert panel._traces.found.lines == ()
+    assert panel._traces.proposals.lines == ()
     assert figures(panel.summary.text()) == [500]
     assert not panel.accept.isEnabled()
     assert "Choose lines" in panel.accept.toolTip()
@@ -222,10 +222,10 @@ def test_a_network_of_the_user_finds_the_edges(window, panel, tmp_path) -> None:
     # One minus the lightness.
     network.write_bytes(convolution(np.full((1, 3, 1, 1), -1.0 / 3.0), bias=1.0))
     look(window, panel)
-    first = panel._traces.found.lines[0]
+    first = panel._traces.proposals.lines[0]
     assert np.percentile(np.abs(first.points[:, 2] - 0.5), 90) < 0.08
     choose(panel, 0)
-    assert panel.why.text() == reason_text(panel._traces.found, first)
+    assert panel.why.text() == reason_text(panel._traces.proposals, first)
     driver.keep_picture(window, "proposed-traces-network")
     # The trace tool does not know the network: the line opens with its own vertices.
     driver.click(panel.edit, panel.edit.rect().center())

@@ -69,7 +69,7 @@ def section_of(window) -> SectionPanel:
 
 def settle(panel) -> None:
     driver.pause(200)
-    wait(lambda: not panel._asked.waiting and not panel._timer.isActive(), "the section")
+    wait(lambda: not panel._requests.waiting and not panel._timer.isActive(), "the section")
 
 
 def test_a_section_along_a_plane_is_drawn_and_its_command_says_the_same(
@@ -78,11 +78,11 @@ def test_a_section_along_a_plane_is_drawn_and_its_command_says_the_same(
     panel = section_of(window)
     settle(panel)
     assert not panel.write.isEnabled()
-    assert "plane" in panel.said.text()
+    assert "plane" in panel.message.text()
     type_in(panel.plane.line, "110/90")
     settle(panel)
-    assert panel.answered is not None, panel.said.text()
-    figures = panel.answered.figures
+    assert panel.result is not None, panel.message.text()
+    figures = panel.result.figures
     assert figures.features > 0
     driver.keep_picture(window, "section_panel")
     press(panel.copy)
@@ -118,18 +118,18 @@ def test_a_line_drawn_on_the_outcrop_is_the_line_of_the_section(
     driver.key(window, Qt.Key.Key_Return)
     wait(lambda: panel.line is not None, "the line")
     settle(panel)
-    assert panel.answered is not None, panel.said.text()
+    assert panel.result is not None, panel.message.text()
     (drawn,) = window.studio.session.of(Dimension)
     assert np.array_equal(panel.line, window.studio.measured([drawn.id])[drawn.id].points)
     length = np.hypot(*np.diff(panel.line[:, :2], axis=0).T).sum()
-    along = np.concatenate([line[:, 0] for line in panel.answered.cut.lines])
+    along = np.concatenate([line[:, 0] for line in panel.result.cut.lines])
     assert along.min() >= -1e-9
     assert along.max() <= length + 1e-6
     profile = tmp_path / "a line.csv"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(profile), ""))
     press(panel.copy)
     found = told(QGuiApplication.clipboard().text(), capfd, "-o", str(tmp_path / "cut.svg"))
-    assert found["length_m"] == pytest.approx(panel.answered.figures.length_m, rel=1e-12)
+    assert found["length_m"] == pytest.approx(panel.result.figures.length_m, rel=1e-12)
 
 
 @pytest.mark.full
@@ -144,14 +144,14 @@ def test_what_cannot_be_cut_is_said(window, model_id) -> None:
         type_in(panel.plane.line, typed)
         type_in(panel.through, through)
         settle(panel)
-        assert said in panel.said.text()
-        assert panel.answered is None
+        assert said in panel.message.text()
+        assert panel.result is None
         assert not panel.copy.isEnabled()
     type_in(panel.through, "")
     type_in(panel.direction.line, "020/00")
     settle(panel)
-    assert panel.answered is None
-    said = shown_values(panel.said.text(), "section.along-direction")
+    assert panel.result is None
+    said = shown_values(panel.message.text(), "section.along-direction")
     assert said == {"limit_deg": "2", "recommended_deg": "15"}
 
 
@@ -198,7 +198,7 @@ def test_an_elevation_model_can_be_stopped(window, model_id, tmp_path) -> None:
     assert panel.start.text() == "Stop"
     press(panel.start)
     wait(lambda: panel.start.text() == "Make", "the end")
-    assert "Stopped" in panel.said.text()
+    assert "Stopped" in panel.message.text()
     assert not target.exists()
     type_in(panel.plane.line, "95")
     assert not panel.start.isEnabled()

@@ -53,7 +53,7 @@ def panel(window, outcrop, picks):
     window.workspaces.switch("analyse")
     window.docks.bring_forward("slopes")
     made = window.findChild(SlopesPanel)
-    wait(lambda: made.said.text(), "the panel")
+    wait(lambda: made.message.text(), "the panel")
     return made
 
 
@@ -66,7 +66,7 @@ def type_face(panel, text: str) -> None:
 
 def settle(panel) -> None:
     driver.pause(150)
-    wait(lambda: not panel._asked.waiting and not panel._timer.isActive(), "the answer")
+    wait(lambda: not panel._requests.waiting and not panel._timer.isActive(), "the answer")
 
 
 def choose(panel, text: str) -> None:
@@ -130,7 +130,7 @@ def test_the_modes_are_those_of_mplstereonet_and_their_planes_are_selected(windo
     assert f"({members.max()})" in panel.results.planes.item(0).text()
     # Compass readings have no error: no probability is claimed.
     assert cell(panel, 0, 4) == "–"
-    assert "No error of theirs" in panel.said.text()
+    assert "No error of theirs" in panel.message.text()
     driver.keep_picture(window, "slopes_panel")
 
 
@@ -173,7 +173,7 @@ def test_another_notation_leaves_the_face_where_it_is(window, panel) -> None:
     settle(panel)
     assert panel.face.text() == "030/70 RHR"
     assert [cell(panel, row, 1) for row in range(5)] == before
-    assert panel.answered.question.face.plane.dip_direction_deg == 120.0
+    assert panel.result.question.face.plane.dip_direction_deg == 120.0
 
 
 @pytest.mark.full
@@ -187,19 +187,19 @@ def test_what_cannot_be_is_said_in_words(window, panel) -> None:
         type_face(panel, "1")
         panel.face.clear()
         type_face(panel, typed)
-        assert said in panel.said.text()
-        assert panel.answered is None
+        assert said in panel.message.text()
+        assert panel.result is None
         assert not panel.copy.isEnabled()
     type_face(panel, "120/70")
-    assert panel.answered is not None
+    assert panel.result is not None
     friction = panel.angles.fields["friction_deg"]
     friction.setValue(80.0)
     settle(panel)
-    assert "slope.gentle-face" in shown_codes(panel.said.text())
+    assert "slope.gentle-face" in shown_codes(panel.message.text())
     friction.setValue(30.0)
     window.studio.selection.set([])
     choose(panel, "Selection")
-    assert "Select planes" in panel.said.text()
+    assert "Select planes" in panel.message.text()
 
 
 @pytest.mark.full
@@ -227,7 +227,7 @@ def test_the_command_says_what_the_panel_says_and_the_figure_is_written(
     assert Path(arguments[1]) == table
     assert main([*arguments, "--json"]) == 0
     told = json.loads(capfd.readouterr().out)
-    found = panel.answered.found
+    found = panel.result.found
     assert told["n"] == found.n == 63
     assert told["with_error"] == found.with_error == 3
     for mode in ("planar", "wedge", "flexural_toppling", "direct_toppling"):
@@ -247,14 +247,14 @@ def test_each_facet_of_the_model_is_a_slope_and_is_painted(
     panel.at.setCurrentIndex(1)
     panel.at.activated.emit(1)
     settle(panel)
-    assert "Propose facets" in panel.said.text()
+    assert "Propose facets" in panel.message.text()
     assert not panel.copy.isEnabled()
     model_id = studio.session.of(Model)[0].id
     studio.facets.find(model_id, FacetOptions(), None)
-    wait(lambda: studio.facets.found is not None, "the facets", 120.0)
+    wait(lambda: studio.facets.proposals is not None, "the facets", 120.0)
     settle(panel)
-    found = panel.by_facet
-    assert found is not None, panel.said.text()
+    found = panel.facets_result
+    assert found is not None, panel.message.text()
     assert len(found.found.facets) == len(studio.facets.open)
     assert panel.facets.table.numbers.rowCount() == len(found.found.facets)
     name = "planar sliding [%]"
@@ -290,12 +290,12 @@ def test_each_facet_of_the_model_is_a_slope_and_is_painted(
         assert theirs["overhangs"] == ours.overhangs
     studio.facets.reject([int(found.found.facets[0].id)])
     settle(panel)
-    assert len(panel.by_facet.found.facets) == len(found.found.facets) - 1
+    assert len(panel.facets_result.found.facets) == len(found.found.facets) - 1
     QTest.mouseClick(panel.facets.off, LEFT, NONE, panel.facets.off.rect().center())
     assert studio.display.mode != "field"
     panel.at.setCurrentIndex(0)
     panel.at.activated.emit(0)
     settle(panel)
     type_face(panel, "120/70")
-    assert panel.answered is not None
+    assert panel.result is not None
     assert panel.results.isVisible()

@@ -65,31 +65,31 @@ def told(capfd) -> dict:
 
 def test_bennisons_seam_is_typed_and_added(window, tmp_path, monkeypatch, capfd) -> None:
     panel = panel_of(window)
-    assert panel.found is None
-    assert "three-points.too-few" in shown_codes(panel.said.text())
+    assert panel.plane is None
+    assert "three-points.too-few" in shown_codes(panel.message.text())
     assert not panel.add.isEnabled()
     assert "no plane" in panel.add.toolTip()
     for row, words in enumerate(BENNISON):
         for column, text in enumerate(words):
             type_cell(panel, row, column, text)
     settle(panel)
-    assert panel.found is not None, panel.said.text()
-    assert panel.found.dip_deg == pytest.approx(7.37, abs=0.005)
-    assert panel.found.max_confidence95_deg is None
-    assert "three-points.no-error" in shown_codes(panel.said.text())
+    assert panel.plane is not None, panel.message.text()
+    assert panel.plane.dip_deg == pytest.approx(7.37, abs=0.005)
+    assert panel.plane.max_confidence95_deg is None
+    assert "three-points.no-error" in shown_codes(panel.message.text())
     QTest.keyClicks(panel.sigma, "5")
     settle(panel)
-    assert "± " in panel.said.text()
+    assert "± " in panel.message.text()
     driver.keep_picture(window, "three_points")
     points = tmp_path / "points.csv"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(points), ""))
     press(panel.copy)
     found = told(capfd)
     assert found["strike_rhr_deg"] == pytest.approx(106.45, abs=0.005)
-    assert found["dip_error_deg"] == pytest.approx(panel.found.dip_error_deg, rel=1e-12)
+    assert found["dip_error_deg"] == pytest.approx(panel.plane.dip_error_deg, rel=1e-12)
     press(panel.add)
     (reading,) = window.studio.session.of(Reading)
-    assert reading.inclination_deg == panel.found.dip_deg
+    assert reading.inclination_deg == panel.plane.dip_deg
     assert "± " in reading.notes
     assert reading.position == pytest.approx((4475 / 3, 6149 / 3, 550.0))
     window.actions_table.run("undo")
@@ -103,21 +103,21 @@ def test_what_is_no_plane_is_said(window, tmp_path, monkeypatch) -> None:
         for column, text in enumerate(words):
             type_cell(panel, row, column, text)
     settle(panel)
-    assert panel.found is None
-    assert "points.collinear" in shown_codes(panel.said.text())
+    assert panel.plane is None
+    assert "points.collinear" in shown_codes(panel.message.text())
     type_cell(panel, 1, 2, "deep")
     settle(panel)
-    assert panel.said.text().startswith("Row 2: “deep” ")
-    assert "number.invalid" in shown_codes(panel.said.text())
+    assert panel.message.text().startswith("Row 2: “deep” ")
+    assert "number.invalid" in shown_codes(panel.message.text())
     table = tmp_path / "wells.csv"
     table.write_text("name,x,y,z\n" + "".join(f"w,{','.join(row)}\n" for row in BENNISON))
     monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: (str(table), ""))
     press(panel.read)
-    wait(lambda: panel.found is not None, "the seam")
-    assert panel.found.dip_deg == pytest.approx(7.37, abs=0.005)
+    wait(lambda: panel.plane is not None, "the seam")
+    assert panel.plane.dip_deg == pytest.approx(7.37, abs=0.005)
     press(panel.more)
     settle(panel)
-    assert panel.found.n == 3
+    assert panel.plane.n == 3
 
 
 @pytest.mark.full
@@ -132,10 +132,10 @@ def test_three_clicks_on_the_outcrop_are_a_trace_with_its_plane(window, outcrop,
     wait(lambda: panel.of_id, "the trace")
     settle(panel)
     (made,) = window.studio.session.of(Trace)
-    assert panel.found is not None
+    assert panel.plane is not None
     plane = window.studio.measured([made.id])[made.id].plane
-    assert panel.found.dip_deg == pytest.approx(plane.dip_deg, abs=0.01)
-    assert panel.found.max_confidence95_deg is not None
+    assert panel.plane.dip_deg == pytest.approx(plane.dip_deg, abs=0.01)
+    assert panel.plane.max_confidence95_deg is not None
     assert not panel.add.isEnabled()
     window.actions_table.run("undo")
     settle(panel)

@@ -95,7 +95,7 @@ def beds(window, studio):
 def axes(window, studio) -> list[tuple[float, float, int]]:
     """Beta and its count, by the net, the view direction and the planes of the statistics."""
     net = window.net.contents().fold
-    view = window.view_panel._bedding.found()
+    view = window.view_panel._bedding.axis_or_reason()
     statistics = studio.fold.planes().axis()
     return [(a.beta.trend_deg, a.beta.plunge_deg, a.n) for a in (net, view, statistics)]
 

@@ -44,7 +44,7 @@ class Opened:
         self.said: list[tuple[str, Message]] = []
         self.document = PhotoDocument(studio)
         self.exports = PhotoExports(self.document)
-        self.exports.said.connect(lambda message, level: self.said.append((level, message)))
+        self.exports.message.connect(lambda message, level: self.said.append((level, message)))
         self.document.look_at(folder)
         project = studio.project.folder
         own = tables_of(project, folder)

@@ -59,9 +59,9 @@ def test_displacement_is_told_in_units_of_the_model(window, studio) -> None:
     studio.selection.set(["b1", "b2"])
     panel.add.click()
     panel.show_now()
-    assert panel.answered is not None, panel.said.text()
-    assert "units, with 95 % errors" in panel.said.text()
-    assert " m " not in panel.said.text()
+    assert panel.result is not None, panel.message.text()
+    assert "units, with 95 % errors" in panel.message.text()
+    assert " m " not in panel.message.text()
 
 
 def test_points_that_are_taken_do_not_make_their_misfit_a_known_error(window, studio) -> None:
@@ -74,7 +74,7 @@ def test_points_that_are_taken_do_not_make_their_misfit_a_known_error(window, st
     studio.selection.set(["t1"])
     panel.take.click()
     panel.show_now()
-    taken = panel.found.max_confidence95_deg
+    taken = panel.plane.max_confidence95_deg
     panel.sigma.setText(f"{studio.measured(['t1'])['t1'].fit.rms}")
     panel.show_now()
-    assert taken > 2.0 * panel.found.max_confidence95_deg
+    assert taken > 2.0 * panel.plane.max_confidence95_deg

@@ -172,7 +172,7 @@ def _looked_at(args: argparse.Namespace, out: Output) -> None:
     grids = [each.to_dict() for each in found]
     out.result({**_summary(args).to_dict(), "grids": grids})
     out.warn(said)
-    lines = [line for g in found for line in (g.name, *looked_at_rows(g.found), "")]
+    lines = [line for g in found for line in (g.name, *looked_at_rows(g.coverage), "")]
     out.text("\n".join(lines).strip() or tr("no grid was laid over a face"))
 
 

@@ -71,7 +71,7 @@ from vomstudio.workspace.placing.registering import (
     turned_deg,
 )
 from vomstudio.workspace.project_options import FeatureValues
-from vomstudio.workspace.project_summary import chosen_features
+from vomstudio.workspace.project_summary import matching_ids
 
 if TYPE_CHECKING:
     from vomstudio.io.project.listed_import import ImportedFeatures
@@ -123,10 +123,21 @@ class AddedPicks:
 
 
 @dataclass(frozen=True, eq=False)
-class _Known:
-    """A model as it was read: its surface, bounds, some of its points and its resolution.
+class _ModelData:
+    """Data of a model that measurements need.
 
-    why_not : why it could not be read
+    Attributes
+    ----------
+    surface : PaintSurface or None
+        None if the file could not be read.
+    bounds : (2, 3) float64 or None
+        In the frame of the file.
+    extent : (n, 3) float64 or None
+        Sample of the points, in the frame of the file.
+    resolution : callable
+        Returns the resolution in the unit of the file, None if it is not known.
+    why_not : tuple of Finding
+        Why the file could not be read; empty if it was read.
     """
 
     surface: PaintSurface | None = None
@@ -136,20 +147,31 @@ class _Known:
     why_not: tuple[Finding, ...] = ()
 
     @classmethod
-    def of(cls, data: Mesh | PointCloud) -> _Known:
+    def of(cls, data: Mesh | PointCloud) -> _ModelData:
         # Only registrations need the resolution.
         resolution = partial(known_resolution, data)
         return cls(surface_of(data), data.bounds, some_points(data), resolution)
 
 
 class HeadlessProject:
-    """An open project without a window: what every door without one stands on.
+    """An open project without a window, for commands and scripts.
 
-    Changes are in the journal at once; after `save` nobody who opens the project is asked about
-    unsaved work. A context manager closes it.
+    Every change is written to the journal at once. `save` marks the changes as saved, so that the
+    window does not report unsaved work. As a context manager it closes the project.
 
-    settings : by which it was opened; warnings : about them; recovered : it has changes that a
-    crash left unsaved
+    Parameters
+    ----------
+    project : Project
+    settings : Settings
+        Settings with which the project was opened.
+    warnings : sequence of Message
+        Warnings about the settings.
+    progress : Progress, optional
+
+    Attributes
+    ----------
+    recovered : bool
+        Whether the journal contains changes that a crash left unsaved.
     """
 
     def __init__(
@@ -162,7 +184,7 @@ class HeadlessProject:
         self.project, self.settings, self.warnings = project, settings, tuple(warnings)
         self._progress = progress or Silent()
         self.recovered, self._opened_at = self.session.recovered, self.session.top
-        self._known: dict[str, _Known] = {}
+        self._model_data: dict[str, _ModelData] = {}
 
     # --- opening and closing -----------------------------------------------------------------
     @classmethod
@@ -189,28 +211,28 @@ class HeadlessProject:
         """Mark the present state as saved and update the GIS layers; report if that failed."""
         if self.session.dirty:
             self.session.save()
-        self._has_been_saved()
+        self._mark_saved()
         return written_layers(self.project.folder, bool(self.session.features()))
 
     def save_as(self, folder: Path) -> list[Finding]:
-        """Save the project in another folder and go on there; report files that are left out."""
+        """Save the project in another folder and continue there; report files that are left out."""
         left_out = self.project.save_as(folder)
-        self._has_been_saved()
+        self._mark_saved()
         return left_out
 
-    def _has_been_saved(self) -> None:
+    def _mark_saved(self) -> None:
         self.recovered, self._opened_at = False, self.session.top
 
     def close(self) -> None:
-        """Close the project; unsaved changes are put aside, and `undo` brings them back.
+        """Close the project; `undo` can restore its unsaved changes.
 
-        What a crash left unsaved stays as it is if nothing else was changed.
+        Changes that a crash left unsaved remain unsaved if nothing else was changed.
         """
         session = self.session
         try:
-            untouched = self.recovered and session.top == self._opened_at
-            # A folder that is gone or full has been reported when it was met.
-            if session.dirty and not untouched and self.project.write_failure is None:
+            is_unchanged = self.recovered and session.top == self._opened_at
+            # A missing or full folder was reported when writing failed.
+            if session.dirty and not is_unchanged and self.project.write_failure is None:
                 session.discard_unsaved()
         finally:
             self.project.close()
@@ -221,50 +243,50 @@ class HeadlessProject:
         return self.project.session
 
     # --- finding -----------------------------------------------------------------------------
-    def find_model(self, wanted: str | None) -> Model:
+    def find_model(self, name: str | None) -> Model:
         """A model by id or name, case ignored; None for the only one. Raises UsageError."""
         models = self.session.of(Model)
-        found = _matching(models, wanted) if wanted is not None else models
-        if len(found) == 1:
-            return found[0]
+        matches = _matching(models, name) if name is not None else models
+        if len(matches) == 1:
+            return matches[0]
         names = [model.name for model in models]
         if not models:
             raise UsageError(Finding("project.no-models"), field="--model")
-        if wanted is None:
+        if name is None:
             raise UsageError(
                 Finding("project.several-models", names=names),
                 field="--model",
             )
-        if found:
-            ids = [model.id for model in found]
+        if matches:
+            ids = [model.id for model in matches]
             raise UsageError(
-                Finding("model.ambiguous-name", name=wanted, ids=ids),
+                Finding("model.ambiguous-name", name=name, ids=ids),
                 field="--model",
             )
         raise UsageError(
-            Finding("option.not-a-choice", value=wanted, choices=names),
+            Finding("option.not-a-choice", value=name, choices=names),
             field="--model",
         )
 
-    def find_type(self, wanted: str) -> FeatureType:
+    def find_type(self, name: str) -> FeatureType:
         """A feature type by name or id, case ignored. Raises UsageError."""
         types = self.session.of(FeatureType)
-        if found := _matching(types, wanted):
-            return found[0]
+        if matches := _matching(types, name):
+            return matches[0]
         names = [kind.name for kind in types]
         raise UsageError(
-            Finding("option.not-a-choice", value=wanted, choices=names),
+            Finding("option.not-a-choice", value=name, choices=names),
             field="--type",
         )
 
-    def find_features(self, wanted: Sequence[str]) -> list[Typed]:
+    def find_features(self, names: Sequence[str]) -> list[Typed]:
         """Return the features with these ids or names. Raises InputError for a missing one."""
         records = self.session.records
-        chosen = chosen_features(records.values(), wanted, self.project.folder)
-        return [each for each in self.session.of(Typed) if each.id in chosen]
+        ids = matching_ids(records.values(), names, self.project.folder)
+        return [each for each in self.session.of(Typed) if each.id in ids]
 
     # --- changes -----------------------------------------------------------------------------
-    def set_values(self, wanted: Sequence[str], values: FeatureValues) -> list[Typed]:
+    def set_values(self, names: Sequence[str], values: FeatureValues) -> list[Typed]:
         """Change type, set, domain or name of features, as one edit, and return the features.
 
         Raises
@@ -274,20 +296,20 @@ class HeadlessProject:
         UsageError
             For an unknown type, and for one name of several features.
         """
-        features = self.find_features(wanted)
+        features = self.find_features(names)
         if values.name is not None and len(features) > 1:
             raise UsageError(Finding("name.of-several", count=len(features)), field="--name")
         fields = {"name": values.name, "set_name": values.set, "domain": values.domain}
         if values.type is not None:
             fields["type_id"] = self.find_type(values.type).id
-        given = {field: value for field, value in fields.items() if value is not None}
+        new_values = {field: value for field, value in fields.items() if value is not None}
         ids = [each.id for each in features]
-        self.session.apply(edits.set_attributes(self.session.records, ids, **given))
+        self.session.apply(edits.set_attributes(self.session.records, ids, **new_values))
         return self.find_features(ids)
 
-    def delete(self, wanted: Sequence[str]) -> list[Typed]:
+    def delete(self, names: Sequence[str]) -> list[Typed]:
         """Delete features, as one edit, and return them. Raises InputError for a missing one."""
-        features = self.find_features(wanted)
+        features = self.find_features(names)
         self.session.apply(edits.delete(self.session.records, [each.id for each in features]))
         return features
 
@@ -329,7 +351,7 @@ class HeadlessProject:
             placement,
         )
         self.session.apply(edits.add_model(self.session.records, model))
-        self._known[model.id] = _Known.of(loaded.data)
+        self._model_data[model.id] = _ModelData.of(loaded.data)
         return AddedModel(model, True, (*loaded.warnings, *established.findings))
 
     def add_picks(
@@ -559,21 +581,21 @@ class HeadlessProject:
             If there is no such feature.
         """
         measured: dict[str, dict[str, Any]] = {}
-        left: list[Finding] = []
+        findings: list[Finding] = []
         records = self.session.records
         features = of_earlier_rules(records)
         for model in self.session.of(Model):
-            mine = [f for f in features if f.model_id == model.id]
-            if not mine:
+            outdated = [f for f in features if f.model_id == model.id]
+            if not outdated:
                 continue
-            known = self._read(model)
-            left += known.why_not
-            if known.surface is not None:
-                measured |= {f.id: measured_anew(known.surface, f) for f in mine}
+            data = self._read(model)
+            findings += data.why_not
+            if data.surface is not None:
+                measured |= {f.id: measured_anew(data.surface, f) for f in outdated}
         if features and not measured:
-            return 0, tuple(left)
+            return 0, tuple(findings)
         self.session.apply(edits.update_surroundings(records, measured))
-        return len(measured), tuple(left)
+        return len(measured), tuple(findings)
 
     def undo(self) -> str:
         """Undo the last edit and return its label. Raises DocumentError where there is none."""
@@ -612,22 +634,22 @@ class HeadlessProject:
 
     def _surface_for_planes(self, model: Model) -> tuple[PaintSurface | None, tuple[Finding, ...]]:
         """Return the surface of a model, and findings about new planes if it is not known."""
-        known = self._read(model)
-        return known.surface, known.why_not and (*known.why_not, Finding("surroundings.unknown"))
+        data = self._read(model)
+        return data.surface, data.why_not and (*data.why_not, Finding("surroundings.unknown"))
 
-    def _read(self, model: Model) -> _Known:
+    def _read(self, model: Model) -> _ModelData:
         """Return what the file of a model contains, or why it cannot be read."""
-        if model.id not in self._known:
+        if model.id not in self._model_data:
             try:
-                self._known[model.id] = _Known.of(self.read_model(model).data)
+                self._model_data[model.id] = _ModelData.of(self.read_model(model).data)
             except VomError as error:
-                self._known[model.id] = _Known(why_not=(finding_of(error),))
-        return self._known[model.id]
+                self._model_data[model.id] = _ModelData(why_not=(finding_of(error),))
+        return self._model_data[model.id]
 
 
-def _matching(records: Sequence[Named], wanted: str) -> list[Named]:
-    exact = [record for record in records if record.id == wanted]
-    return exact or [r for r in records if r.name.casefold() == wanted.casefold()]
+def _matching(records: Sequence[Named], name: str) -> list[Named]:
+    exact = [record for record in records if record.id == name]
+    return exact or [r for r in records if r.name.casefold() == name.casefold()]
 
 
 def _to_file(model: Model) -> Array:

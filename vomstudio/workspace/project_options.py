@@ -1,4 +1,4 @@
-"""Options of the actions of a project, declared once."""
+"""Options of the actions of `vomstudio project`, shared by the command line and Python."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from vomstudio.words import to_translate
 
 @dataclass(frozen=True, kw_only=True)
 class ModelChoice(Options):
-    """The model of the project to which an action applies."""
+    """Option that selects the model of an action."""
 
     model: str | None = option(
         None,
@@ -31,12 +31,12 @@ class ModelChoice(Options):
 
 @dataclass(frozen=True, kw_only=True)
 class PlacementOptions(ModelChoice):
-    """How a model of a project is registered.
+    """Options that register a model of a project.
 
     Raises
     ------
     UsageError
-        For an error outside its bounds, and for a stable part without a reference.
+        For a standard deviation outside its bounds, and for `stable` without `reference`.
     """
 
     reference: str | None = option(
@@ -70,7 +70,7 @@ class PlacementOptions(ModelChoice):
 
 @dataclass(frozen=True, kw_only=True)
 class PickOptions(ModelChoice):
-    """Type, names and set of added traces."""
+    """Options of traces that are added to a project."""
 
     type: str = option(metavar="TYPE", help=to_translate("feature type, such as bedding"))
     by: str | None = option(
@@ -89,12 +89,12 @@ class PickOptions(ModelChoice):
 
 @dataclass(frozen=True)
 class FeatureValues(Options):
-    """New values of features; None keeps a value.
+    """New values of features; None keeps the present value.
 
     Raises
     ------
     UsageError
-        If no value is given.
+        If all values are None.
     """
 
     type: str | None = option(
@@ -117,7 +117,7 @@ class FeatureValues(Options):
 
 @dataclass(frozen=True)
 class CompactOptions(Options):
-    """Whether a project is compacted."""
+    """Options that compact the journal of a project."""
 
     dry_run: bool = option(False, help=to_translate("only report what would be removed"))
 
@@ -129,4 +129,4 @@ ACTION_OPTIONS: dict[str, type] = {
     "set": FeatureValues,
     "compact": CompactOptions,
 }
-"""Options of actions of `vomstudio project` by their names."""
+"""Options class of each action of `vomstudio project`, by the name of the action."""

@@ -93,7 +93,7 @@ def summarise(folder: Path) -> ProjectSummary:
 
 
 def model_facts(records: Mapping[str, Record]) -> tuple[ModelFacts, ...]:
-    """Describe the models of a project, in the order in which they came."""
+    """Describe the models of a project, in the order in which they were added."""
     on = Counter(getattr(f, "model_id", None) for f in records.values() if isinstance(f, Feature))
     return tuple(
         ModelFacts(m.id, m.name, m.path, m.kind, m.frame.name(), m.frame.crs, on[m.id])
@@ -112,12 +112,12 @@ class Fitted:
     limits: Thresholds
 
 
-def fitted(folder: Path, wanted: Sequence[str] = ()) -> Fitted:
+def fitted(folder: Path, names: Sequence[str] = ()) -> Fitted:
     """The features of these ids or names, or all, as the window's table shows them. Raises
     InputError where there is none of them."""
     played = read_replay(folder)
     return fitted_records(
-        played.records, Measurements(thresholds_of(played.settings)), folder, wanted
+        played.records, Measurements(thresholds_of(played.settings)), folder, names
     )
 
 
@@ -125,28 +125,34 @@ def fitted_records(
     records: Mapping[str, Record],
     measurements: Measurements,
     folder: Path,
-    wanted: Sequence[str] = (),
+    names: Sequence[str] = (),
 ) -> Fitted:
     """The same of a project that is open. Raises as `fitted`."""
-    chosen = chosen_features(records.values(), wanted, folder) if wanted else None
+    ids = matching_ids(records.values(), names, folder) if names else None
     table = project_table(records, measurements)
     return Fitted(
-        tuple(row for row in table.rows if chosen is None or row["id"] in chosen),
-        tuple(item for item in table.skipped if chosen is None or item["id"] in chosen),
+        tuple(row for row in table.rows if ids is None or row["id"] in ids),
+        tuple(item for item in table.skipped if ids is None or item["id"] in ids),
         table.limits,
     )
 
 
-def chosen_features(records: Iterable[Record], wanted: Sequence[str], folder: Path) -> set[str]:
-    """Return the ids of the features with these ids or names. Raises InputError."""
+def matching_ids(records: Iterable[Record], names: Sequence[str], folder: Path) -> set[str]:
+    """Return the ids of the features with these ids or names.
+
+    Raises
+    ------
+    InputError
+        If no feature has one of them.
+    """
     features = [r for r in records if isinstance(r, Typed)]
-    chosen: set[str] = set()
-    for word in wanted:
-        found = {f.id for f in features if word in (f.id, getattr(f, "name", None))}
-        if not found:
+    ids: set[str] = set()
+    for name in names:
+        matches = {f.id for f in features if name in (f.id, getattr(f, "name", None))}
+        if not matches:
             raise InputError(
-                Finding("record.missing", id=word, kind="feature"),
+                Finding("record.missing", id=name, kind="feature"),
                 file=folder,
             )
-        chosen |= found
-    return chosen
+        ids |= matches
+    return ids

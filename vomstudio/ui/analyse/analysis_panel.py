@@ -22,12 +22,19 @@ from vomstudio.ui.interpret.tool_panels.common import hint_label
 Question = TypeVar("Question")
 Answer = TypeVar("Answer")
 
-_SOON_MS = 120
-"""After the last change of a row of them."""
+_REFRESH_DELAY_MS = 120
+"""Changes within this delay share one refresh."""
 
 
 class LazyPanel(QWidget):
-    """Panel that refreshes only while it is visible, by its method `show_now`."""
+    """Panel that refreshes only while it is visible.
+
+    Subclasses implement `show_now`.
+
+    Parameters
+    ----------
+    studio : Studio
+    """
 
     def __init__(self, studio: Studio) -> None:
         super().__init__()
@@ -35,21 +42,21 @@ class LazyPanel(QWidget):
         self._stale = True
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
-        self._timer.setInterval(_SOON_MS)
+        self._timer.setInterval(_REFRESH_DELAY_MS)
         self._timer.timeout.connect(self.refresh)
 
     def show_now(self) -> None:
-        """Bring everything up to date; somebody looks."""
+        """Update all widgets of the panel. Called only while it is visible."""
         raise NotImplementedError
 
     def refresh(self) -> None:
-        """Anew, unless nobody sees it."""
+        """Update the panel if it is visible, otherwise when it is next painted."""
         self._stale = self.visibleRegion().isEmpty()
         if not self._stale:
             self.show_now()
 
     def _soon(self, *_: object) -> None:
-        """Nothing waits where nobody looks: the panel comes up to date when it is painted."""
+        """Schedule a refresh; a hidden panel is refreshed when it is next painted."""
         if self.visibleRegion().isEmpty():
             self._stale = True
         elif not self._timer.isActive():
@@ -66,70 +73,78 @@ class LazyPanel(QWidget):
 
 
 class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
-    """Panel that answers a question about the project, in a thread.
-
-    answered : the result that is shown; None if there is none
+    """Panel that computes a result from the project in a worker thread and shows it.
 
     Parameters
     ----------
     studio : Studio
     prefix : str
-        Beginning of the object names.
+        Prefix of the object names.
     topic : str
-        Page of the help.
+        Help page of the panel.
     busy : str
-        Shown while a result is computed.
+        Text that is shown while a result is computed.
+
+    Attributes
+    ----------
+    result : Answer or None
+        The result that is shown; None if it could not be computed.
+    message : Label
+        Summary of the result, or the reason why it could not be computed.
     """
 
     def __init__(self, studio: Studio, prefix: str, topic: str, busy: str) -> None:
         super().__init__(studio)
         explain(self, topic)
-        self.answered: Answer | None = None
-        self.said = hint_label()
-        self.said.setObjectName(f"{prefix}_said")
+        self.result: Answer | None = None
+        self.message = hint_label()
+        self.message.setObjectName(f"{prefix}_message")
         self._background = QtBackground(self)
-        self._asked = NewestResult(self, self._came, self._failed, lambda: self.said.setText(busy))
+        self._requests = NewestResult(
+            self, self._show_result, self._show_error, lambda: self.message.setText(busy)
+        )
         studio.jobs.closed.connect(self._close)
 
     def show_now(self) -> None:
-        """Compute the result of what the form asks, or show why there is none."""
+        """Compute the result for the current form, or show why this is not possible."""
         if not self._studio.has_project:
             return
         self._list()
-        why = self._asked.answer(self._question(), self._answer)
+        why = self._requests.answer(self._question(), self._answer)
         if why is None:
             self._refresh()
         else:
             self._show(None, why)
 
     def _list(self) -> None:
-        """Bring the lists of the form up to date."""
+        """Update the lists of the form."""
 
     def _question(self) -> Question | str:
-        """Return what the form asks, or a sentence that states what is missing."""
+        """Return the question in the form, or a sentence that states which input is missing."""
         raise NotImplementedError
 
     def _answer(self, question: Question) -> Answer:
-        """Compute the result. Runs in a thread. Raises VomError."""
+        """Compute the result. Runs in a worker thread. Raises VomError."""
         raise NotImplementedError
 
-    def _result_text(self, made: Answer) -> str:
+    def _result_text(self, result: Answer) -> str:
+        """Summarise a result for the user."""
         raise NotImplementedError
 
-    def _came(self, made: Answer) -> None:
-        self._show(made, self._result_text(made))
+    def _show_result(self, result: Answer) -> None:
+        self._show(result, self._result_text(result))
 
-    def _failed(self, error: VomError) -> None:
+    def _show_error(self, error: VomError) -> None:
         self._show(None, error.message)
 
-    def _show(self, answered: Answer | None, said: str) -> None:
-        self.answered = answered
-        self.said.setText(said)
+    def _show(self, result: Answer | None, message: str) -> None:
+        self.result = result
+        self.message.setText(message)
         self._draw()
         self._refresh()
 
     def _draw(self) -> None:
-        """Draw the result that is shown."""
+        """Draw the current result."""
 
     def _refresh(self) -> None:
         """Enable and disable the buttons."""
@@ -141,16 +156,18 @@ class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
             self.write_to(path)
 
     def write_to(self, path: Path) -> None:
-        """Write the result that is shown, in a thread."""
+        """Write the current result to a file in a worker thread."""
         raise NotImplementedError
 
     def _write(
-        self, write: Callable[[Any, Path], object], what: Any, path: Path, said: str
+        self, write: Callable[[Any, Path], object], result: Any, path: Path, message: str
     ) -> None:
         studio = self._studio
-        self._background.run(partial(write, what, path), lambda _: studio.info(said), studio.fail)
+        self._background.run(
+            partial(write, result, path), lambda _: studio.info(message), studio.fail
+        )
 
     def _close(self) -> None:
         self._timer.stop()
-        self._asked.close()
+        self._requests.close()
         self._background.stop()

@@ -38,7 +38,7 @@ _CORNERS = 48
 
 
 class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
-    """Picks offered a second time, and their spread."""
+    """Panel that offers picks a second time, and shows their repeatability."""
 
     def __init__(self, studio: Studio, view: OutcropView) -> None:
         super().__init__(studio, "repeats", "fractures.md#picked-again", tr("Counting…"))
@@ -53,7 +53,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         self.begin = QPushButton(theme.icon("replay"), tr("Offer picks again"))
         self.begin.setToolTip(tr("A random share of the picks, the first ones hidden."))
         self.name = QPushButton(tr("Name the selected"))
-        self.name.setToolTip(tr("Say that the selected features were picked by this interpreter."))
+        self.name.setToolTip(tr("Record this interpreter for the selected features."))
         self.look = QPushButton(theme.icon("image-filter-center-focus"), tr("Show the place"))
         self.skip = QPushButton(tr("Skip"))
         self.stop = QPushButton(tr("Stop"))
@@ -70,7 +70,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         form.addRow(tr("Share (%)"), self.share)
         first = button_row(self.begin, self.name)
         second = button_row(self.look, self.skip, self.stop)
-        FormBeside.fill(self, form, first, second, self.offered, self.said, beside=self.figures)
+        FormBeside.fill(self, form, first, second, self.offered, self.message, picture=self.figures)
 
     def _connect(self) -> None:
         studio = self._studio
@@ -183,16 +183,16 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         except VomError as error:
             return error.message
 
-    def _result_text(self, made: TableRepeats) -> str:
-        return "\n".join(map(str, made.reasons))
+    def _result_text(self, result: TableRepeats) -> str:
+        return "\n".join(map(str, result.reasons))
 
-    def _show(self, answered: TableRepeats | None, said: str) -> None:
-        super()._show(answered, "" if answered is None else said)
-        if answered is None:
-            self.figures.say(said)
+    def _show(self, result: TableRepeats | None, message: str) -> None:
+        super()._show(result, "" if result is None else message)
+        if result is None:
+            self.figures.say(message)
         else:
             names = {f.id: f.name for f in self._studio.session.of(Repeatable)}
-            self.figures.setHtml(figures_html(answered, names))
+            self.figures.setHtml(figures_html(result, names))
 
     def _refresh(self) -> None:
         if not self._studio.has_project:

@@ -101,8 +101,20 @@ def _has_set(feature: Typed) -> bool:
 
 
 def candidates(studio: Studio, choice: Choice, *, replacing: bool) -> Candidates:
-    """replacing : those that have a set already take part. Raises GeometryError if there are fewer
-    than three planes."""
+    """Return the planes of a choice among which sets can be proposed.
+
+    Parameters
+    ----------
+    studio : Studio
+    choice : Choice
+    replacing : bool
+        Include planes that already have a set.
+
+    Raises
+    ------
+    GeometryError
+        For fewer than three planes.
+    """
     features = with_set(studio, choice)
     measured = studio.measured(f.id for f in features)
     planes = [f for f in features if measured[f.id].plane is not None]
@@ -119,13 +131,14 @@ def candidates(studio: Studio, choice: Choice, *, replacing: bool) -> Candidates
     if len(types) > 1:
         names = [k.name for k in studio.session.of(FeatureType) if k.id in types]
         remarks.append(Finding("sets.types-pooled", types=names))
-    places, said = _places(studio, chosen)
+    places, findings = _places(studio, chosen)
+    remarks += findings
     own = {f.id for f in chosen}
     taken = {f.set_name for f in studio.session.of(Typed) if f.set_name and f.id not in own}
     poles = -np.array([p.normal() for f in chosen if (p := measured[f.id].plane) is not None])
     ids = tuple(f.id for f in chosen)
     turns = turns_of(models_of(studio.records, chosen))
-    return Candidates(ids, poles, places, turns, frozenset(taken), (*remarks, *said), replacing)
+    return Candidates(ids, poles, places, turns, frozenset(taken), tuple(remarks), replacing)
 
 
 def _places(

@@ -48,7 +48,7 @@ def answer(question: SlopeQuestion) -> SlopeAnswer:
     return SlopeAnswer(question, table, found, critical_planes(table, question.face, found))
 
 
-def write_figure(answered: SlopeAnswer, path: Path) -> None:
+def write_figure(result: SlopeAnswer, path: Path) -> None:
     """In a thread: the nets, as svg, pdf or png."""
     from vomstudio.files.atomic import atomic_write
     from vomstudio.products.net.slope_figure import write_slope_figure
@@ -56,7 +56,7 @@ def write_figure(answered: SlopeAnswer, path: Path) -> None:
     format_ = path.suffix.lower().removeprefix(".")
     with atomic_write(path, True) as temporary:
         write_slope_figure(
-            temporary, answered.table, answered.question.face, answered.found, format=format_
+            temporary, result.table, result.question.face, result.found, format=format_
         )
 
 

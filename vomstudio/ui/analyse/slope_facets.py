@@ -92,9 +92,9 @@ def facets_file(planes: Path) -> Path:
     return planes.with_name(f"{planes.stem}_facets.csv")
 
 
-def facets_words(answered: FacetsAnswer, planes: Path) -> Words:
+def facets_words(result: FacetsAnswer, planes: Path) -> Words:
     """The command that says the same of these tables."""
-    q = answered.question
+    q = result.question
     return [
         "slope", planes,
         ("--facets", facets_file(planes)),
@@ -158,11 +158,11 @@ class FacetSlopesView(QWidget):
         for index in self.table.selectionModel().selectedRows():
             self.pointed_at.emit(int(self.table.numbers.rows[index.row()][0][0]) - 1)
 
-    def show_answer(self, answered: FacetsAnswer | None, notation: str, look: str) -> None:
+    def show_answer(self, result: FacetsAnswer | None, notation: str, look: str) -> None:
         """look : what the outcrop shows where it is not painted"""
         self.off.setText(look)
         rows = []
-        for each in () if answered is None else answered.found.facets:
+        for each in () if result is None else result.found.facets:
             plane = Plane(each.face.dip_direction_deg, each.face.dip_deg)
             said = format_plane(plane, notation, 0, bare=True)
             shares = [getattr(each, name).share for name, _, _ in _MODES]
@@ -173,10 +173,10 @@ class FacetSlopesView(QWidget):
             allow(widget, None if rows else tr("No facet has been judged as a slope."))
 
 
-def shares_of(answered: FacetsAnswer, mode: str) -> dict[int, float]:
+def shares_of(result: FacetsAnswer, mode: str) -> dict[int, float]:
     """By the place of the facet among those that were found."""
-    shares = [getattr(each, mode).share for each in answered.found.facets]
-    ids = [int(each.id) for each in answered.found.facets]
+    shares = [getattr(each, mode).share for each in result.found.facets]
+    ids = [int(each.id) for each in result.found.facets]
     return {i: share for i, share in zip(ids, shares, strict=True) if share is not None}
 
 

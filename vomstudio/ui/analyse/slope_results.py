@@ -97,11 +97,11 @@ class SlopeResults(QWidget):
         """Of the planes that are listed."""
         return [each.id for each in self._critical()]
 
-    def show_answer(self, answered: SlopeAnswer | None, notation: str = "dipdir/dip") -> None:
+    def show_answer(self, result: SlopeAnswer | None, notation: str = "dipdir/dip") -> None:
         """None where there is nothing to say."""
-        self._answer, self._notation = answered, notation
+        self._answer, self._notation = result, notation
         for row, (name, _, _) in enumerate(_MODES):
-            cells = [""] * 4 if answered is None else _cells(_mode(answered, name))
+            cells = [""] * 4 if result is None else _cells(_mode(result, name))
             for column, text in enumerate(cells, 1):
                 item = self.table.item(row, column)
                 assert item is not None
@@ -196,8 +196,8 @@ def _mode_table() -> QTableWidget:
     return table
 
 
-def _mode(answered: SlopeAnswer, name: str) -> Mode:
-    found = answered.found
+def _mode(result: SlopeAnswer, name: str) -> Mode:
+    found = result.found
     modes: Mapping[str, Mode] = {
         "planar": found.planar,
         "wedge": found.wedge,

@@ -59,7 +59,7 @@ _FRICTION_DEG = 30.0
 
 
 class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | FacetsAnswer]):
-    """One face, or each facet that was found on the model."""
+    """Panel of the kinematic analysis of one face, or of each proposed facet."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__(studio, "slope", "conventions.md#slopes", tr("Computing…"))
@@ -131,7 +131,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         form.addRow(labels["friction_deg"], angles)
         column = narrow_column(self)
         column.addLayout(form)
-        column.addWidget(self.said)
+        column.addWidget(self.message)
         column.addWidget(self.results, 1)
         column.addWidget(self.facets, 1)
 
@@ -182,14 +182,14 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         return answer(question)
 
     @property
-    def by_facet(self) -> FacetsAnswer | None:
-        """The result of each facet, if it is shown."""
-        return self.answered if isinstance(self.answered, FacetsAnswer) else None
+    def facets_result(self) -> FacetsAnswer | None:
+        """The result by facet, or None if another result is shown."""
+        return self.result if isinstance(self.result, FacetsAnswer) else None
 
     @property
-    def by_face(self) -> SlopeAnswer | None:
-        """The result of one face, if it is shown."""
-        return self.answered if isinstance(self.answered, SlopeAnswer) else None
+    def face_result(self) -> SlopeAnswer | None:
+        """The result of one face, or None if another result is shown."""
+        return self.result if isinstance(self.result, SlopeAnswer) else None
 
     @property
     def _at_facets(self) -> bool:
@@ -231,17 +231,17 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
 
     def _facets_question(self) -> FacetsQuestion | str:
         """Or why there is none."""
-        studio, found = self._studio, self._studio.facets.found
+        studio, proposals = self._studio, self._studio.facets.proposals
         planes = self._planes()
         if isinstance(planes, str):
             return planes
-        opened = None if found is None else studio.models.get(found.model_id)
-        model = None if found is None else studio.records.get(found.model_id)
-        if found is None or opened is None or not isinstance(model, Model):
+        opened = None if proposals is None else studio.models.get(proposals.model_id)
+        model = None if proposals is None else studio.records.get(proposals.model_id)
+        if proposals is None or opened is None or not isinstance(model, Model):
             return tr("Find the facets of the model first: Interpret > Propose facets.")
         rows = sorted(studio.facets.open | studio.facets.accepted)
         return FacetsQuestion(
-            dict(studio.records), *planes, found, rows,
+            dict(studio.records), *planes, proposals, rows,
             opened.data, model.to_world, self._options(),
         )  # fmt: skip
 
@@ -259,28 +259,28 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
 
     def _point_at(self, row: int) -> None:
         """The facet of the chosen row stands out on the outcrop."""
-        if self.by_facet is not None:
-            show_facet(self._studio, self.by_facet.question.found, row)
+        if self.facets_result is not None:
+            show_facet(self._studio, self.facets_result.question.found, row)
 
     def _paint(self) -> None:
         """The outcrop by the chosen mode."""
-        if self.by_facet is not None:
+        if self.facets_result is not None:
             mode = self.facets.chosen
-            self._studio.facets.paint_shares(mode, shares_of(self.by_facet, mode))
+            self._studio.facets.paint_shares(mode, shares_of(self.facets_result, mode))
 
     # --- the answer --------------------------------------------------------------------------
-    def _result_text(self, made: SlopeAnswer | FacetsAnswer) -> str:
-        counted = _counted(made) if isinstance(made, SlopeAnswer) else _counted_facets(made)
-        return " ".join([counted, *map(str, made.found.warnings)])
+    def _result_text(self, result: SlopeAnswer | FacetsAnswer) -> str:
+        counted = _counted(result) if isinstance(result, SlopeAnswer) else _counted_facets(result)
+        return " ".join([counted, *map(str, result.found.warnings)])
 
     def _draw(self) -> None:
         self.results.setVisible(not self._at_facets)
         self.facets.setVisible(self._at_facets)
-        found = self._studio.facets.found
-        opened = None if found is None else self._studio.models.get(found.model_id)
+        proposals = self._studio.facets.proposals
+        opened = None if proposals is None else self._studio.models.get(proposals.model_id)
         look = usual_look([] if opened is None else [opened.data])
-        self.facets.show_answer(self.by_facet, self._studio.settings.notation, look)
-        self.results.show_answer(self.by_face, self._studio.settings.notation)
+        self.facets.show_answer(self.facets_result, self._studio.settings.notation, look)
+        self.results.show_answer(self.face_result, self._studio.settings.notation)
         self.results.mark(self._studio.selection.ids)
         self._paint()
 
@@ -316,9 +316,9 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
     # --- what is taken away ------------------------------------------------------------------
     def _refresh(self) -> None:
         why = None
-        if self._asked.waiting:
+        if self._requests.waiting:
             why = tr("the planes are being looked at")
-        elif self.answered is None:
+        elif self.result is None:
             why = (
                 tr("find the facets first")
                 if self._at_facets
@@ -337,26 +337,26 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
 
     def _copy_command(self) -> None:
         """Ask for the table of the planes, and put the command on the clipboard."""
-        if self.by_facet is not None:
-            self._copy_facets(self.by_facet)
+        if self.facets_result is not None:
+            self._copy_facets(self.facets_result)
             return
-        if self.by_face is None:
+        if self.face_result is None:
             return
-        question = self.by_face.question
+        question = self.face_result.question
         copy_with_table(
             self, self._studio, "slope-planes.csv", [f.id for f in question.features],
             partial(words_of, question.face),
         )  # fmt: skip
 
-    def _copy_facets(self, answered: FacetsAnswer) -> None:
+    def _copy_facets(self, result: FacetsAnswer) -> None:
         """The table of the facets comes beside that of the planes."""
         from vomstudio.products.surface.slope_facets import write_faces
 
         def words(path: Path) -> Words:
-            write_faces(facets_file(path), answered.faces)
-            return facets_words(answered, path)
+            write_faces(facets_file(path), result.faces)
+            return facets_words(result, path)
 
-        ids = [f.id for f in answered.question.features]
+        ids = [f.id for f in result.question.features]
         copy_with_table(self, self._studio, "slope-planes.csv", ids, words)
 
     def _ask_for_figure(self) -> None:
@@ -366,14 +366,14 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
 
     def write_figure(self, path: Path) -> None:
         """The four nets to a file, in a thread."""
-        if self.by_face is None:
+        if self.face_result is None:
             return
         self._writing = True
         self._refresh()
-        studio, said = self._studio, tr("Exported to {file}.", file=path)
+        studio, message = self._studio, tr("Exported to {file}.", file=path)
         self._background.run(
-            partial(write_figure, self.by_face, path),
-            lambda _: self._written(partial(studio.info, said)),
+            partial(write_figure, self.face_result, path),
+            lambda _: self._written(partial(studio.info, message)),
             lambda error: self._written(partial(studio.fail, error)),
         )
 
@@ -383,20 +383,20 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         report()
 
 
-def _counted(made: SlopeAnswer) -> str:
-    """Of how many planes it is said, and where there are no probabilities, why."""
-    found = made.found
+def _counted(result: SlopeAnswer) -> str:
+    """Return the number of planes, and why probabilities are missing."""
+    found = result.found
     if not found.with_error:
         return tr("{n:,} planes. No error of theirs is known, so no probability is.", n=found.n)
     return tr_n("{count:,} plane.", "{count:,} planes.", found.n)
 
 
-def _counted_facets(made: FacetsAnswer) -> str:
+def _counted_facets(result: FacetsAnswer) -> str:
     """How many, and how much of their area has a share of what is painted."""
     return tr(
         "{facets} facets, {planes:,} planes. The outcrop shows the share that is critical at each.",
-        facets=len(made.found.facets),
-        planes=made.found.n,
+        facets=len(result.found.facets),
+        planes=result.found.n,
     )
 
 

@@ -72,11 +72,11 @@ def domain_rows(domains: Mapping[str, DomainFigures], one: OneAxisFigures) -> Ro
 
 
 def _planes_used(planes: FoldPlanes) -> str:
-    said = [f"{len(planes):,}"]
+    texts = [f"{len(planes):,}"]
     if planes.not_good is not None:
-        said.append(tr("{count:,} not good", count=planes.not_good))
-    said += [tr("left out: {n:,} {what}: {reason}", **vars(each)) for each in planes.left_out]
-    return "; ".join(said)
+        texts.append(tr("{count:,} not good", count=planes.not_good))
+    texts += [tr("left out: {n:,} {what}: {reason}", **vars(each)) for each in planes.left_out]
+    return "; ".join(texts)
 
 
 def _counted(found: SetStatistics) -> str:

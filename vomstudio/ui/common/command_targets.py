@@ -57,15 +57,15 @@ def current_model(studio: Studio) -> Model | None:
 
 
 def current_feature(studio: Studio) -> Feature | None:
-    """The feature that was selected last."""
+    """Return the feature that was selected last; None without a selection."""
     current = studio.selection.current if studio.has_project else None
     return None if current is None else get_feature(studio.records, current)
 
 
-def current_line(studio: Studio, kind: type[Line], least: int = 2) -> Line | None:
-    """The selected feature if it is of this kind and has enough vertices."""
-    found = current_feature(studio)
-    return found if isinstance(found, kind) and len(found.vertices) >= least else None
+def current_line(studio: Studio, kind: type[Line], min_vertices: int = 2) -> Line | None:
+    """Return the current feature if it is of this kind and has enough vertices."""
+    feature = current_feature(studio)
+    return feature if isinstance(feature, kind) and len(feature.vertices) >= min_vertices else None
 
 
 def start_folder(studio: Studio) -> str:

@@ -267,7 +267,7 @@ def column_of() -> tuple[QWidget, QVBoxLayout]:
 
 
 def row_of(*widgets: QWidget) -> QWidget:
-    """Widgets side by side, without margins; fields with text take the space that is left."""
+    """Arrange widgets in a row without margins; text fields take the remaining width."""
     row = QWidget()
     line = QHBoxLayout(row)
     line.setContentsMargins(0, 0, 0, 0)
@@ -278,7 +278,7 @@ def row_of(*widgets: QWidget) -> QWidget:
 
 
 def button_row(*buttons: QWidget) -> QHBoxLayout:
-    """Buttons side by side, at the left."""
+    """Arrange buttons in a row, aligned left."""
     row = QHBoxLayout()
     for button in buttons:
         row.addWidget(button)
@@ -287,7 +287,7 @@ def button_row(*buttons: QWidget) -> QHBoxLayout:
 
 
 def icon_button(icon: str, text: str) -> QToolButton:
-    """A button that shows its text as a tooltip."""
+    """Create a button with an icon, whose text is its tooltip."""
     from vomstudio.ui.common import theme
 
     button = QToolButton()

@@ -34,15 +34,15 @@ class FormBeside(QWidget):
         self._beside = False
 
     @classmethod
-    def fill(cls, panel: QWidget, *parts: QWidget | QLayout, beside: QWidget) -> FormBeside:
-        """Fill a panel with parts in a column and a picture beside it."""
+    def fill(cls, panel: QWidget, *parts: QWidget | QLayout, picture: QWidget) -> FormBeside:
+        """Fill a panel with a column of parts and a picture, table or text beside it."""
         body = cls(panel)
         for part in parts:
             if isinstance(part, QLayout):
                 body.column.addLayout(part)
             else:
                 body.column.addWidget(part)
-        body.put_beside(beside)
+        body.put_beside(picture)
         return body
 
     def put_beside(self, picture: QWidget) -> None:

@@ -18,19 +18,28 @@ MAX_SHOWN = 1e6
 
 
 class OptionFields(QObject, Generic[Options]):
-    """The fields of an options class; a panel arranges them.
+    """Form fields of an options class, without a layout.
 
-    Options without a label have no field and keep their value in `start`. A number that the program
-    may choose shows "auto" at its lowest position.
+    An option without a label has no field and keeps its value of `start`. The field of a number
+    that the program may choose shows "auto" at its minimum.
 
     Parameters
     ----------
     options : type
         An options class (`vomstudio.core.options`).
     prefix : str
-        Beginning of the object names: ``facet`` makes ``facet_angle``.
+        Prefix of the object names: ``facet`` results in ``facet_angle``.
     start : options object, optional
-        The values shown first; the defaults if omitted.
+        The initial values; the defaults if omitted.
+
+    Attributes
+    ----------
+    fields : dict of str to QWidget
+        Field of each option, by the name of the option.
+    labels : dict of str to Label
+        Label of each field except check boxes.
+    changed : Signal
+        Emitted when the value of a field changes.
     """
 
     changed = Signal()
@@ -54,12 +63,12 @@ class OptionFields(QObject, Generic[Options]):
         self.reset()
 
     def reset(self) -> None:
-        """Show the values of the start."""
+        """Show the initial values."""
         for name in self.fields:
             self.show_value(name, getattr(self._start, name))
 
     def show_value(self, name: str, value: Any) -> None:
-        """Show a value in a field."""
+        """Set the value of a field."""
         field = self.fields[name]
         if isinstance(field, QCheckBox):
             field.setChecked(bool(value))
@@ -68,23 +77,28 @@ class OptionFields(QObject, Generic[Options]):
         elif isinstance(field, QLineEdit):
             field.setText(value or "")
         elif isinstance(field, QSpinBox | QDoubleSpinBox):
-            shown: Any = field.minimum() if value is None else value
-            field.setValue(shown)
+            number: Any = field.minimum() if value is None else value
+            field.setValue(number)
 
     def show_automatic(self, name: str, value: float) -> None:
-        """Show the number that the program chose where none is given."""
+        """Show the number that the program chose in a field without a value."""
         field = self.fields[name]
         assert isinstance(field, QSpinBox | QDoubleSpinBox)
         field.setSpecialValueText(f"{value:.3g}{field.suffix()}")
 
     def add_rows(self, form: QFormLayout) -> None:
-        """Add a row for each field that has a label beside it."""
+        """Add a row for each field that has a label."""
         for name, label in self.labels.items():
             label.setBuddy(self.fields[name])
             form.addRow(label, self.fields[name])
 
     def options(self, **others: Any) -> Options:
-        """Return the options that the fields show, with the values of others.
+        """Return the options with the values of the fields.
+
+        Parameters
+        ----------
+        **others
+            Values that replace those of the fields, and values of options without a field.
 
         Raises
         ------
@@ -95,7 +109,7 @@ class OptionFields(QObject, Generic[Options]):
         return self._class(**values | {name: self._value(name) for name in self.fields} | others)
 
     def show_unit(self, unit: str) -> None:
-        """Show this unit of length behind lengths and areas, such as m."""
+        """Show lengths and areas in a unit of length, such as m."""
         for name, field in self.fields.items():
             symbol = UNITS.get(self._declared[name].unit or "", "")
             if symbol in ("m", "m²"):
@@ -142,7 +156,7 @@ class OptionFields(QObject, Generic[Options]):
         if isinstance(field, ComboBox):
             return field.currentData()
         if isinstance(field, QLineEdit):
-            return field.text().replace(" ", "") or None
+            return field.text().strip() or None
         assert isinstance(field, QSpinBox | QDoubleSpinBox)
         value = _shown_number(field)
         if _is_automatic(declared) and value == field.minimum():
@@ -151,7 +165,7 @@ class OptionFields(QObject, Generic[Options]):
 
 
 def _shown_number(field: QSpinBox | QDoubleSpinBox) -> float:
-    """Return the number in a field, also while it is being typed."""
+    """Return the number in a field, including text that is not yet committed."""
     text = field.text()
     if text == field.specialValueText() or not field.hasAcceptableInput():
         return field.value()

@@ -57,8 +57,8 @@ def _far_apart(measured: list[Measurement]) -> bool:
     return any(abs(float(a @ b)) < steepest for a, b in combinations(normals, 2))
 
 
-def _result_lines(studio: Studio, found: ParallelBeds, names: dict[str, str]) -> list[str]:
-    plane = Plane(found.dip_direction_deg, found.dip_deg)
+def _result_lines(studio: Studio, beds: ParallelBeds, names: dict[str, str]) -> list[str]:
+    plane = Plane(beds.dip_direction_deg, beds.dip_deg)
     lines = [
         tr_n(
             "Fitted together as {count} parallel plane: <b>{plane}</b> (95 %; {smallest} at least)",
@@ -66,13 +66,13 @@ def _result_lines(studio: Studio, found: ParallelBeds, names: dict[str, str]) ->
             "{smallest} at least)",
             len(names),
             plane=escape(
-                format_attitude(plane, found.max_confidence95_deg, studio.settings.notation)
+                format_attitude(plane, beds.max_confidence95_deg, studio.settings.notation)
             ),
-            smallest=degrees(found.min_confidence95_deg),
+            smallest=degrees(beds.min_confidence95_deg),
         )
     ]
-    lines += [_of_two(each, names, metric=studio.metres_known()) for each in found.same]
-    return lines + [f"• {escape(str(warning))}" for warning in found.warnings]
+    lines += [_of_two(each, names, metric=studio.metres_known()) for each in beds.same]
+    return lines + [f"• {escape(str(warning))}" for warning in beds.warnings]
 
 
 def _of_two(each: SamePlane, names: dict[str, str], *, metric: bool) -> str:

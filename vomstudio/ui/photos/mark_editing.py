@@ -21,10 +21,10 @@ from vomstudio.words import tr, tr_n
 class MarkEditing(QObject):
     """Edits the points and marks as the user clicks, drags and types.
 
-    said : a sentence for the user, and its level
+    message : a sentence for the user, and its level
     """
 
-    said = Signal(object, str)
+    message = Signal(object, str)
 
     def __init__(
         self,
@@ -123,12 +123,12 @@ class MarkEditing(QObject):
                 count = self._marks.import_points(Path(name))
                 words = tr_n("{count} point imported.", "{count} points imported.", count)
         except VomError as error:
-            self.said.emit(error, "error")
+            self.message.emit(error, "error")
             return
         labels = self._marks.marking.labels
         if not self._points.label and labels:
             self._points.choose(labels[0])
-        self.said.emit(words, "info")
+        self.message.emit(words, "info")
 
     # --- marks -------------------------------------------------------------------------------
     def remove_mark(self) -> None:

@@ -32,11 +32,11 @@ _SOON_MS = 300
 class PhotoExports(QObject):
     """Keeps the files beside the photos as the records are.
 
-    said : a sentence for the user, and its level. tables_written : control.csv or marks.csv has
+    message : a sentence for the user, and its level. tables_written : control.csv or marks.csv has
     been written; mask_written : the name of a photo, and the file of its mask or None
     """
 
-    said = Signal(object, str)
+    message = Signal(object, str)
     tables_written = Signal()
     mask_written = Signal(str, object)
 
@@ -169,7 +169,7 @@ class PhotoExports(QObject):
         except TargetError as error:
             self.problem = str(error)
             outdated = Finding("points.tables-outdated", reason=error, reason_code=error.code)
-            self.said.emit(outdated, "warning")
+            self.message.emit(outdated, "warning")
         self.tables_written.emit()
 
     def _write_one(self, name: str, now: Marking) -> None:
@@ -186,7 +186,7 @@ class PhotoExports(QObject):
                 self._write_to(spare / name, now)
             except (OSError, TargetError):
                 raise error from None
-            self.said.emit(
+            self.message.emit(
                 Finding("points.table-in-project", table=name, folder=str(spare)), "warning"
             )
 
@@ -210,7 +210,9 @@ class PhotoExports(QObject):
         self._known[path.name] = _sum(path)
         self._document.set_written(self._known)
         if kept is not None:
-            self.said.emit(Finding("points.former-table", table=path.name, copy=kept.name), "info")
+            self.message.emit(
+                Finding("points.former-table", table=path.name, copy=kept.name), "info"
+            )
 
     # --- masks -------------------------------------------------------------------------------
     def _masks_changed(self, photos: frozenset[str]) -> None:
@@ -261,7 +263,7 @@ class PhotoExports(QObject):
     def _written(self, name: str, made: Any) -> None:
         if isinstance(made, VomError):
             if str(made) != self.problem:
-                self.said.emit(Finding("mask.files-outdated", reason=str(made)), "warning")
+                self.message.emit(Finding("mask.files-outdated", reason=str(made)), "warning")
             self.problem = str(made)
             return
         path, kept = made
@@ -269,7 +271,7 @@ class PhotoExports(QObject):
         self._known[_key(str(self._places[name]))] = _sum(path)
         self._document.set_written(self._known)
         if kept is not None:
-            self.said.emit(Finding("mask.former-file", copy=kept.name), "info")
+            self.message.emit(Finding("mask.former-file", copy=kept.name), "info")
         self.mask_written.emit(name, path)
 
     def finish(self) -> None:

@@ -29,11 +29,11 @@ Array = npt.NDArray[np.float64]
 class PhotoMarks(QObject):
     """Points, marks, and where aligned cameras predict them.
 
-    changed : points, marks, or cameras. said : a sentence for the user, and its level
+    changed : points, marks, or cameras. message : a sentence for the user, and its level
     """
 
     changed = Signal()
-    said = Signal(object, str)
+    message = Signal(object, str)
 
     def __init__(self, document: PhotoDocument, photos: Sequence[str]) -> None:
         super().__init__()

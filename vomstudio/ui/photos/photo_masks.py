@@ -60,12 +60,12 @@ class Shape:
 class PhotoMasks(QObject):
     """Masks as arrays while they are edited. True in an array means that the pixel is used.
 
-    drawn : the name of a photo whose mask has been read or has changed. said : a sentence for the
-    user, and its level. busy_changed : drawing on many photos has begun, gone on or ended
+    drawn : the name of a photo whose mask has been read or has changed. message : a message
+    for the user, and its level. busy_changed : drawing on many photos has begun, gone on or ended
     """
 
     drawn = Signal(str)
-    said = Signal(object, str)
+    message = Signal(object, str)
     busy_changed = Signal()
 
     def __init__(self, rows: Sequence[PhotoRow], document: PhotoDocument) -> None:
@@ -103,7 +103,7 @@ class PhotoMasks(QObject):
             self.drawn.emit(name)
 
         def failed(error: VomError) -> None:
-            self.said.emit(error, "warning")
+            self.message.emit(error, "warning")
             arrived(np.ones((row.height, row.width), np.bool_))
 
         self._background.run(lambda: self._loaded(row), arrived, failed)
@@ -180,7 +180,7 @@ class PhotoMasks(QObject):
         try:
             made = self._kept(self._masks[name])
         except VomError as error:
-            self.said.emit(error, "error")
+            self.message.emit(error, "error")
         else:
             if self._apply(words, {name: made}):
                 self.drawn.emit(name)
@@ -241,7 +241,7 @@ class PhotoMasks(QObject):
             proceed()
 
         def failed(error: VomError) -> None:
-            self.said.emit(error, "error")
+            self.message.emit(error, "error")
             proceed()
 
         def proceed() -> None:
@@ -273,10 +273,10 @@ class PhotoMasks(QObject):
             self._set_busy("")
             if made and self._document.set_masks(tr("Mask all photos"), made):
                 self._forget()
-            said = [Finding("mask.repeated", count=len(made))]
+            messages = [Finding("mask.repeated", count=len(made))]
             if left:
-                said.append(Finding("mask.size-differs", count=left))
-            self.said.emit(" ".join(map(str, said)), "info")
+                messages.append(Finding("mask.size-differs", count=left))
+            self.message.emit(" ".join(map(str, messages)), "info")
 
         proceed()
 

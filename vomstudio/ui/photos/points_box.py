@@ -39,12 +39,12 @@ from vomstudio.words import tr
 
 
 class PointsBox(QGroupBox):
-    """chosen : the label of the chosen point; "" for none. said : a sentence for the user, and its
-    level. typed : (x, y) of the point's mark in the photo that is shown, in pixels as stored.
+    """chosen : the label of the chosen point; "" for none. message : a sentence for the user, and
+    its level. typed : (x, y) of the point's mark in the photo that is shown, in pixels as stored.
     """
 
     chosen = Signal(str)
-    said = Signal(object, str)
+    message = Signal(object, str)
     typed = Signal(float, float)
 
     def __init__(self, marks: PhotoMarks) -> None:
@@ -268,7 +268,7 @@ class PointsBox(QGroupBox):
         try:
             made = self._marks.marking.renamed(label, text)
         except GeometryError as error:
-            self.said.emit(error, "warning")
+            self.message.emit(error, "warning")
             self._fill_form()
             return
         self.label = text
@@ -281,7 +281,7 @@ class PointsBox(QGroupBox):
         if not label or role == marking.role(label):
             return
         if point is None:
-            self.said.emit(Finding("control.no-coordinates", label=label), "warning")
+            self.message.emit(Finding("control.no-coordinates", label=label), "warning")
             self._fill_form()
             self.numbers[0].setFocus()
             return
@@ -304,17 +304,17 @@ class PointsBox(QGroupBox):
             read = zip(texts, values, strict=True)
             bad = next((t for t, v in read if t and (v is None or not isfinite(v))), None)
             if bad is not None:
-                self.said.emit(Finding("number.invalid", text=bad), "warning")
+                self.message.emit(Finding("number.invalid", text=bad), "warning")
                 return
             x, y, z, sigma = values
             if x is None or y is None or z is None:
                 # The others are still to be typed.
                 return
             if (said := why_no_coordinate((x, y, z))) is not None:
-                self.said.emit(said.message, "warning")
+                self.message.emit(said.message, "warning")
                 return
             if sigma is not None and not sigma > 0:
-                self.said.emit(Finding("number.not-positive", value=sigma), "warning")
+                self.message.emit(Finding("number.not-positive", value=sigma), "warning")
                 return
             made = marking.placed(
                 ControlPoint(label, (x, y, z), sigma, point is not None and point.check)

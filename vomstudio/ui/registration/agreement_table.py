@@ -87,20 +87,20 @@ class AgreementTable(QWidget):
         return measured_planes(self._studio, features)
 
 
-def _summary_text(found: Agreement) -> str:
-    if not found.n:
+def _summary_text(agreement: Agreement) -> str:
+    if not agreement.n:
         return tr("No plane was measured on both: none has the same name or lies near another one.")
     said = tr(
         "Planes measured on both: {n} ({named} matched by name, {near} by nearness). Angle: median "
         "{median}, RMS {rms}.",
-        n=found.n,
-        named=found.by_name,
-        near=found.by_nearness,
-        median=degrees(found.median_angle_deg),
-        rms=degrees(found.rms_angle_deg),
+        n=agreement.n,
+        named=agreement.by_name,
+        near=agreement.by_nearness,
+        median=degrees(agreement.median_angle_deg),
+        rms=degrees(agreement.rms_angle_deg),
     )
-    if found.agree_share is None:
+    if agreement.agree_share is None:
         return said
     return f"{said} " + tr(
-        "{share:.0f} % agree within their stated 95 % errors.", share=100.0 * found.agree_share
+        "{share:.0f} % agree within their stated 95 % errors.", share=100.0 * agreement.agree_share
     )

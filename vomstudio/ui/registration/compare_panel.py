@@ -415,16 +415,16 @@ def _read(path: Path) -> tuple[dict[str, Any], float, Any]:
     return fields, reach, counts_of(distances, reach)
 
 
-def result_text(held: Held) -> str:
+def result_text(comparison: Held) -> str:
     """Accuracy, precision, and what is more than chance, in lines."""
-    told = held.figures
+    told = comparison.figures
 
     def metres(name: str) -> str:
         value = told[name]
         return "–" if value is None else f"{value:.3g} m"
 
     said = [
-        tr("{n:,} distances from {other}", n=told["n"], other=held.benchmark.name),
+        tr("{n:,} distances from {other}", n=told["n"], other=comparison.benchmark.name),
         tr("Accuracy: mean {mean}, median {median}",
            mean=metres("mean_m"), median=metres("median_m")),
         tr("Precision: std. deviation {std}, MAD {mad}",

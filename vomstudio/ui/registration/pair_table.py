@@ -60,21 +60,19 @@ def placement_summary(placed: Placed) -> str:
     return "\n".join([" ".join(map(str, said)), *map(str, reversed(placed.warnings))])
 
 
-def fit_summary(found: FittedModel, record: Registration | None) -> str:
+def fit_summary(fit: FittedModel, record: Registration | None) -> str:
     """What points and surfaces together say. record : what they become, with the error of what the
     model was fitted to where that is known"""
     from vomstudio.registration.remarks import reference_fit_finding, worst_axis_findings
     from vomstudio.registration.turn_checks import worst_turn95_deg
 
-    rests_on = reference_fit_finding(
-        found.places, found.overlap, found.rms_m, found.blocks, found.block_m
-    )
-    said = [
+    rests_on = reference_fit_finding(fit.places, fit.overlap, fit.rms_m, fit.blocks, fit.block_m)
+    sentences = [
         rests_on,
-        *worst_axis_findings(found.placed),
+        *worst_axis_findings(fit.placed),
         Finding("registration.without-reference"),
     ]
-    if record is not None and record.covariance != found.placed.covariance:
+    if record is not None and record.covariance != fit.placed.covariance:
         worst = worst_turn95_deg(record.rotation_covariance())
-        said[-1] = Finding("registration.with-reference", rotation95_deg=worst)
-    return "\n".join([" ".join(map(str, said)), *map(str, found.placed.warnings)])
+        sentences[-1] = Finding("registration.with-reference", rotation95_deg=worst)
+    return "\n".join([" ".join(map(str, sentences)), *map(str, fit.placed.warnings)])

@@ -21,7 +21,7 @@ class BeddingAxis:
 
     def __init__(self, studio: Studio) -> None:
         self._studio = studio
-        self._kept: FoldAxis | Finding | None = None
+        self._axis: FoldAxis | Finding | None = None
         self._searched = False
         self._ids: frozenset[str] = frozenset()
         self.planes: FoldPlanes | None = None
@@ -31,32 +31,35 @@ class BeddingAxis:
         """Bedding planes that the axis may be computed from."""
         return len(self._ids)
 
-    def found(self) -> FoldAxis | Finding:
-        """The fold axis of the bedding, or why there is none."""
-        if self._kept is None:
-            self._kept = self.search()()
-        return self._kept
+    def axis_or_reason(self) -> FoldAxis | Finding:
+        """Return the fold axis of the bedding, or why it cannot be computed."""
+        if self._axis is None:
+            self._axis = self.search()()
+        return self._axis
 
     def keep(self, axis: FoldAxis | Finding) -> None:
-        """What the last `search` has found, unless something has changed since."""
+        """Store the result of the last `search`, unless the bedding has changed since."""
         if self._searched:
-            self._kept = axis
+            self._axis = axis
 
     @property
     def known(self) -> bool:
         """Whether the axis, or why there is none, has been found."""
-        return self._kept is not None
+        return self._axis is not None
 
     def why_not(self) -> Finding | None:
-        """Why there is none, without looking for it where two planes will do."""
-        if self._kept is None and len(self._studio.fold.planes()) >= 2:
+        """Return why the axis cannot be computed; None if it can.
+
+        The axis itself is not computed if two planes are enough to know.
+        """
+        if self._axis is None and len(self._studio.fold.planes()) >= 2:
             return None
-        axis = self.found()
+        axis = self.axis_or_reason()
         return axis if isinstance(axis, Finding) else None
 
     def forget(self, *_: object) -> None:
         """Every refresh of the commands asks for the axis: it is kept until something changes."""
-        self._kept, self._searched = None, False
+        self._axis, self._searched = None, False
 
     def renew(self) -> None:
         """Its bedding is known at once, the axis when it is asked for."""
@@ -71,8 +74,10 @@ class BeddingAxis:
             self.renew()
 
     def search(self) -> Callable[[], FoldAxis | Finding]:
-        """What finds the axis, or why there is none, of the bedding as it is now; to be called in
-        any thread, since it takes long for thousands of planes."""
+        """Return a function that computes the axis of the present bedding.
+
+        It may run in a worker thread, since thousands of planes take seconds.
+        """
         self._searched = True
         self._ids = frozenset(f.id for f in self._studio.fold.features())
         planes = self.planes = self._studio.fold.planes()
@@ -89,8 +94,8 @@ class BeddingAxis:
         return find
 
     def _too_few(self, count: int) -> Finding:
-        is_chosen = self._studio.fold.selected
-        code = "fold.needs-selected-planes" if is_chosen else "fold.needs-planes"
+        is_selection = self._studio.fold.selected
+        code = "fold.needs-selected-planes" if is_selection else "fold.needs-planes"
         return Finding(code, count=count, minimum=2)
 
     def doubts(self) -> tuple[str, ...]:

@@ -39,22 +39,22 @@ class ProposedTraceDrawings:
 
     def _drawings(self) -> list[FeatureDrawing]:
         studio, traces = self._studio, self._studio.proposed_traces
-        found, left = traces.found, sorted(traces.open)
-        if found is None or not isinstance(studio.records.get(found.model_id), Model):
+        proposals, left = traces.proposals, sorted(traces.open)
+        if proposals is None or not isinstance(studio.records.get(proposals.model_id), Model):
             return []
         made = []
         for key, color in _COLORS.items():
             lines = [
-                found.lines[row].points
+                proposals.lines[row].points
                 for row in left
-                if (found.lines[row].doubt <= SURE) == (key == "sure")
+                if (proposals.lines[row].doubt <= SURE) == (key == "sure")
             ]
             area = line_area(lines)
             if area is not None:
                 made.append(
                     FeatureDrawing(
                         f"proposed traces:{key}", np.zeros((0, 3)), None, rgb(color), "",
-                        area.origin, studio.visible(found.model_id), area,
+                        area.origin, studio.visible(proposals.model_id), area,
                     )
                 )  # fmt: skip
         return made

@@ -74,7 +74,7 @@ class ViewPanel(QWidget):
         self._soon.setSingleShot(True)
         self._soon.timeout.connect(self._ask)
         self._asked = NewestResult(
-            self, self._came, lambda error: self._came(finding_of(error)), lambda: None
+            self, self._store_axis, lambda error: self._store_axis(finding_of(error)), lambda: None
         )
         self._bedding = BeddingAxis(studio)
         self._faced: tuple[str, Matrix, npt.NDArray[np.float64]] | None = None
@@ -169,7 +169,7 @@ class ViewPanel(QWidget):
 
     def along_beta(self) -> None:
         """Look along the fold axis of the bedding, where there is one."""
-        axis = self._bedding.found()
+        axis = self._bedding.axis_or_reason()
         if not isinstance(axis, Finding):
             self._turn_axis(axis.beta)
 
@@ -242,7 +242,7 @@ class ViewPanel(QWidget):
         self._look(line.trend_deg, line.plunge_deg)
 
     def why_no_beta(self) -> Finding | None:
-        """Why there is no fold axis; None where there is one."""
+        """Return why the fold axis cannot be computed; None if it can."""
         return self._bedding.why_not()
 
     def why_no_plane(self) -> str | None:
@@ -252,7 +252,7 @@ class ViewPanel(QWidget):
     def origin_of(self, direction: Line) -> tuple[str, float | None]:
         """From which measurement a direction follows, as a sentence, and its 95 % error in degrees
         where it is known."""
-        axis = self._bedding.found()
+        axis = self._bedding.axis_or_reason()
         if not isinstance(axis, Finding) and angle_between_lines(axis.beta, direction) < SAME_DEG:
             return _axis_text(axis), axis.error95_deg
         # Of thousands that are selected none is what somebody looks along.
@@ -274,7 +274,7 @@ class ViewPanel(QWidget):
         return text, None
 
     def why_no_line(self) -> Finding | None:
-        """Why no line can be looked along; None where one is selected."""
+        """Return why the view cannot be turned along a line; None if a line is selected."""
         return Finding("selection.no-line") if self._line() is None else None
 
     # --- what they are taken from ------------------------------------------------------------
@@ -354,7 +354,7 @@ class ViewPanel(QWidget):
     def _ask(self) -> None:
         self._asked.ask(self._bedding.search())
 
-    def _came(self, axis: FoldAxis | Finding) -> None:
+    def _store_axis(self, axis: FoldAxis | Finding) -> None:
         self._bedding.keep(axis)
         if self._bedding.known:
             once_told(self._show)
@@ -366,7 +366,7 @@ class ViewPanel(QWidget):
             self.refresh()
 
     def _show(self) -> None:
-        axis, plane = self._bedding.found(), self._plane()
+        axis, plane = self._bedding.axis_or_reason(), self._plane()
         no_plane = None if plane is not None else tr("Select a plane first.")
         meeting, slip = self._meeting(), self._across_slip()
         beta = axis if isinstance(axis, Finding) else Direction(axis.beta, axis.error95_deg)

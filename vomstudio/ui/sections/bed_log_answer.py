@@ -16,61 +16,61 @@ from vomstudio.products.section.line_log import LogAnswer, RockWords, told_apart
 from vomstudio.ui.forms.copied_command import Words, numbers_text
 
 
-def draw_figure(answered: LogAnswer, dpi: float = 130.0) -> bytes:
+def draw_figure(result: LogAnswer, dpi: float = 130.0) -> bytes:
     """In a thread: the figure as PNG."""
     file = io.BytesIO()
-    _write_figure(answered, file, "png", dpi)
+    _write_figure(result, file, "png", dpi)
     return file.getvalue()
 
 
-def write(answered: LogAnswer, path: Path) -> None:
+def write(result: LogAnswer, path: Path) -> None:
     """In a thread: the table, or the figure, by the ending; in place of what is there."""
     from vomstudio.tables.log_table import about_log, write_log
 
     ending = path.suffix.lower().removeprefix(".")
     if ending == "csv":
-        about = about_log(answered.bed, answered.bed95_deg)
-        metric = answered.question.metric
-        write_log(path, answered.log, about=about, metric=metric, force=True)
+        about = about_log(result.bed, result.bed95_deg)
+        metric = result.question.metric
+        write_log(path, result.log, about=about, metric=metric, force=True)
     else:
         with atomic_write(path, True) as temporary:
-            _write_figure(answered, temporary, ending, 300.0)
+            _write_figure(result, temporary, ending, 300.0)
 
 
-def _write_figure(answered: LogAnswer, target: io.BytesIO | Path, format_: str, dpi: float) -> None:
+def _write_figure(result: LogAnswer, target: io.BytesIO | Path, format_: str, dpi: float) -> None:
     from vomstudio.products.section.bed_log_figure import write_log_figure
     from vomstudio.tables.log_table import about_log
 
-    about = about_log(answered.bed, answered.bed95_deg)
+    about = about_log(result.bed, result.bed95_deg)
     write_log_figure(
-        target, answered.log, format=format_, about=about, metric=answered.question.metric, dpi=dpi
+        target, result.log, format=format_, about=about, metric=result.question.metric, dpi=dpi
     )
 
 
-def write_boundaries(answered: LogAnswer, path: Path) -> None:
+def write_boundaries(result: LogAnswer, path: Path) -> None:
     """The table that the command reads, in place of what is there. Raises TargetError."""
     file = io.StringIO()
     file.write(WORLD_COMMENT)
     out = csv.writer(file, lineterminator="\n")
     out.writerow(["name", "x", "y", "z", "lithology", "notes"])
-    words = answered.question.words
-    told = told_apart([b.name for b in answered.boundaries])
-    for name, boundary in zip(told, answered.boundaries, strict=True):
+    words = result.question.words
+    told = told_apart([b.name for b in result.boundaries])
+    for name, boundary in zip(told, result.boundaries, strict=True):
         said = words.get(boundary.key, RockWords())
         place = numbers_text(boundary.place).split(",")
         out.writerow([guarded(name), *place, guarded(said.lithology), guarded(said.notes)])
     write_bytes(path, file.getvalue().encode(), force=True)
 
 
-def words_of(answered: LogAnswer, table: Path) -> Words:
+def words_of(result: LogAnswer, table: Path) -> Words:
     """The command that says the same of this table of boundaries, and draws it."""
     options = LogOptions(
-        sigma_m=answered.sigma_m or None,
-        bed_error_deg=answered.bed95_deg or None,
-        overturned=answered.question.options.overturned,
+        sigma_m=result.sigma_m or None,
+        bed_error_deg=result.bed95_deg or None,
+        overturned=result.question.options.overturned,
     )
     beside = table.with_name(f"{table.stem}_result")
     return [
-        "log", table, ("--bed", exact_plane(answered.bed)), *option_words(options),
+        "log", table, ("--bed", exact_plane(result.bed)), *option_words(options),
         ("-o", beside.with_suffix(".csv")), ("--plot", beside.with_suffix(".svg")),
     ]  # fmt: skip

@@ -61,7 +61,13 @@ _FORMATS = {"csv": "CSV", "svg": "SVG", "pdf": "PDF", "png": "PNG"}
 
 
 class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
-    """line_id : of the line along which the log runs, empty for none"""
+    """Panel of the bed thickness log along a line.
+
+    Attributes
+    ----------
+    line_id : str
+        Id of the line along which the log runs; "" if no line is taken.
+    """
 
     def __init__(self, studio: Studio) -> None:
         super().__init__(studio, "log", "window.md#log", tr("Computing…"))
@@ -132,7 +138,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         self.picture.setMinimumWidth(120)
         buttons = button_row(self.write, self.copy)
         overturned = self.options.fields["overturned"]
-        FormBeside.fill(self, form, overturned, buttons, self.said, beside=shown)
+        FormBeside.fill(self, form, overturned, buttons, self.message, picture=shown)
 
     def _show_axes(self, axes: Axes) -> None:
         self.table.show_unit(unit_of(axes))
@@ -164,7 +170,7 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
 
     def _pick(self) -> None:
         self._line.begin()
-        self.said.setText(tr("Click a point on each boundary, then press Enter."))
+        self.message.setText(tr("Click a point on each boundary, then press Enter."))
 
     def _picked(self, line: Dimension) -> None:
         self.of.setCurrentIndex(self.of.findData(POINTS))
@@ -182,12 +188,12 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         self.options.reset()
         self._soon()
 
-    def _words_typed(self, key: str, said: object) -> None:
+    def _words_typed(self, key: str, words: object) -> None:
         """Kept with the line, as one step that can be undone."""
-        assert isinstance(said, RockWords)
+        assert isinstance(words, RockWords)
         line = get_feature(self._studio.records, self.line_id)
-        if line is not None and words_along(line).get(key, RockWords()) != said:
-            self._studio.attempt(describe_bed, line.id, key, said.lithology, said.notes)
+        if line is not None and words_along(line).get(key, RockWords()) != words:
+            self._studio.attempt(describe_bed, line.id, key, words.lithology, words.notes)
 
     # --- the question ------------------------------------------------------------------------
     def _list(self) -> None:
@@ -226,39 +232,39 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         )  # fmt: skip
 
     # --- the answer --------------------------------------------------------------------------
-    def _result_text(self, made: LogAnswer) -> str:
+    def _result_text(self, result: LogAnswer) -> str:
         from vomstudio.products.section.decimals import with_error
 
-        q, total = made.question, made.log.total_m
+        q, total = result.question, result.log.total_m
         unit = "m" if q.metric else tr("units")
-        said = [
+        lines = [
             tr_n(
                 "{count} bed, {total} {unit} across the bedding (95 %).",
                 "{count} beds, {total} {unit} across the bedding (95 %).",
-                len(made.log.intervals),
+                len(result.log.intervals),
                 total=with_error(total.value, total.error95),
                 unit=unit,
             ),
             tr(
                 "Bedding {bed} (95 %), points ± {sigma:.3g} {unit} (1σ).",
-                bed=format_attitude(made.bed, made.bed95_deg, self._studio.settings.notation),
-                sigma=made.sigma_m,
+                bed=format_attitude(result.bed, result.bed95_deg, self._studio.settings.notation),
+                sigma=result.sigma_m,
                 unit=unit,
             ),
         ]
         if q.of != POINTS:
-            said.append(
-                tr("Traces within {reach:.3g} {unit} of the line.", reach=made.reach_m, unit=unit)
+            lines.append(
+                tr("Traces within {reach:.3g} {unit} of the line.", reach=result.reach_m, unit=unit)
             )
-        return "\n".join([*said, *map(str, made.log.warnings)])
+        return "\n".join([*lines, *map(str, result.log.warnings)])
 
     def _draw(self) -> None:
-        answered = self._drawn = self.answered
-        self.table.show_log(answered)
-        if answered is None:
+        result = self._drawn = self.result
+        self.table.show_log(result)
+        if result is None:
             self.picture.show_image(QImage())
         else:
-            self._background.run(partial(draw_figure, answered), partial(self._drawn_now, answered))
+            self._background.run(partial(draw_figure, result), partial(self._drawn_now, result))
 
     def _drawn_now(self, of: LogAnswer, png: bytes) -> None:
         if of is self._drawn:
@@ -266,32 +272,35 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
 
     def _refresh(self) -> None:
         studio = self._studio
-        there = current_line(studio, Logged) is not None
-        allow(self.take, None if there else tr("Select a trace or a measured polyline first."))
+        is_line_selected = current_line(studio, Logged) is not None
+        allow(
+            self.take,
+            None if is_line_selected else tr("Select a trace or a measured polyline first."),
+        )
         line = get_feature(studio.records, self.line_id) if studio.has_project else None
         self.line.setText(tr("none") if line is None else line.name or tr("the picked line"))
         allow(self.pick, why_no_model(studio))
         by_points = tr("The boundaries are the points of the line.")
         allow(self.reach, by_points if self.of.currentData() == POINTS else None)
         why = None
-        if self._asked.waiting:
+        if self._requests.waiting:
             why = tr("the log is being computed")
-        elif self.answered is None:
+        elif self.result is None:
             why = tr("there is no log yet")
         allow(self.write, why)
         self.copy.allow(why)
 
     # --- what is taken away ------------------------------------------------------------------
     def write_to(self, path: Path) -> None:
-        if self.answered is not None:
-            said = tr("The log was written to {file}.", file=path)
-            self._write(write, self.answered, path, said)
+        if self.result is not None:
+            message = tr("The log was written to {file}.", file=path)
+            self._write(write, self.result, path, message)
 
     def copy_command(self) -> None:
         """Ask for the table of the boundaries, and put the command on the clipboard."""
-        answered = self.answered
-        if answered is not None:
+        result = self.result
+        if result is not None:
             copy_with_file(
-                self, self._studio, "boundaries.csv", partial(write_boundaries, answered),
-                partial(words_of, answered),
+                self, self._studio, "boundaries.csv", partial(write_boundaries, result),
+                partial(words_of, result),
             )  # fmt: skip

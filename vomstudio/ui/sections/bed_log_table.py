@@ -87,11 +87,11 @@ class BedLogTable(QTableWidget):
         assert head is not None
         head.setText(tr("Thickness ({unit})", unit=unit))
 
-    def show_log(self, answered: LogAnswer | None) -> None:
+    def show_log(self, result: LogAnswer | None) -> None:
         """What stands in the cells is changed in place, so that one that is being typed in stays
         open."""
-        beds = [] if answered is None else list(answered.log.intervals)
-        keys = [] if answered is None else list(answered.base_keys)
+        beds = [] if result is None else list(result.log.intervals)
+        keys = [] if result is None else list(result.base_keys)
         blocked = self.blockSignals(True)
         self.setRowCount(len(beds))
         self._keys = keys[::-1]

@@ -77,13 +77,21 @@ class Answered:
 
 
 class DisplacementPanel(LazyPanel):
-    """pairs : of ids of traces, both of one bed; answered : None where there is nothing to say"""
+    """Panel of the displacement along a fault.
+
+    Attributes
+    ----------
+    pairs : list of (str, str)
+        Ids of two traces of the same bed on either side of the fault.
+    result : Answered or None
+        The result that is shown; None if it could not be computed.
+    """
 
     def __init__(self, studio: Studio) -> None:
         super().__init__(studio)
         explain(self, "window.md#fault-displacement")
         self.pairs: list[tuple[str, str]] = []
-        self.answered: Answered | None = None
+        self.result: Answered | None = None
         self.fault = TakenPlane(studio, "displacement_fault", tr("select it and take it"))
         self.bed = TakenPlane(studio, "displacement_bed", tr("fitted to the cut-offs"))
         self.slip = LineField(studio, "displacement_slip", tr("unknown: separations only"))
@@ -97,8 +105,8 @@ class DisplacementPanel(LazyPanel):
         self.remove = QPushButton(theme.icon("minus"), tr("Remove"))
         self.table = _table()
         follow_axes(studio, self._show_axes)
-        self.said = hint_label()
-        self.said.setObjectName("displacement_said")
+        self.message = hint_label()
+        self.message.setObjectName("displacement_message")
         self.copy = CopyCommandButton(
             self.copy_command, tr("keep the points as a table, and copy the command")
         )
@@ -130,7 +138,7 @@ class DisplacementPanel(LazyPanel):
         column.addLayout(form)
         column.addLayout(buttons)
         column.addWidget(self.table, 1)
-        column.addWidget(self.said)
+        column.addWidget(self.message)
         self._column = column
 
     # --- what is chosen ----------------------------------------------------------------------
@@ -175,9 +183,9 @@ class DisplacementPanel(LazyPanel):
         if not self._studio.has_project:
             return
         try:
-            self.answered, why = self._answer(), ""
+            self.result, why = self._answer(), ""
         except VomError as error:
-            self.answered, why = None, str(error)
+            self.result, why = None, str(error)
         self._show(why)
 
     def _answer(self) -> Answered | None:
@@ -258,8 +266,8 @@ class DisplacementPanel(LazyPanel):
         self.options.show_unit(unit_of(axes))
 
     def _show(self, why: str) -> None:
-        answered = self.answered
-        pairs = {} if answered is None else {pair.name: pair for pair in answered.found.pairs}
+        result = self.result
+        pairs = {} if result is None else {pair.name: pair for pair in result.found.pairs}
         self.table.setRowCount(len(self.pairs))
         for row, name in enumerate(self._names()):
             cells = _cells(pairs.get(name))
@@ -269,19 +277,19 @@ class DisplacementPanel(LazyPanel):
                     right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
                     item.setTextAlignment(right)
                 self.table.setItem(row, column, item)
-        self.said.setText(why if answered is None else self._result_text(answered))
+        self.message.setText(why if result is None else self._result_text(result))
         # In a low window what stands below the table has to be scrolled to: what is missing stands
         # above it, what is added to its figures below.
-        self._column.removeWidget(self.said)
+        self._column.removeWidget(self.message)
         place = self._column.indexOf(self.table)
-        self._column.insertWidget(place if answered is None else place + 1, self.said)
+        self._column.insertWidget(place if result is None else place + 1, self.message)
         self._refresh()
 
-    def _result_text(self, answered: Answered) -> str:
-        found, notation = answered.found, self._studio.settings.notation
+    def _result_text(self, result: Answered) -> str:
+        found, notation = result.found, self._studio.settings.notation
         unit = unit_of(axes_of(self._studio))
-        known = answered.rake_deg is not None
-        said = [
+        known = result.rake_deg is not None
+        lines = [
             tr("Net slip of the hanging wall, {unit}, with 95 % errors.", unit=unit)
             if known
             else tr(
@@ -291,23 +299,23 @@ class DisplacementPanel(LazyPanel):
             ),
             tr(
                 "Fault {fault}, bed {bed} (95 %), points ± {sigma:.3g} {unit} (1σ).",
-                fault=format_attitude(answered.fault, answered.options.fault_error_deg, notation),
-                bed=format_attitude(answered.bed, answered.options.bed_error_deg, notation),
-                sigma=answered.options.sigma_m,
+                fault=format_attitude(result.fault, result.options.fault_error_deg, notation),
+                bed=format_attitude(result.bed, result.options.bed_error_deg, notation),
+                sigma=result.options.sigma_m,
                 unit=unit,
             ),
         ]
         if known:
-            said.append(
+            lines.append(
                 tr(
                     "Rake of the slip lineation {rake:.1f}°, from 0 to 180 down the dip; the slip "
                     "rake of a pair has the sign of the motion.",
-                    rake=answered.rake_deg,
+                    rake=result.rake_deg,
                 )
             )
         separations = [p.separations for p in found.pairs if p.separations is not None]
         if separations:
-            said.append(
+            lines.append(
                 tr(
                     "Stratigraphic separation {values} {unit}.",
                     values=", ".join(_with_error(s.stratigraphic_m) for s in separations),
@@ -315,15 +323,15 @@ class DisplacementPanel(LazyPanel):
                 )
             )
         if found.n > 1:
-            said.append(
+            lines.append(
                 tr(
                     "Mean of {n} pairs: net {net:.3f} ± {std:.3f} {unit} (standard deviation).",
                     n=found.n, net=found.mean_net_m, std=found.std_net_m or 0.0, unit=unit,
                 )
             )  # fmt: skip
-        said += map(str, found.warnings)
-        said += [f"{each['id']}: {each['reason']}" for each in found.skipped]
-        return "\n".join(said)
+        lines += map(str, found.warnings)
+        lines += [f"{each['id']}: {each['reason']}" for each in found.skipped]
+        return "\n".join(lines)
 
     def _refresh(self) -> None:
         two = self._selected_two() if self._studio.has_project else None
@@ -331,25 +339,25 @@ class DisplacementPanel(LazyPanel):
         allow(self.add, None if two is not None else lacking)
         chosen = 0 <= self.table.currentRow() < len(self.pairs)
         allow(self.remove, None if chosen else tr("Choose a pair in the table first."))
-        self.copy.allow(None if self.answered is not None else tr("there is no result yet"))
+        self.copy.allow(None if self.result is not None else tr("there is no result yet"))
 
     # --- the command -------------------------------------------------------------------------
     def copy_command(self) -> None:
         """Ask for the table of the points, and put the command on the clipboard."""
-        answered = self.answered
-        if answered is not None:
+        result = self.result
+        if result is not None:
             copy_with_file(
-                self, self._studio, "cutoffs.csv", partial(_write_points, answered),
-                partial(words_of, answered),
+                self, self._studio, "cutoffs.csv", partial(_write_points, result),
+                partial(words_of, result),
             )  # fmt: skip
 
 
-def words_of(answered: Answered, points: Path) -> Words:
+def words_of(result: Answered, points: Path) -> Words:
     """The command that says the same of these points."""
-    return ["displacement", points, *option_words(answered.options)]
+    return ["displacement", points, *option_words(result.options)]
 
 
-def _write_points(answered: Answered, path: Path) -> None:
+def _write_points(result: Answered, path: Path) -> None:
     import csv
     import io
 
@@ -358,7 +366,7 @@ def _write_points(answered: Answered, path: Path) -> None:
     out = csv.writer(file, lineterminator="\n")
     sides = [f"{side}_{axis}" for side in ("hanging", "footwall") for axis in "xyz"]
     out.writerow(["name", *sides])
-    for name, cut in zip(answered.names, answered.cuts, strict=True):
+    for name, cut in zip(result.names, result.cuts, strict=True):
         points = [*cut.hanging_wall.tolist(), *cut.footwall.tolist()]
         out.writerow([guarded(name), *numbers_text(points).split(",")])
     write_bytes(path, file.getvalue().encode(), force=True)

@@ -1,4 +1,4 @@
-"""A line that a panel lets the user draw on the outcrop, and that stays a feature."""
+"""Lines that the user draws on the outcrop for a panel; they remain features of the project."""
 
 from __future__ import annotations
 
@@ -12,31 +12,42 @@ from vomstudio.ui.common.studio import Studio
 
 
 class DrawnLine(QObject):
-    """drawn : a measured polyline is finished"""
+    """Requests a polyline from the user for a panel.
+
+    Parameters
+    ----------
+    parent : QObject
+    studio : Studio
+
+    Attributes
+    ----------
+    drawn : Signal
+        Emitted with the `Dimension` of the finished polyline.
+    """
 
     drawn = Signal(object)
 
     def __init__(self, parent: QObject, studio: Studio) -> None:
         super().__init__(parent)
-        self._studio, self._waiting = studio, False
+        self._studio, self._is_waiting = studio, False
         studio.edited.connect(self._edited)
         studio.project_opened.connect(self.cancel)
 
     def begin(self) -> None:
-        """Open the measure tool for a polyline."""
+        """Open the measure tool, and wait for a polyline."""
         self._studio.tool_of(MeasureTool).choose(kind="polyline")
         self._studio.activate("measure")
-        self._waiting = True
+        self._is_waiting = True
 
     def cancel(self) -> None:
-        """Wait for no line any more."""
-        self._waiting = False
+        """Stop waiting for the polyline."""
+        self._is_waiting = False
 
     def _edited(self, edit: Edit) -> None:
-        if not self._waiting:
+        if not self._is_waiting:
             return
         new = [get(edit.after, i, Dimension) for i in edit.after if edit.before[i] is None]
         drawn = [each for each in new if each is not None and each.kind == "polyline"]
         if drawn:
-            self._waiting = False
+            self._is_waiting = False
             self.drawn.emit(drawn[-1])

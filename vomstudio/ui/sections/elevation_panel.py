@@ -101,7 +101,7 @@ class ElevationPanel(QWidget):
         form.addRow(tr("File"), self._file)
         buttons = button_row(self.start, self.copy)
         lines = (self.said, self.figures, self.pointed)
-        FormBeside.fill(self, form, buttons, *lines, beside=self.picture)
+        FormBeside.fill(self, form, buttons, *lines, picture=self.picture)
 
     # --- what is asked -----------------------------------------------------------------------
     def refresh(self, *_: object) -> None:
@@ -266,12 +266,12 @@ class ElevationPanel(QWidget):
         return ["dem", *place, ("-o", asked.out), *options, "--force"]
 
 
-def result_text(made: WrittenElevation, notation: str, unit: str) -> str:
+def result_text(elevation: WrittenElevation, notation: str, unit: str) -> str:
     """The figures of the command, in lines."""
-    f = made.figures
+    f = elevation.figures
     plane = Plane(f.dip_direction_deg, f.dip_deg)
     over = tr("the horizontal") if plane.undefined else format_plane(plane, notation, 1)
-    said = [
+    lines = [
         tr(
             "{width:,} × {height:,} cells of {gsd:g} {unit} over {plane}",
             width=f.width, height=f.height, gsd=f.gsd_m, unit=unit, plane=over,
@@ -282,11 +282,11 @@ def result_text(made: WrittenElevation, notation: str, unit: str) -> str:
         ),
     ]  # fmt: skip
     if f.interpolation_limit_m is not None:
-        said.append(
+        lines.append(
             tr(
                 "between points no farther apart than {limit:.3g} {unit}",
                 limit=f.interpolation_limit_m,
                 unit=unit,
             )
         )
-    return "\n".join(said)
+    return "\n".join(lines)

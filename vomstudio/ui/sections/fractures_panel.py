@@ -83,7 +83,7 @@ _NO_COLOR = "#404040"
 
 
 class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
-    """Traces counted along a line, in a circle, in a window or in cells."""
+    """Panel that counts traces along a line, in a circle, in a window or in cells."""
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:
         super().__init__(studio, "fracture", "fractures.md", tr("Counting…"))
@@ -139,7 +139,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         beside.addWidget(self.tabs, 3)
         self.figures.setMinimumWidth(150)
         buttons = button_row(self.figure, self.copy)
-        FormBeside.fill(self, form, buttons, self.said, beside=shown)
+        FormBeside.fill(self, form, buttons, self.message, picture=shown)
 
     def _connect(self) -> None:
         studio = self._studio
@@ -213,7 +213,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         why = None
         if kind not in (WINDOW, SCANLINE):
             why = tr("a window or a scanline can be taken")
-        elif line is None or len(line) < least or self.answered is None:
+        elif line is None or len(line) < least or self.result is None:
             why = (
                 tr("select a measured area first")
                 if kind == WINDOW
@@ -223,11 +223,11 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
 
     def _take_selected(self) -> None:
         line = self._selected_line()
-        if line is None or self.answered is None:
+        if line is None or self.result is None:
             return
         from vomstudio.products.section.trace_map import on_face
 
-        (flat,) = on_face([line], self.answered.face)
+        (flat,) = on_face([line], self.result.face)
         self.place.setText(", ".join(f"{v:.3f}" for v in flat.ravel().tolist()))
 
     def _edited(self, edit: Edit) -> None:
@@ -292,68 +292,66 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         )  # fmt: skip
 
     # --- the answer --------------------------------------------------------------------------
-    def _result_text(self, made: FractureAnswer) -> str:
-        notes = [made.why]
-        if made.mapped is not None:
-            plane = made.face.plane
+    def _result_text(self, result: FractureAnswer) -> str:
+        notes = [result.why]
+        if result.mapped is not None:
+            plane = result.face.plane
             assert plane is not None
             from vomstudio.geology.notation import format_plane
 
             shown = format_plane(plane, self._studio.settings.notation, 0)
             if plane.undefined:
-                text = tr("{count} traces, seen from above.", count=len(made.lines))
+                text = tr("{count} traces, seen from above.", count=len(result.lines))
             else:
                 text = (
                     tr("{count} traces on the face {plane}; azimuths are their strikes.",
-                       count=len(made.lines), plane=shown)
-                    if made.plane.azimuths_from == "north"
+                       count=len(result.lines), plane=shown)
+                    if result.plane.azimuths_from == "north"
                     else tr("{count} traces on the face {plane}; azimuths are angles on it, "
-                            "clockwise from up.", count=len(made.lines), plane=shown)
+                            "clockwise from up.", count=len(result.lines), plane=shown)
                 )  # fmt: skip
             notes = [
                 text,
                 *(
                     str(each)
-                    for each in made.mapped.found.warnings
+                    for each in result.mapped.found.warnings
                     # The first line names the plane.
                     if getattr(each, "code", "") != "lines.not-planar"
                 ),
-                *map(str, made.mapped.found.notes),
+                *map(str, result.mapped.found.notes),
                 *self.of.left_out(),
-                *_of_cells(made),
+                *_of_cells(result),
             ]
         return "\n".join(notes)
 
     def _draw(self) -> None:
-        answered = self.answered
-        self.map.show_drawing(None if answered is None else answered.drawing)
-        self.map.show_mark(None if answered is None else answered.mark)
-        self.figures.setHtml(_html(answered))
+        result = self.result
+        self.map.show_drawing(None if result is None else result.drawing)
+        self.map.show_mark(None if result is None else result.mark)
+        self.figures.setHtml(_html(result))
         self._draw_figure()
         self._refresh_take()
 
     def _refresh(self) -> None:
         why = None
-        if self._asked.waiting:
+        if self._requests.waiting:
             why = tr("the traces are being counted")
-        elif self.answered is None or self.answered.mapped is None:
+        elif self.result is None or self.result.mapped is None:
             why = tr("nothing has been counted yet")
         allow(self.figure, why)
         self.copy.allow(why)
 
     def _draw_figure(self) -> None:
         """Where somebody looks at it."""
-        answered = self.answered
-        if self.tabs.currentWidget() is not self.picture or answered is self._drawn:
+        result = self.result
+        if self.tabs.currentWidget() is not self.picture or result is self._drawn:
             return
-        self._drawn = answered
-        labelled = None if answered is None else answered.mapped
-        if answered is None or labelled is None:
+        self._drawn = result
+        labelled = None if result is None else result.mapped
+        if result is None or labelled is None:
             self.picture.show_image(QImage())
         else:
-            self._background.run(
-                partial(draw_figure, labelled), partial(self._figure_came, answered)
-            )
+            self._background.run(partial(draw_figure, labelled), partial(self._figure_came, result))
 
     def _figure_came(self, of: FractureAnswer, png: bytes) -> None:
         if of is self._drawn:
@@ -366,33 +364,33 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
             self.write_figure(path)
 
     def write_figure(self, path: Path) -> None:
-        answered = self.answered
-        labelled = None if answered is None else answered.mapped
+        result = self.result
+        labelled = None if result is None else result.mapped
         if labelled is not None:
             self._write(write_figure, labelled, path, tr("Exported to {file}.", file=path))
 
     def copy_command(self) -> None:
         """Ask for the GeoPackage of the traces, and put the command on the clipboard."""
-        answered = self.answered
-        if answered is None or answered.mapped is None:
+        result = self.result
+        if result is None or result.mapped is None:
             return
         from vomstudio.products.section.trace_map import write_map
 
-        traces = answered.question.traces
+        traces = result.question.traces
 
         def write(path: Path) -> None:
-            q = answered.question
+            q = result.question
             write_map(
                 path, [t.points for t in traces], [t.name for t in traces],
-                [t.set for t in traces], answered.counted, answered.face,
+                [t.set for t in traces], result.counted, result.face,
                 crs=q.crs or Axes(q.metric, q.north_known).wkt, force=True,
             )  # fmt: skip
 
-        copy_with_file(self, self._studio, "traces.gpkg", write, partial(words_of, answered))
+        copy_with_file(self, self._studio, "traces.gpkg", write, partial(words_of, result))
 
 
-def _of_cells(made: FractureAnswer) -> list[str]:
-    cells = made.question.cells
+def _of_cells(result: FractureAnswer) -> list[str]:
+    cells = result.question.cells
     if cells is None:
         return []
     return [
@@ -405,17 +403,17 @@ def _of_cells(made: FractureAnswer) -> list[str]:
     ]
 
 
-def words_of(answered: FractureAnswer, traces: Path) -> Words:
+def words_of(result: FractureAnswer, traces: Path) -> Words:
     """The command that says the same. traces : their GeoPackage, with what they are counted in
     beside it"""
     from vomstudio.products.section.trace_map import map_files, on_outcrop
 
-    q, counted = answered.question, answered.counted
-    plane = answered.plane
+    q, counted = result.question, result.counted
+    plane = result.plane
     circle = None
     if counted.circle is not None:
         x, y, radius = counted.circle
-        (centre,) = on_outcrop(np.array([[x, y]]), answered.face).tolist()
+        (centre,) = on_outcrop(np.array([[x, y]]), result.face).tolist()
         centre = centre[:2] if plane.is_horizontal else centre
         circle = numbers_text((*centre, radius))
     files = map_files(traces, counted)
@@ -437,8 +435,8 @@ def _is_line(feature: Record) -> bool:
     return layer is not None and layer.geometry == "line"
 
 
-def _html(answered: FractureAnswer | None) -> str:
-    labelled = None if answered is None else answered.mapped
+def _html(result: FractureAnswer | None) -> str:
+    labelled = None if result is None else result.mapped
     if labelled is None:
         return ""
     from vomstudio.products.fractures.words import figure_rows

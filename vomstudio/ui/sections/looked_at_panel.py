@@ -39,7 +39,7 @@ _MODEL, _SELECTED = "model", "selected"
 
 
 class LookedAtPanel(AnalysisPanel[ShareQuestion, LookedAt]):
-    """Grids over faces, and what of them was looked at."""
+    """Panel of grids over faces, and of their coverage."""
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:
         super().__init__(studio, "looked_at", "fractures.md#what-was-looked-at", tr("Counting…"))
@@ -82,7 +82,7 @@ class LookedAtPanel(AnalysisPanel[ShareQuestion, LookedAt]):
         chosen = narrow_form()
         chosen.addRow(tr("Grid"), self.grids)
         buttons = button_row(self.mark, self.remove)
-        FormBeside.fill(self, form, self.lay, chosen, buttons, self.said, beside=self.figures)
+        FormBeside.fill(self, form, self.lay, chosen, buttons, self.message, picture=self.figures)
 
     def _connect(self) -> None:
         studio = self._studio
@@ -146,21 +146,25 @@ class LookedAtPanel(AnalysisPanel[ShareQuestion, LookedAt]):
         lines = lines_on(studio.records, studio.measured(own), grid.model_id)
         return ShareQuestion(grid, model, exposed, lines)
 
-    def _result_text(self, made: LookedAt) -> str:
-        return tr("{cells} cells of {side:.3g} {unit} hold rock.", cells=made.cells,
-                  side=made.cell_m, unit=self._unit())  # fmt: skip
+    def _result_text(self, result: LookedAt) -> str:
+        return tr(
+            "{cells} cells of {side:.3g} {unit} contain rock.",
+            cells=result.cells,
+            side=result.cell_m,
+            unit=self._unit(),
+        )
 
     def _unit(self) -> str:
         grid = self.grid()
         model = None if grid is None else get(self._studio.records, grid.model_id, Model)
         return "m" if model is not None and model.frame.has_metres else tr("units")
 
-    def _show(self, answered: LookedAt | None, said: str) -> None:
-        super()._show(answered, "" if answered is None else said)
-        if answered is None:
-            self.figures.say(said)
+    def _show(self, result: LookedAt | None, message: str) -> None:
+        super()._show(result, "" if result is None else message)
+        if result is None:
+            self.figures.say(message)
         else:
-            self.figures.setHtml(figures_html(answered, self._unit()))
+            self.figures.setHtml(figures_html(result, self._unit()))
 
     def _refresh(self) -> None:
         marking = self._studio.has_project and self._studio.tool_name == CellsTool.name

@@ -82,17 +82,17 @@ def answer(question: SectionQuestion) -> SectionAnswer:
     return SectionAnswer(q, cut, flats, figures, drawing, grazing if flats else ())
 
 
-def write(answered: SectionAnswer, path: Path) -> None:
+def write(result: SectionAnswer, path: Path) -> None:
     """In a thread: the file, by its ending, in place of what is there."""
     from vomstudio.products.section.writing import write_section
 
-    q = answered.question
+    q = result.question
     write_section(
         path,
-        answered.cut,
+        result.cut,
         q.curtain,
-        answered.figures,
-        answered.flats,
+        result.figures,
+        result.flats,
         crs=q.crs,
         model=str(q.path),
         metric=q.metric,

@@ -71,7 +71,13 @@ _FORMATS = {"svg": "SVG", "dxf": "DXF", "csv": "CSV"}
 
 
 class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
-    """line : (n, 3) World of the profile that was taken, None while there is none"""
+    """Panel of a section along a plane, or along a line on the outcrop.
+
+    Attributes
+    ----------
+    line : (n, 3) float64 or None
+        World. Vertices of the line that was taken; None before that.
+    """
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:
         super().__init__(studio, "section", "window.md#section", tr("Cutting…"))
@@ -127,7 +133,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         self.projected.add_rows(form)
         self.cutting.add_rows(form)
         buttons = button_row(self.write, self.copy)
-        FormBeside.fill(self, form, buttons, self.said, beside=self.picture)
+        FormBeside.fill(self, form, buttons, self.message, picture=self.picture)
         self.through.setToolTip(tr("A point on the plane, as x, y, z; distances count from it."))
         self.direction.line.setToolTip(
             tr("Features are projected along this trend/plunge, such as the fold axis.")
@@ -181,7 +187,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
 
     def _draw_line(self) -> None:
         self._drawn_line.begin()
-        self.said.setText(tr("Click along the outcrop, then press Enter."))
+        self.message.setText(tr("Click along the outcrop, then press Enter."))
 
     def _take_through(self) -> None:
         feature = current_feature(self._studio)
@@ -270,10 +276,10 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
     def _failed(self, error: VomError) -> None:
         self._show(None, error.message.replace("--slab", tr("Slab")))
 
-    def _result_text(self, made: SectionAnswer) -> str:
-        f = made.figures
-        unit = "m" if made.question.metric else tr("units")
-        said = [
+    def _result_text(self, result: SectionAnswer) -> str:
+        f = result.figures
+        unit = "m" if result.question.metric else tr("units")
+        texts = [
             tr_n(
                 "{count} line, {length:.3f} {unit} in all",
                 "{count} lines, {length:.3f} {unit} in all",
@@ -281,19 +287,19 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             )
         ]  # fmt: skip
         if f.slab_m is not None:
-            said.append(tr("{count:,} points of a slab {slab:.3g} {unit} thick",
+            texts.append(tr("{count:,} points of a slab {slab:.3g} {unit} thick",
                            count=f.points, slab=f.slab_m, unit=unit))  # fmt: skip
-        if made.question.records is not None:
-            said.append(tr("{count} features projected, {left_out} left out",
+        if result.question.records is not None:
+            texts.append(tr("{count} features projected, {left_out} left out",
                            count=f.features, left_out=f.left_out))  # fmt: skip
-        if made.question.curtain.plane is None:
-            said.append(tr("along {name}", name=self._line_name))
-        said += [each.words for each in f.domains or ()]
-        return "; ".join([*said, *map(str, made.warnings)])
+        if result.question.curtain.plane is None:
+            texts.append(tr("along {name}", name=self._line_name))
+        texts += [each.words for each in f.domains or ()]
+        return "; ".join([*texts, *map(str, result.warnings)])
 
     def _draw(self) -> None:
-        drawing = None if self.answered is None else self.answered.drawing
-        self.picture.show_drawing(drawing, self.said.text())
+        drawing = None if self.result is None else self.result.drawing
+        self.picture.show_drawing(drawing, self.message.text())
 
     def _refresh(self) -> None:
         parted = self._studio.has_project and bool(domain_names(self._studio.session.records))
@@ -301,9 +307,9 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         each = parted and self.by_domain.isChecked()
         allow(self.direction, tr("Each domain has a direction of its own.") if each else None)
         why = None
-        if self._asked.waiting:
+        if self._requests.waiting:
             why = tr("the model is being cut")
-        elif self.answered is None:
+        elif self.result is None:
             why = tr("there is no section yet")
         allow(self.write, why)
         self.copy.allow(why)
@@ -328,16 +334,16 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
 
     # --- what is taken away ---------------------------------------------------------------------
     def write_to(self, path: Path) -> None:
-        if self.answered is not None:
-            said = tr("The section was written to {file}.", file=path)
-            self._write(write, self.answered, path, said)
+        if self.result is not None:
+            message = tr("The section was written to {file}.", file=path)
+            self._write(write, self.result, path, message)
 
     def copy_command(self) -> None:
         """Along a line the command reads it from a file, which is asked for."""
-        answered = self.answered
-        if answered is None:
+        result = self.result
+        if result is None:
             return
-        if answered.question.curtain.plane is not None and self.line_taken is None:
+        if result.question.curtain.plane is not None and self.line_taken is None:
             words = self.words(None)
             if words is not None:
                 copy_command(self._studio, words)
@@ -360,11 +366,11 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
 
     def words(self, profile: Path | None) -> Words | None:
         """profile : the file of the line"""
-        model, answered = self.model.chosen_model(), self.answered
+        model, result = self.model.chosen_model(), self.result
         place = None if model is None else model_words(self._studio, model)
-        if place is None or answered is None:
+        if place is None or result is None:
             return None
-        question = answered.question
+        question = result.question
         options = question.options
         if profile is not None:
             options = replace(options, section_line=str(profile))

@@ -60,14 +60,21 @@ _ROW = 24
 
 
 class ThreePointsPanel(LazyPanel):
-    """of_id : of the trace that the points are those of, empty where they were typed or read;
-    found : None where there is no plane"""
+    """Panel of the three-point problem.
+
+    Attributes
+    ----------
+    of_id : str
+        Id of the trace that the points were taken from; "" if they were typed or imported.
+    plane : ThreePoints or None
+        The plane through the points; None if it cannot be computed.
+    """
 
     def __init__(self, studio: Studio) -> None:
         super().__init__(studio)
         explain(self, "window.md#three-points")
         self.of_id = ""
-        self.found: ThreePoints | None = None
+        self.plane: ThreePoints | None = None
         self._points: Array | None = None
         self._sigma = 0.0
         self._picking = False
@@ -89,8 +96,8 @@ class ThreePointsPanel(LazyPanel):
             tr("Standard deviation of each coordinate. Without it more than three points "
                "tell it by their misfit."),
         )  # fmt: skip
-        self.said = hint_label()
-        self.said.setObjectName("three_points_said")
+        self.message = hint_label()
+        self.message.setObjectName("three_points_message")
         self.type = TypeBox(studio)
         self.type.setObjectName("three_points_type")
         self.type.keep_narrow()
@@ -127,7 +134,7 @@ class ThreePointsPanel(LazyPanel):
         column.addWidget(self.table, 1)
         column.addLayout(rows)
         column.addLayout(form)
-        column.addWidget(self.said)
+        column.addWidget(self.message)
         column.addLayout(result)
 
     def _connect(self) -> None:
@@ -160,7 +167,7 @@ class ThreePointsPanel(LazyPanel):
         """The trace tool picks them; they are kept as what they are: a trace."""
         self._studio.activate("trace")
         self._picking = True
-        self.said.setText(tr("Click three points or more on one surface, then press Enter."))
+        self.message.setText(tr("Click three points or more on one surface, then press Enter."))
 
     def _edited(self, edit: Edit) -> None:
         if self._picking:
@@ -243,18 +250,18 @@ class ThreePointsPanel(LazyPanel):
     def show_now(self) -> None:
         from vomstudio.geology.faults.three_points import plane_of_three_points
 
-        self.found = self._points = None
+        self.plane = self._points = None
         points = self._numbers()
-        said = points if isinstance(points, str) else ""
+        message = points if isinstance(points, str) else ""
         if not isinstance(points, str):
             try:
                 self._sigma = number_in(self.sigma, "number.not-a-length") or 0.0
-                self.found = plane_of_three_points(points, ThreePointOptions(self._sigma).sigma_m)
+                self.plane = plane_of_three_points(points, ThreePointOptions(self._sigma).sigma_m)
                 self._points = points
-                said = self._plane_text(self.found)
+                message = self._plane_text(self.plane)
             except VomError as error:
-                said = error.message
-        self.said.setText(said)
+                message = error.message
+        self.message.setText(message)
         self._refresh()
 
     def _numbers(self) -> Array | str:
@@ -275,35 +282,35 @@ class ThreePointsPanel(LazyPanel):
             return Finding("three-points.too-few").message
         return np.array(rows)
 
-    def _plane_text(self, found: ThreePoints) -> str:
+    def _plane_text(self, result: ThreePoints) -> str:
         notation = self._studio.settings.notation
-        plane = format_attitude(found.plane, found.max_confidence95_deg, notation)
-        counted = tr_n("{count} point", "{count} points", found.n)
-        if found.max_confidence95_deg is None:
-            said = tr("{plane} through {points}.", plane=plane, points=counted)
+        plane = format_attitude(result.plane, result.max_confidence95_deg, notation)
+        counted = tr_n("{count} point", "{count} points", result.n)
+        if result.max_confidence95_deg is None:
+            text = tr("{plane} through {points}.", plane=plane, points=counted)
             unknown = Finding("three-points.no-error")
-            return f"{said} {unknown}{_after(found)}"
-        turn = found.dip_direction_error_deg
-        said = tr(
+            return f"{text} {unknown}{_after(result)}"
+        turn = result.dip_direction_error_deg
+        text = tr(
             "{plane} (95 %, joint): dip ± {dip:.1f}°, dip direction {turn} (95 % each), "
             "through {points}.",
             plane=plane,
-            dip=found.dip_error_deg,
+            dip=result.dip_error_deg,
             turn=tr("not known") if turn is None else f"± {turn:.1f}°",
             points=counted,
         )
-        if found.rms_m is not None:
-            said += " " + tr("They lie {rms:.3g} m (RMS) off it.", rms=found.rms_m)
-        return said + _after(found)
+        if result.rms_m is not None:
+            text += " " + tr("They lie {rms:.3g} m (RMS) off it.", rms=result.rms_m)
+        return text + _after(result)
 
     def _refresh(self) -> None:
         studio = self._studio
-        there = current_line(studio, Picked, _LEAST) is not None
+        is_line_selected = current_line(studio, Picked, _LEAST) is not None
         lacking = tr("Select a trace or a line of three points or more first.")
-        allow(self.take, None if there else lacking)
+        allow(self.take, None if is_line_selected else lacking)
         allow(self.pick, why_no_model(studio))
         allow(self.fewer, None if self.table.currentRow() >= 0 else tr("Choose a row first."))
-        why = None if self.found is not None else tr("there is no plane yet")
+        why = None if self.plane is not None else tr("there is no plane yet")
         self.copy.allow(why)
         if why is None and self.of_id:
             why = tr("the points are those of a trace, which is in the project")
@@ -312,7 +319,7 @@ class ThreePointsPanel(LazyPanel):
     # --- what is taken away ------------------------------------------------------------------
     def _add(self) -> None:
         """As a measured plane at the middle of the points; its error is told in its notes."""
-        found, points = self.found, self._points
+        found, points = self.plane, self._points
         if found is None or points is None:
             return
         x, y, z = points.mean(axis=0).tolist()
@@ -348,9 +355,9 @@ class ThreePointsPanel(LazyPanel):
         self._background.stop()
 
 
-def _after(found: ThreePoints) -> str:
+def _after(result: ThreePoints) -> str:
     """What makes the plane doubtful, after a space."""
-    return "".join(f" {warning}" for warning in found.warnings)
+    return "".join(f" {warning}" for warning in result.warnings)
 
 
 def _read(path: Path) -> Boundaries:

@@ -136,8 +136,8 @@ class StatusLine(QStatusBar):
             if known
             else tr("Orientations are not geographic yet. Click to declare the model's frame.")
         )
-        said = [*(each.known_text() for each in frames), *(each.message for each in poor), what]
-        self._badge.setToolTip(as_words("\n".join(said)))
+        lines = [*(each.known_text() for each in frames), *(each.message for each in poor), what]
+        self._badge.setToolTip(as_words("\n".join(lines)))
         self._badge.setStyleSheet(
             "" if known and not poor else "background: #e69f00; color: black; padding: 1px 6px;"
         )

@@ -1,4 +1,4 @@
-"""What is said of proposed facets."""
+"""Texts on proposed facets."""
 
 from __future__ import annotations
 
@@ -10,10 +10,14 @@ from vomstudio.words import tr, tr_n
 from vomstudio.workspace.surfaces.facet_proposals import Proposals
 
 
-def summary_text(found: Proposals, left: Collection[int], accepted: Collection[int]) -> str:
-    """How many are to be decided upon, and how much of the rock facets stand for, in a line."""
-    count = tr_n("{count:,} facet to decide upon", "{count:,} facets to decide upon", len(left))
-    share = found.share({*left, *accepted}) if found.whole else None
+def summary_text(
+    proposals: Proposals, open_rows: Collection[int], accepted: Collection[int]
+) -> str:
+    """Return the number of undecided facets, and their share of the exposed rock, in one line."""
+    count = tr_n(
+        "{count:,} facet to decide upon", "{count:,} facets to decide upon", len(open_rows)
+    )
+    share = proposals.share({*open_rows, *accepted}) if proposals.whole else None
     if share is None:
         return f"{count}."
     if share < NEAR_PLANAR_SHARE:
@@ -26,44 +30,45 @@ def summary_text(found: Proposals, left: Collection[int], accepted: Collection[i
     )
 
 
-def share_text(found: Proposals, left: Collection[int], accepted: Collection[int]) -> str:
-    """The share of the exposed rock that lies in facets, proposed and accepted, and where not."""
-    if not found.whole:
+def share_text(proposals: Proposals, open_rows: Collection[int], accepted: Collection[int]) -> str:
+    """Return the share of the exposed rock in facets, proposed and accepted."""
+    if not proposals.whole:
         return tr(
             "This is a part of the model: how much of the exposed rock is near-planar is told of "
             "all of it."
         )
-    proposed, taken = found.share({*left, *accepted}), found.share(accepted)
-    if proposed is None or taken is None:
+    proposed_share = proposals.share({*open_rows, *accepted})
+    accepted_share = proposals.share(accepted)
+    if proposed_share is None or accepted_share is None:
         return tr("The model shows no rock without vegetation and debris.")
-    said = tr(
+    text = tr(
         "Of the exposed rock, without vegetation and debris, {proposed:.0f} % lies in facets that "
         "are proposed or accepted, {accepted:.0f} % in accepted ones (30 % recommended).",
-        proposed=100.0 * proposed,
-        accepted=100.0 * taken,
+        proposed=100.0 * proposed_share,
+        accepted=100.0 * accepted_share,
     )
-    if proposed < NEAR_PLANAR_SHARE:
-        said += " " + tr("“Colours by exposure” shows where traces by hand are needed.")
-    return said
+    if proposed_share < NEAR_PLANAR_SHARE:
+        text += " " + tr("“Colours by exposure” shows where traces by hand are needed.")
+    return text
 
 
-def agreement_text(held: BothWays) -> str:
-    """How far facets and picks bear each other out."""
-    said = tr(
+def agreement_text(agreement: BothWays) -> str:
+    """Return how many facets and picked planes agree with each other."""
+    text = tr(
         "Picked planes with a facet beside them: {near} of {picked}; {found} of these agree with "
         "one.",
-        near=held.picks_near,
-        picked=held.picked,
-        found=held.picks_found,
+        near=agreement.picks_near,
+        picked=agreement.picked,
+        found=agreement.picks_found,
     )
-    if held.median_angle_deg is not None:
-        said += " " + tr("Median angle {angle:.1f}°.", angle=held.median_angle_deg)
-    if held.proposed_near:
-        said += " " + tr(
+    if agreement.median_angle_deg is not None:
+        text += " " + tr("Median angle {angle:.1f}°.", angle=agreement.median_angle_deg)
+    if agreement.proposed_near:
+        text += " " + tr(
             "Facets with a pick beside them: {near} of {proposed}; {found} of these agree with "
             "one.",
-            near=held.proposed_near,
-            proposed=held.proposed,
-            found=held.proposed_borne_out,
+            near=agreement.proposed_near,
+            proposed=agreement.proposed,
+            found=agreement.proposed_borne_out,
         )
-    return said
+    return text

@@ -1,4 +1,4 @@
-"""The dock of facets: near-planar pieces of the outcrop, proposed, accepted or rejected."""
+"""Dock that proposes near-planar facets of the outcrop for review."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ from vomstudio.ui.surface.facet_words import (
     summary_text,
 )
 from vomstudio.ui.surface.facets_command import copy_facets
-from vomstudio.ui.surface.model_panel import LEAST_WIDTH, ProposalsPanel
+from vomstudio.ui.surface.model_panel import MIN_WIDTH_PX, ProposalsPanel
 from vomstudio.ui.surface.part_in_view import part_in_view
 from vomstudio.words import to_translate, tr
 from vomstudio.workspace.surfaces.facet_proposals import Proposals
 
 _LIVE_MS = 350
-_LEAST_HEIGHT = 200
+_MIN_HEIGHT_PX = 200
 _DOUBT = {"good": 0, "doubtful": 1, "poor": 2, None: 3}
 _VERDICTS = {
     "good": to_translate("good"),
@@ -59,7 +59,7 @@ _COLOURS = {
 
 
 class FacetsPanel(ProposalsPanel):
-    """Asks `facet_proposals`; nothing is changed before something is accepted."""
+    """Panel that proposes facets; the project changes only when facets are accepted."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__(
@@ -96,8 +96,8 @@ class FacetsPanel(ProposalsPanel):
             lambda: copy_facets(self._studio, self._model, self.limits.options()),
             tr("the command that finds these facets"),
         )
-        self.summary, self.said = hint_label(), hint_label()
-        self.said.setObjectName("facet_said")
+        self.summary, self.message = hint_label(), hint_label()
+        self.message.setObjectName("facet_message")
 
     def _make_decisions(self) -> None:
         self.colours = ComboBox()
@@ -116,13 +116,13 @@ class FacetsPanel(ProposalsPanel):
                 Column("#", lambda v: f"{v}", tr("1 is the largest.")),
             ),
             tr("Proposed facets"),
-            _LEAST_HEIGHT,
+            _MIN_HEIGHT_PX,
             descending=True,
         )  # fmt: skip
         self.accept_all = QPushButton(tr("Accept all"))
         self.accept_all.setIcon(theme.icon("check-all"))
         self.accept_all.clicked.connect(
-            lambda _: self._decide(self._accept_rows, sorted(self._facets.open))
+            lambda _: self._decide(self._accept, sorted(self._facets.open))
         )
         self.reject_all = QPushButton(tr("Reject all"))
         self.reject_all.setIcon(theme.icon("close-box-multiple-outline"))
@@ -139,20 +139,20 @@ class FacetsPanel(ProposalsPanel):
         limits.setContentsMargins(0, 0, 0, 0)
         limits.setSpacing(3)
         for k, (name, box) in enumerate(self.limits.fields.items()):
-            box.setMinimumWidth(LEAST_WIDTH)
+            box.setMinimumWidth(MIN_WIDTH_PX)
             # Both columns the same: a distance in metres is as wide as an angle.
             box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
             limits.addWidget(self.limits.labels[name], k // 2, 2 * (k % 2))
             limits.addWidget(box, k // 2, 2 * (k % 2) + 1)
-        self.start.setMinimumWidth(LEAST_WIDTH)
+        self.start.setMinimumWidth(MIN_WIDTH_PX)
         limits.addWidget(row_of(self.start, self.copy), 2, 2, 1, 2)
         limits.setColumnStretch(1, 1)
         limits.setColumnStretch(3, 1)
-        # Or the dock would take its width from the outcrop once something is found.
+        # Wide buttons would widen the dock when facets are proposed.
         for part in (self.accept, self.reject, self.accept_all, self.reject_all):
-            part.setMinimumWidth(LEAST_WIDTH)
+            part.setMinimumWidth(MIN_WIDTH_PX)
         for choice in (self.colours, self.type):
-            choice.setMinimumWidth(LEAST_WIDTH)
+            choice.setMinimumWidth(MIN_WIDTH_PX)
         self._choose = row_of(self.colours, Label(tr("as")), self.type)
         self._decisions = row_of(self.accept, self.reject, self.accept_all, self.reject_all)
         column = narrow_column(self)
@@ -165,35 +165,35 @@ class FacetsPanel(ProposalsPanel):
         column.addWidget(self._choose)
         column.addWidget(self._decisions)
         column.addWidget(self.table, 1)
-        column.addWidget(self.said)
+        column.addWidget(self.message)
         column.addStretch()
 
     # --- what is there -----------------------------------------------------------------------
     def show_now(self) -> None:
-        """Follow the model, and what was found, decided or given up."""
+        """Show the current model and its proposals."""
         super().show_now()
-        self._show_found()
+        self._show_proposals()
 
     def _refresh_buttons(self) -> None:
         super()._refresh_buttons()
         self.copy.allow(self._why_not())
-        found, chosen = self._facets.found, self._rows()
+        proposals, selection = self._facets.proposals, self._selection()
         none_chosen = tr("Choose facets in the list first.")
         for button, on, tip, reason in (
-            (self.accept, bool(chosen),
+            (self.accept, bool(selection),
              tr("Make what is chosen in the list patches (Enter); undo takes it back."),
              none_chosen),
-            (self.reject, bool(chosen), tr("Leave out what is chosen in the list (Delete)."),
+            (self.reject, bool(selection), tr("Leave out what is chosen in the list (Delete)."),
              none_chosen),
             (self.accept_all, bool(self._facets.open),
              tr("Make all facets patches, as one step; undo takes it back."),
              Finding("facets.none-open").message),
-            (self.reject_all, found is not None, tr("Forget all facets; nothing is changed."),
+            (self.reject_all, proposals is not None, tr("Forget all facets; nothing is changed."),
              tr("There is nothing to reject.")),
         ):  # fmt: skip
             button.setEnabled(on)
             button.setToolTip(tip if on else reason)
-        if found is not None and not found.whole:
+        if proposals is not None and not proposals.whole:
             self.accept_all.setToolTip(tr("Make all facets of the part in view patches."))
 
     # --- looking -----------------------------------------------------------------------------
@@ -210,37 +210,37 @@ class FacetsPanel(ProposalsPanel):
     def _start(self, model: Model) -> None:
         self._facets.find(model.id, self.limits.options(), None)
 
-    # --- what was found ----------------------------------------------------------------------
-    def _show_found(self) -> None:
-        found, facets = self._facets.found, self._facets
+    # --- proposals ---------------------------------------------------------------------------
+    def _show_proposals(self) -> None:
+        proposals, facets = self._facets.proposals, self._facets
         for part in (self.table, self._decisions, self._choose, self.summary):
-            part.setVisible(found is not None)
-        state = (found, len(facets.open))
+            part.setVisible(proposals is not None)
+        state = (proposals, len(facets.open))
         if state != self._filled:
             self._filled = state
-            self._fill(found)
-            if found is not None:
+            self._fill(proposals)
+            if proposals is not None:
                 self._paint()
-        if found is not None:
-            self.summary.setText(summary_text(found, facets.open, facets.accepted))
-        self.said.setText(self._summary_text(found))
+        if proposals is not None:
+            self.summary.setText(summary_text(proposals, facets.open, facets.accepted))
+        self.message.setText(self._summary_text(proposals))
         self._refresh_buttons()
 
-    def _fill(self, found: Proposals | None) -> None:
+    def _fill(self, proposals: Proposals | None) -> None:
         notation = self._studio.settings.notation
         rows = []
-        for row in sorted(self._facets.open) if found is not None else ():
-            assert found is not None
-            measured = found.measured[row]
+        for row in sorted(self._facets.open) if proposals is not None else ():
+            assert proposals is not None
+            measured = proposals.measured[row]
             if measured.plane is None or measured.verdict is None:
                 continue
             verdict = measured.verdict.quality
-            error = catalogue.TOTAL.value(self._studio.subject(found.patches[row], measured))
+            error = catalogue.TOTAL.value(self._studio.subject(proposals.patches[row], measured))
             doubt = (_DOUBT[verdict], 90.0 if error is None else error)
             plane = measured.attitude(notation, bare=True)
             area = measured.area_m2
             if area is None:
-                area = found.exposed_area_of(row)
+                area = proposals.exposed_area_of(row)
             why = (
                 " ".join(each.message for each in measured.verdict.reasons)
                 if verdict != "good"
@@ -253,43 +253,44 @@ class FacetsPanel(ProposalsPanel):
         by = str(self.colours.currentData())
         self._facets.paint(by, "hsv" if by == "dip direction" else None)
 
-    def _summary_text(self, found: Proposals | None) -> str:
-        if found is None or self._facets.said:
-            return str(self._facets.said)
+    def _summary_text(self, proposals: Proposals | None) -> str:
+        if proposals is None or self._facets.message:
+            return str(self._facets.message)
         studio = self._studio
-        lines = [share_text(found, self._facets.open, self._facets.accepted)]
-        lines += map(str, found.told.warnings)
-        same = {patch.runs for patch in found.patches}
+        lines = [share_text(proposals, self._facets.open, self._facets.accepted)]
+        lines += map(str, proposals.told.warnings)
+        same = {patch.runs for patch in proposals.patches}
         picks = [
             f
             for f in studio.session.features()
-            if getattr(f, "model_id", "") == found.model_id and getattr(f, "runs", None) not in same
+            if getattr(f, "model_id", "") == proposals.model_id
+            and getattr(f, "runs", None) not in same
         ]
-        chosen = [(found.patches[i], found.measured[i]) for i in sorted(self._facets.open)]
-        held = agreement_both_ways(measured_planes(studio, picks), planes_of(studio, chosen))
-        if held.picked:
-            lines.append(agreement_text(held))
+        chosen = [(proposals.patches[i], proposals.measured[i]) for i in sorted(self._facets.open)]
+        agreement = agreement_both_ways(measured_planes(studio, picks), planes_of(studio, chosen))
+        if agreement.picked:
+            lines.append(agreement_text(agreement))
         return "\n".join(line for line in lines if line)
 
     # --- deciding ----------------------------------------------------------------------------
-    def _area(self, place: int) -> Area | None:
-        found = self._facets.found
-        opened = None if found is None else self._studio.models.get(found.model_id)
-        if found is None or opened is None:
+    def _area(self, index: int) -> Area | None:
+        proposals = self._facets.proposals
+        opened = None if proposals is None else self._studio.models.get(proposals.model_id)
+        if proposals is None or opened is None:
             return None
-        return area_of(found.patches[place], found.model, opened.surface)
+        return area_of(proposals.patches[index], proposals.model, opened.surface)
 
-    def _clicked_place(self, hit: Hit) -> int | None:
-        found = self._facets.found
-        assert found is not None
-        there = (r for r in self._facets.open if has_id(found.patches[r].runs, hit.index))
-        return next(there, None)
+    def _index_at(self, hit: Hit) -> int | None:
+        proposals = self._facets.proposals
+        assert proposals is not None
+        matches = (i for i in self._facets.open if has_id(proposals.patches[i].runs, hit.index))
+        return next(matches, None)
 
-    def _accept_rows(self, places: list[int]) -> bool:
-        return bool(self._facets.accept(places, str(self.type.currentData())))
+    def _accept(self, indices: list[int]) -> bool:
+        return bool(self._facets.accept(indices, str(self.type.currentData())))
 
-    def _reject_rows(self, places: list[int]) -> bool:
-        self._facets.reject(places)
+    def _reject(self, indices: list[int]) -> bool:
+        self._facets.reject(indices)
         return True
 
 

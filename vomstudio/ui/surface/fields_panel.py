@@ -283,7 +283,7 @@ class FieldsPanel(ModelPanel):
         return why
 
     def _show_figures(self) -> None:
-        lines = [str(self._fields.said)] if self._fields.said else []
+        lines = [str(self._fields.message)] if self._fields.message else []
         model = self._model
         shown = None if model is None else self._fields.shown.get(model.id)
         opened = None if model is None else self._studio.models.get(model.id)
@@ -323,8 +323,8 @@ class FieldsPanel(ModelPanel):
             self._show(model, wanted)
 
     def _start(self, model: Model) -> None:
-        if (wanted := self._wanted()) is not None:
-            self._show(model, wanted)
+        if (request := self._wanted()) is not None:
+            self._show(model, request)
 
     def _show(self, model: Model, wanted: WantedField) -> None:
         palette = _FOR_THE_COLOUR_BLIND if self.safe.isChecked() else _WHEEL

@@ -1,4 +1,4 @@
-"""Panels of work on an open model, and of proposals that wait to be accepted."""
+"""Panels that run a job on an open model, and panels that review the proposals of a job."""
 
 from __future__ import annotations
 
@@ -24,26 +24,27 @@ from vomstudio.ui.interpret.tool_panels.common import hint_label
 from vomstudio.words import tr
 from vomstudio.workspace.surfaces.model_work import ModelWork, ProposalQueue
 
-LEAST_WIDTH = 50
-"""Or the dock would take its width from the outcrop once something is found."""
+MIN_WIDTH_PX = 50
+"""Narrow buttons and fields keep the dock from growing when proposals are listed."""
 _KEYS = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Delete)
 
 
 class ModelPanel(LazyPanel):
-    """A button that starts and stops work on the current model, and its progress.
+    """Panel with a button that starts and stops a job on the current model, and its progress.
 
     Parameters
     ----------
     studio : Studio
     work : ModelWork
+        The work that the panel controls.
     prefix : str
-        Beginning of the object names.
+        Prefix of the object names.
     topic : str
-        Page of the help.
+        Help page of the panel.
     start : str
-        Text of the button.
+        Text of the start button.
     icon : str
-        Of the button.
+        Name of the icon of the start button.
     """
 
     def __init__(
@@ -60,7 +61,7 @@ class ModelPanel(LazyPanel):
         self.progress = QProgressBar()
 
     def _follow(self) -> None:
-        """Keep up with the studio and the work, from now on."""
+        """Connect the panel to the signals of the studio and of the work."""
         studio = self._studio
         for signal in (studio.project_opened, studio.model_loaded, studio.selection_changed):
             signal.connect(self._soon)
@@ -70,7 +71,7 @@ class ModelPanel(LazyPanel):
         self.show_now()
 
     def show_now(self) -> None:
-        """Show the current model and the progress of the work."""
+        """Show the current model and the progress of its job."""
         studio = self._studio
         self._model = current_model(studio) if studio.has_project else None
         self.title.setText(
@@ -81,7 +82,7 @@ class ModelPanel(LazyPanel):
         self._show_progress()
 
     def _why_not(self) -> Message | None:
-        """Return why the work cannot be done, None if it can."""
+        """Return why the job cannot start, or None if it can."""
         if self._model is None:
             return Finding("display.no-model")
         return self._studio.fields.why_not(self._model.id)
@@ -109,12 +110,22 @@ class ModelPanel(LazyPanel):
             self._start(self._model)
 
     def _start(self, model: Model) -> None:
-        """Start the work on a model."""
+        """Start the job on a model."""
         raise NotImplementedError
 
 
 class ProposalsPanel(ModelPanel):
-    """A table of proposals whose last column is their number, from 1, and what to do with them."""
+    """Panel with a table of proposals that the user accepts or rejects.
+
+    The last column of the table is the number of the proposal, from 1. An index counts from 0.
+
+    Parameters
+    ----------
+    studio : Studio
+    queue : ProposalQueue
+    prefix, topic, start, icon : str
+        As in `ModelPanel`.
+    """
 
     def __init__(
         self,
@@ -133,85 +144,88 @@ class ProposalsPanel(ModelPanel):
     ) -> None:
         self.type = TypeBox(self._studio)
         self.type.setObjectName(f"{self._prefix}_type")
-        self.type.setToolTip(tr("Of what is accepted."))
+        self.type.setToolTip(tr("Feature type of accepted proposals."))
         self.table = NumberTable(columns, 0, descending=descending)
         self.table.setObjectName(f"{self._prefix}_table")
         self.table.setAccessibleName(title)
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
         self.table.setMinimumHeight(height)
-        self.table.selectionModel().selectionChanged.connect(lambda *_: self._chosen())
+        self.table.selectionModel().selectionChanged.connect(lambda *_: self._selection_changed())
         self.table.installEventFilter(self)
         self.accept = QPushButton(theme.icon("check"), tr("Accept"))
-        self.accept.clicked.connect(lambda _: self._decide(self._accept_rows, self._rows()))
+        self.accept.clicked.connect(lambda _: self._decide(self._accept, self._selection()))
         self.reject = QPushButton(theme.icon("close"), tr("Reject"))
-        self.reject.clicked.connect(lambda _: self._decide(self._reject_rows, self._rows()))
+        self.reject.clicked.connect(lambda _: self._decide(self._reject, self._selection()))
         self._studio.surface_clicked.connect(self._clicked)
 
-    # --- what is chosen ----------------------------------------------------------------------
-    def _place(self, row: int) -> int:
-        """Return the place among what was found of a row of the table."""
+    # --- selection ---------------------------------------------------------------------------
+    def _index(self, row: int) -> int:
+        """Return the index of the proposal in a row of the table."""
         return int(self.table.numbers.rows[row][0][-1]) - 1
 
-    def _rows(self) -> list[int]:
-        """Return the places among what was found of the rows that are chosen in the table."""
-        return [self._place(each.row()) for each in self.table.selectionModel().selectedRows()]
+    def _selection(self) -> list[int]:
+        """Return the indices of the selected proposals."""
+        return [self._index(each.row()) for each in self.table.selectionModel().selectedRows()]
 
     def _current(self) -> int | None:
-        """Return the place of the row that was chosen last."""
-        index, rows = self.table.currentIndex(), self._rows()
-        if not index.isValid() or not rows:
+        """Return the index of the proposal that was selected last."""
+        current, selection = self.table.currentIndex(), self._selection()
+        if not current.isValid() or not selection:
             return None
-        place = self._place(index.row())
-        return place if place in rows else rows[-1]
+        index = self._index(current.row())
+        return index if index in selection else selection[-1]
 
-    def _chosen(self) -> None:
-        """Highlight on the outcrop what was chosen last."""
+    def _selection_changed(self) -> None:
+        """Highlight the proposal that was selected last on the outcrop."""
         self._refresh_buttons()
         if self._studio.open_tool is not None:
             return
-        place = self._current()
-        area = None if place is None else self._area(place)
+        index = self._current()
+        area = None if index is None else self._area(index)
         self._studio.preview.emit(
             None if area is None else Preview(np.zeros((0, 3)), color=(1.0, 1.0, 1.0), area=area)
         )
 
-    def _area(self, place: int) -> Area | None:
-        """Return what is highlighted of a proposal."""
+    def _area(self, index: int) -> Area | None:
+        """Return the area that is highlighted for a proposal."""
         raise NotImplementedError
 
     def _clicked(self, hit: Hit) -> None:
-        """Choose in the table what was clicked on the outcrop."""
-        found = self._queue.found
-        if found is None or self.visibleRegion().isEmpty() or hit.model_id != found.model_id:
+        """Select the proposal in the table that was clicked on the outcrop."""
+        proposals = self._queue.proposals
+        if proposals is None or self.visibleRegion().isEmpty():
             return
-        place = self._clicked_place(hit)
-        if place is None:
+        if hit.model_id != proposals.model_id:
+            return
+        index = self._index_at(hit)
+        if index is None:
             self.table.clearSelection()
             return
-        self.table.choose(lambda values: bool(values[-1] == place + 1))
-        # The chosen row comes in sight if the dock is low.
-        around = self.parentWidget()
-        while around is not None and not isinstance(around, QScrollArea):
-            around = around.parentWidget()
-        if isinstance(around, QScrollArea):
-            around.ensureWidgetVisible(self.table, 0, 0)
+        self.table.choose(lambda values: bool(values[-1] == index + 1))
+        # In a low dock the selected row may be out of sight.
+        ancestor = self.parentWidget()
+        while ancestor is not None and not isinstance(ancestor, QScrollArea):
+            ancestor = ancestor.parentWidget()
+        if isinstance(ancestor, QScrollArea):
+            ancestor.ensureWidgetVisible(self.table, 0, 0)
 
-    def _clicked_place(self, hit: Hit) -> int | None:
-        """Return the place of the proposal at a point of the outcrop."""
+    def _index_at(self, hit: Hit) -> int | None:
+        """Return the index of the proposal at a point of the outcrop, or None."""
         raise NotImplementedError
 
     # --- deciding ----------------------------------------------------------------------------
-    def _accept_rows(self, places: list[int]) -> bool:
-        """Make proposals features of the project; return whether that succeeded."""
+    def _accept(self, indices: list[int]) -> bool:
+        """Add proposals to the project as features; return whether this succeeded."""
         raise NotImplementedError
 
-    def _reject_rows(self, places: list[int]) -> bool:
+    def _reject(self, indices: list[int]) -> bool:
+        """Remove proposals from the list; return whether this succeeded."""
         raise NotImplementedError
 
-    def _decide(self, decide: Callable[[list[int]], bool], places: list[int]) -> None:
-        """Accept or reject proposals, and choose the one that then follows."""
+    def _decide(self, decide: Callable[[list[int]], bool], indices: list[int]) -> None:
+        """Accept or reject proposals, and select the next row of the table."""
         row = self.table.currentIndex().row()
-        if not decide(places):
+        if not decide(indices):
             return
         count = self.table.numbers.rowCount()
         if count and row >= 0:
@@ -220,13 +234,13 @@ class ProposalsPanel(ModelPanel):
             self._studio.preview.emit(None)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802
-        """Enter accepts what is chosen in the table, Delete rejects it."""
+        """Accept the selected proposals on Enter, reject them on Delete."""
         if watched is self.table and isinstance(event, QKeyEvent) and event.key() in _KEYS:
             if event.type() == QEvent.Type.ShortcutOverride:
                 event.accept()
                 return True
             if event.type() == QEvent.Type.KeyPress:
                 is_delete = event.key() == Qt.Key.Key_Delete
-                self._decide(self._reject_rows if is_delete else self._accept_rows, self._rows())
+                self._decide(self._reject if is_delete else self._accept, self._selection())
                 return True
         return super().eventFilter(watched, event)

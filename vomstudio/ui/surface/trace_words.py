@@ -1,4 +1,4 @@
-"""What is said of proposed traces."""
+"""Texts on proposed traces."""
 
 from __future__ import annotations
 
@@ -20,44 +20,44 @@ def cost_choices() -> list[tuple[str, str]]:
     return [(cost, tr(words)) for cost, words in COSTS if cost in _WHAT]
 
 
-def summary_text(found: ProposedLines, left: int) -> str:
-    """How many are to be decided upon."""
-    said = tr_n("{count:,} line to decide upon.", "{count:,} lines to decide upon.", left)
-    if not found.lines and not found.known:
+def summary_text(proposals: ProposedLines, open_count: int) -> str:
+    """Return the number of undecided lines, and warnings about them."""
+    text = tr_n("{count:,} line to decide upon.", "{count:,} lines to decide upon.", open_count)
+    if not proposals.lines and not proposals.known:
         return tr(
             "No line of {length:.3g} m or more stands out of the surface's noise. Look for shorter "
             "ones, or for something else.",
-            length=found.told.least_length_m,
+            length=proposals.told.least_length_m,
         )
-    if found.known:
-        said += " " + tr_n(
+    if proposals.known:
+        text += " " + tr_n(
             "{count} more runs along a trace of the project or what was rejected.",
             "{count} more run along traces of the project or what was rejected.",
-            found.known,
+            proposals.known,
         )
-    return " ".join([said, *map(str, found.told.warnings)])
+    return " ".join([text, *map(str, proposals.told.warnings)])
 
 
-def reason_text(found: ProposedLines, line: ProposedLine) -> str:
-    """Why a line is proposed, how much it is to be doubted, and what its plane is worth."""
-    cost = found.options.used_cost
-    what = tr(_WHAT[cost]) if cost in _WHAT else tr("Lower {field} than around it", field=cost)
-    said = [
+def reason_text(proposals: ProposedLines, line: ProposedLine) -> str:
+    """Return the evidence for a proposed line, and the verdict on its plane."""
+    cost = proposals.options.used_cost
+    feature = tr(_WHAT[cost]) if cost in _WHAT else tr("Lower {field} than around it", field=cost)
+    sentences = [
         tr(
             "{what}, by {evidence:.1f} standard deviations of the noise on average, over "
             "{length:.3g} m.",
-            what=what,
+            what=feature,
             evidence=line.evidence,
             length=line.length_m,
         ),
-        _doubt_text(line.doubt, found.told.surrogates),
+        _doubt_text(line.doubt, proposals.told.surrogates),
     ]
     if line.measured.problem:
-        said.append(str(line.measured.problem))
+        sentences.append(str(line.measured.problem))
     verdict = line.measured.verdict
     if verdict is not None and verdict.quality != "good":
-        said += [reason.message for reason in verdict.reasons]
-    return " ".join(said)
+        sentences += [reason.message for reason in verdict.reasons]
+    return " ".join(sentences)
 
 
 def _doubt_text(doubt: float, surrogates: int) -> str:

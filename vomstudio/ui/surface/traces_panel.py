@@ -1,11 +1,11 @@
-"""The dock of proposed traces: lines that stand out of the noise, accepted, edited or rejected."""
+"""Dock that proposes traces, lines that exceed the noise of the surface, for review."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtCore import QSignalBlocker
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QFileDialog,
@@ -31,19 +31,18 @@ from vomstudio.ui.forms.copied_command import CopyCommandButton, copy_command, m
 from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.scene.proposed_trace_drawings import SURE, line_area
-from vomstudio.ui.surface.model_panel import LEAST_WIDTH, ProposalsPanel
+from vomstudio.ui.surface.model_panel import MIN_WIDTH_PX, ProposalsPanel
 from vomstudio.ui.surface.trace_words import cost_choices, reason_text, summary_text
 from vomstudio.words import tr
 from vomstudio.workspace.surfaces.trace_proposals import ProposedLines
 
-_LEAST_HEIGHT = 130
+_MIN_HEIGHT_PX = 130
 # Resolutions: a click so near to a line means it.
 _NEAR = 8.0
-_KEYS = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Delete)
 
 
 class TracesPanel(ProposalsPanel):
-    """Asks `trace_proposals`; nothing is changed before something is accepted."""
+    """Panel that proposes traces; the project changes only when traces are accepted."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__(
@@ -100,7 +99,7 @@ class TracesPanel(ProposalsPanel):
                 Column("#", str, tr("1 is the strongest.")),
             ),
             tr("Proposed traces"),
-            _LEAST_HEIGHT,
+            _MIN_HEIGHT_PX,
         )  # fmt: skip
         self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
         self.edit = QPushButton(theme.icon("pencil"), tr("Edit"))
@@ -120,7 +119,7 @@ class TracesPanel(ProposalsPanel):
         grid.addWidget(Label(tr("Look for")), 0, 0)
         grid.addWidget(self.cost, 0, 1, 1, 3)
         for k, (name, box) in enumerate(self.limits.fields.items()):
-            box.setMinimumWidth(LEAST_WIDTH)
+            box.setMinimumWidth(MIN_WIDTH_PX)
             box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
             grid.addWidget(self.limits.labels[name], 1, 2 * k)
             grid.addWidget(box, 1, 2 * k + 1)
@@ -130,9 +129,9 @@ class TracesPanel(ProposalsPanel):
         grid.addWidget(self.copy, 3, 3)
         grid.setColumnStretch(1, 1)
         grid.setColumnStretch(3, 1)
-        # Or the dock would take its width from the outcrop once something is found.
+        # Wide buttons would widen the dock when traces are proposed.
         for part in (self.accept, self.edit, self.reject, self.forget, self.cost, self.type):
-            part.setMinimumWidth(LEAST_WIDTH)
+            part.setMinimumWidth(MIN_WIDTH_PX)
         self._decisions = row_of(self.accept, self.edit, self.reject, self.forget)
         self._as = row_of(Label(tr("Accept as")), self.type, self.forgive)
         column = narrow_column(self)
@@ -148,10 +147,10 @@ class TracesPanel(ProposalsPanel):
 
     # --- what is there -----------------------------------------------------------------------
     def show_now(self) -> None:
-        """Follow the model, and what was found, decided or given up."""
+        """Show the current model and its proposals."""
         super().show_now()
         self._list_costs()
-        self._show_found()
+        self._show_proposals()
 
     def _list_costs(self) -> None:
         opened = None if self._model is None else self._studio.models.get(self._model.id)
@@ -166,8 +165,8 @@ class TracesPanel(ProposalsPanel):
             for name in fields:
                 self.cost.addItem(tr("low values of {field}", field=name), name)
             self.cost.addItem(tr("edges that a network finds"), ONNX)
-            wanted = ProposalOptions().used_cost if before is None else before
-            self.cost.setCurrentIndex(max(0, self.cost.findData(wanted)))
+            current = ProposalOptions().used_cost if before is None else before
+            self.cost.setCurrentIndex(max(0, self.cost.findData(current)))
 
     def _why_not(self) -> Message | None:
         is_onnx = self._model is not None and self.cost.currentData() == ONNX
@@ -180,7 +179,7 @@ class TracesPanel(ProposalsPanel):
         traces = self._traces
         self._network_row.setVisible(self.cost.currentData() == ONNX)
         self.copy.allow(self._why_not())
-        rows = self._rows()
+        rows = self._selection()
         none_chosen = tr("Choose lines in the list first.")
         open_tool = self._studio.open_tool is not None
         for button, reason, tip in (
@@ -195,7 +194,8 @@ class TracesPanel(ProposalsPanel):
             (self.reject, None if rows else none_chosen,
              tr("Leave out what is chosen in the list, now and when lines are looked for again "
                 "(Delete).")),
-            (self.forget, None if traces.found is not None else tr("There is nothing to clear."),
+            (self.forget,
+             None if traces.proposals is not None else tr("There is nothing to clear."),
              tr("Clear the list, without rejecting what is in it; nothing is changed.")),
         ):  # fmt: skip
             button.setEnabled(reason is None)
@@ -233,27 +233,27 @@ class TracesPanel(ProposalsPanel):
         words = ["trace", *place, "--propose", *option_words(self._options())]
         copy_command(studio, [*words, ("-o", out), "--force"])
 
-    # --- what was found ----------------------------------------------------------------------
-    def _show_found(self) -> None:
-        found, left = self._traces.found, self._traces.open
+    # --- proposals ---------------------------------------------------------------------------
+    def _show_proposals(self) -> None:
+        proposals, open_rows = self._traces.proposals, self._traces.open
         for part in (self.table, self._decisions, self._as):
-            part.setVisible(found is not None)
-        if (found, left) != self._filled:
-            self._filled = (found, left)
-            self._fill(found, left)
-        said = self._traces.said
-        if not said and found is not None:
-            said = summary_text(found, len(left))
-        self.summary.setText(str(said))
-        self.summary.setVisible(bool(said))
-        self._tell_why()
+            part.setVisible(proposals is not None)
+        if (proposals, open_rows) != self._filled:
+            self._filled = (proposals, open_rows)
+            self._fill(proposals, open_rows)
+        message = self._traces.message
+        if not message and proposals is not None:
+            message = summary_text(proposals, len(open_rows))
+        self.summary.setText(str(message))
+        self.summary.setVisible(bool(message))
+        self._show_reason()
         self._refresh_buttons()
 
-    def _fill(self, found: ProposedLines | None, left: frozenset[int]) -> None:
+    def _fill(self, proposals: ProposedLines | None, open_rows: frozenset[int]) -> None:
         rows = []
-        for row in sorted(left) if found is not None else ():
-            assert found is not None
-            line = found.lines[row]
+        for row in sorted(open_rows) if proposals is not None else ():
+            assert proposals is not None
+            line = proposals.lines[row]
             plane = error = None
             if line.measured.plane is not None:
                 plane = line.measured.attitude(self._studio.settings.notation, bare=True)
@@ -261,49 +261,49 @@ class TracesPanel(ProposalsPanel):
             rows.append((((line.doubt, row), line.length_m, plane, error, row + 1), ""))
         self.table.fill(rows)
 
-    def _chosen(self) -> None:
-        self._tell_why()
-        super()._chosen()
+    def _selection_changed(self) -> None:
+        self._show_reason()
+        super()._selection_changed()
 
-    def _area(self, place: int) -> Area | None:
-        found = self._traces.found
-        return None if found is None else line_area([found.lines[place].points])
+    def _area(self, index: int) -> Area | None:
+        proposals = self._traces.proposals
+        return None if proposals is None else line_area([proposals.lines[index].points])
 
-    def _tell_why(self) -> None:
-        found, row = self._traces.found, self._current()
-        said = ""
-        if found is not None and row is not None:
-            said = reason_text(found, found.lines[row])
-        self.why.setText(said)
-        self.why.setVisible(bool(said))
+    def _show_reason(self) -> None:
+        proposals, row = self._traces.proposals, self._current()
+        reason = ""
+        if proposals is not None and row is not None:
+            reason = reason_text(proposals, proposals.lines[row])
+        self.why.setText(reason)
+        self.why.setVisible(bool(reason))
 
-    def _clicked_place(self, hit: Hit) -> int | None:
-        """Return the nearest line if it is near enough."""
-        found, model = self._traces.found, self._model
-        if found is None or model is None:
+    def _index_at(self, hit: Hit) -> int | None:
+        """Return the index of the nearest line, or None if it is too far."""
+        proposals, model = self._traces.proposals, self._model
+        if proposals is None or model is None:
             return None
         place = transform.apply(model.to_world, [hit.position])[0]
         off = {
-            row: float(np.linalg.norm(found.lines[row].points - place, axis=1).min())
+            row: float(np.linalg.norm(proposals.lines[row].points - place, axis=1).min())
             for row in self._traces.open
         }
         near = min(off, key=lambda row: off[row], default=None)
         if near is None:
             return None
         scale = transform.scale_of(model.to_world)
-        reach = _NEAR * scale * (found.lines[near].trace.resolution or 0.0)
+        reach = _NEAR * scale * (proposals.lines[near].trace.resolution or 0.0)
         return near if off[near] <= reach else None
 
     # --- deciding ----------------------------------------------------------------------------
-    def _accept_rows(self, places: list[int]) -> bool:
-        return bool(self._traces.accept(places, str(self.type.currentData())))
+    def _accept(self, indices: list[int]) -> bool:
+        return bool(self._traces.accept(indices, str(self.type.currentData())))
 
-    def _reject_rows(self, places: list[int]) -> bool:
-        self._traces.reject(places)
+    def _reject(self, indices: list[int]) -> bool:
+        self._traces.reject(indices)
         return True
 
     def _edit(self) -> None:
-        rows = self._rows()
+        rows = self._selection()
         if len(rows) == 1:
             self._studio.preview.emit(None)
             self._studio.set_next(str(self.type.currentData()), self._studio.next_set)

@@ -1,4 +1,4 @@
-"""From which north the azimuths on a model were read, and what is added to them for that."""
+"""North reference of the azimuths on a model, and their correction to grid north."""
 
 from __future__ import annotations
 
@@ -23,8 +23,13 @@ AS_READ = ReadNorth("grid")
 
 
 def north_of(compass: Compass, known: North) -> tuple[ReadNorth, str]:
-    """What azimuths by a compass need, and a sentence on what is added to them.
-    Raises UsageError, InputError where the declination is not known."""
+    """Return how azimuths by a compass are turned to grid north, and a summary of that.
+
+    Raises
+    ------
+    UsageError, InputError
+        If the declination is not known.
+    """
     correction = known.required_correction(compass.north)
     doubt = compass.doubt_deg
     doubt = default_north_sigma_deg(compass.north) if doubt is None else doubt

@@ -105,8 +105,13 @@ class Proposals:
 
 
 class FacetProposals(ProposalQueue[Proposals]):
-    """open, accepted : places in `found` of the proposals that are not yet decided upon, and of
-    those that were accepted"""
+    """Facets that are proposed on a model.
+
+    Attributes
+    ----------
+    open, accepted : set of int
+        Indices of the proposals that are undecided, and of those that were accepted.
+    """
 
     def __init__(
         self,
@@ -125,25 +130,26 @@ class FacetProposals(ProposalQueue[Proposals]):
         self._thresholds = thresholds
         self.open: set[int] = set()
         self.accepted: set[int] = set()
-        # Of what was accepted: id of the patch, and its place in `found`.
+        # Index of each accepted proposal by the id of its patch.
         self._kept: dict[str, int] = {}
 
     # --- finding -----------------------------------------------------------------------------
     def find(self, model_id: str, options: FacetOptions, sight: Sight | None) -> None:
         """Look for facets; what is being looked for is given up. sight : for a part alone"""
         self._cancel()
-        if (there := self._model(model_id)) is None:
+        model = self._model(model_id)
+        if model is None:
             return
-        standing, record = there
+        standing, record = model
         name = "part" if sight is not None else "whole"
         out = standing.cache / "facets" / f"{model_id}-{name}.npz"
 
-        def judge(told: FoundFacets) -> None:
-            # In a thread: they can be thousands.
+        def judge(result: FoundFacets) -> None:
+            # Thousands of facets take too long for the main thread.
             records, thresholds = dict(self._projects.records), self._thresholds()
             whole = sight is None
             self._read(
-                lambda: _proposals(record, options, told, whole, records, thresholds),
+                lambda: _proposals(record, options, result, whole, records, thresholds),
                 self._show_proposals,
             )
 
@@ -155,49 +161,50 @@ class FacetProposals(ProposalQueue[Proposals]):
             quiet=sight is not None,
         )
 
-    def _show_proposals(self, made: Proposals) -> None:
-        self.found, self.open, self.accepted = made, set(range(len(made.patches))), set()
+    def _show_proposals(self, proposals: Proposals) -> None:
+        self.proposals, self.accepted = proposals, set()
+        self.open = set(range(len(proposals.patches)))
         self._kept = {}
-        self._say("")
+        self._report("")
 
     # --- on the outcrop ----------------------------------------------------------------------
     def paint(self, by: str, palette: str | None = None) -> None:
         """Colour the outcrop by a key of PAINTED; what is decided upon or in no facet is grey.
         Once all is decided the outcrop is as it was."""
-        found = self.found
-        opened = None if found is None else self._models.open.get(found.model_id)
-        if found is None or opened is None:
+        proposals = self.proposals
+        opened = None if proposals is None else self._models.open.get(proposals.model_id)
+        if proposals is None or opened is None:
             return
         if not self.open and by != "exposure":
             self.unpaint()
             return
-        values = np.full(len(found.patches) + 1, np.nan, np.float32)
+        values = np.full(len(proposals.patches) + 1, np.nan, np.float32)
         for row in self.open:
-            values[row] = _value(by, row, found.measured[row])
+            values[row] = _value(by, row, proposals.measured[row])
         # The last value is that of the label -1.
-        painted = values[found.label]
+        painted = values[proposals.label]
         if by == "exposure":
-            painted = np.where(found.covers < 0, np.nan, found.covers).astype(np.float32)
-        self._show_painted(found.model_id, painted, FieldStyle(PAINTED[by], palette=palette))
+            painted = np.where(proposals.covers < 0, np.nan, proposals.covers).astype(np.float32)
+        self._show_painted(proposals.model_id, painted, FieldStyle(PAINTED[by], palette=palette))
 
     def paint_shares(self, mode: str, shares: Mapping[int, float]) -> None:
-        """Colour the outcrop by the share, 0 to 1, of each facet by its place in `found`; mode : a
+        """Colour the outcrop by the share, 0 to 1, of each facet by its index; mode : a
         key of SHARES. Other facets, and what is in none, are grey."""
-        found = self.found
-        if found is None or found.model_id not in self._models.open:
+        proposals = self.proposals
+        if proposals is None or proposals.model_id not in self._models.open:
             return
-        values = np.full(len(found.patches) + 1, np.nan, np.float32)
+        values = np.full(len(proposals.patches) + 1, np.nan, np.float32)
         for row, share in shares.items():
             values[row] = 100.0 * share
         known = values[np.isfinite(values)]
         most = max(float(known.max(initial=0.0)), _LEAST_RANGE)
         style = FieldStyle(SHARES[mode], low=0.0, high=most)
-        self._show_painted(found.model_id, values[found.label], style)
+        self._show_painted(proposals.model_id, values[proposals.label], style)
 
     def unpaint(self) -> None:
         """The outcrop as it was; what was found stays."""
-        if self.found is not None:
-            self._as_before(self.found.model_id)
+        if self.proposals is not None:
+            self._as_before(self.proposals.model_id)
 
     def _show_painted(
         self, model_id: str, painted: npt.NDArray[np.float32], style: FieldStyle
@@ -229,28 +236,31 @@ class FacetProposals(ProposalQueue[Proposals]):
     def accept(self, rows: Sequence[int], type_id: str, set_name: str = "") -> list[str]:
         """Make these proposals patches of the project, as one edit; their ids, none where that was
         refused."""
-        found = self.found
+        proposals = self.proposals
         chosen = [row for row in rows if row in self.open]
-        if found is None or not chosen:
+        if proposals is None or not chosen:
             return []
-        note = found.provenance
+        note = proposals.provenance
         patches = [
             replace(
-                found.patches[row], id=edits.new_id("patch"), type_id=type_id, set_name=set_name,
+                proposals.patches[row],
+                id=edits.new_id("patch"),
+                type_id=type_id,
+                set_name=set_name,
                 notes=note,
             )
             for row in chosen
-        ]  # fmt: skip
+        ]
         # Its own edit is no reason to forget the others.
         self.open -= set(chosen)
-        measured = [found.measured[row] for row in chosen]
+        measured = [proposals.measured[row] for row in chosen]
 
         def added(records: Mapping[str, Record], features: Sequence[Patch]) -> Edit:
             edit = edits.add_features(records, features)
-            if records.get(found.model_id) is found.model:
+            if records.get(proposals.model_id) is proposals.model:
                 # Hundreds need not be measured once more while the window waits.
                 named = [f for f in edit.after.values() if isinstance(f, Feature)]
-                self._foresee(list(zip(named, measured, strict=True)), found.judged_by)
+                self._foresee(list(zip(named, measured, strict=True)), proposals.judged_by)
             return edit
 
         if not self._editing.attempt(added, patches):
@@ -270,8 +280,8 @@ class FacetProposals(ProposalQueue[Proposals]):
         self.unpaint()
         self.open, self.accepted, self._kept = set(), set(), {}
 
-    def _follow(self, edit: Edit) -> None:
-        """Facets whose patch is gone are open again; those whose patch is back are not."""
+    def _update_open(self, edit: Edit) -> None:
+        """Reopen facets whose patch an edit removed, and close those whose patch it restored."""
         if self._kept.keys().isdisjoint(edit.after):
             return
         gone = {self._kept[id_] for id_, record in edit.after.items()

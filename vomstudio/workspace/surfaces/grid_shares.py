@@ -1,4 +1,4 @@
-"""What was looked at in a project, without a window."""
+"""Coverage of the grids of a project, without a window."""
 
 from __future__ import annotations
 
@@ -16,33 +16,46 @@ from vomstudio.workspace.surfaces.face_grids import exposed_of, lines_on, share_
 
 @dataclass(frozen=True)
 class GridShare(Result):
-    """id, name : of the grid; model : name; found : what was looked at"""
+    """Coverage of a grid.
+
+    Parameters
+    ----------
+    id, name : str
+        Id and name of the grid.
+    model : str
+        Name of the model.
+    coverage : LookedAt
+        How much of the face was inspected.
+    """
 
     id: str
     name: str
     model: str
-    found: LookedAt = field(metadata=FLAT)
+    coverage: LookedAt = field(metadata=FLAT)
 
 
 def shares_of(desk: HeadlessProject) -> tuple[list[GridShare], list[Finding]]:
-    """Of each grid of the project, and why others are left out: their models cannot be read."""
+    """Return the coverage of each grid, and why grids are left out.
+
+    A grid is left out if its model cannot be read.
+    """
     records = dict(desk.session.records)
-    found: list[GridShare] = []
-    said: list[Finding] = []
+    shares: list[GridShare] = []
+    findings: list[Finding] = []
     measurements = Measurements()
     for grid in desk.session.of(FaceGrid):
         model = get(records, grid.model_id, Model)
         if model is None:
-            said.append(Finding("grid.no-model", grid=grid.name))
+            findings.append(Finding("grid.no-model", grid=grid.name))
             continue
         try:
             read = desk.read_model(model)
         except VomError as error:
-            said.append(finding_of(error))
+            findings.append(finding_of(error))
             continue
         exposed = exposed_of(grid, read.data, read.resolution, pieces=False)
         own = [f.id for f in desk.session.features() if getattr(f, "model_id", "") == model.id]
         lines = lines_on(records, measurements.of(records, own), model.id)
         share = share_of(grid, model, exposed, lines)
-        found.append(GridShare(grid.id, grid.name, model.name, share))
-    return found, said
+        shares.append(GridShare(grid.id, grid.name, model.name, share))
+    return shares, findings

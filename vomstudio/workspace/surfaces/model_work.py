@@ -1,4 +1,4 @@
-"""Work on an open model: a job, whose result is then read in a thread."""
+"""Jobs on an open model whose result is then read in a worker thread."""
 
 from __future__ import annotations
 
@@ -21,25 +21,38 @@ Result = TypeVar("Result")
 
 
 class ModelWork:
-    """One job at a time; a new one replaces it.
+    """Base of the work on an open model. It runs one job at a time; a new job replaces it.
 
-    running : the job; said : why there is no result, or a remark on it; changed : emitted
-    when either is new
+    Parameters
+    ----------
+    projects : Projects
+    jobs : Jobs
+    background : Background
+        Runs the functions that read results.
+
+    Attributes
+    ----------
+    running : RunningJob or None
+        The current job.
+    message : Message
+        Why the job failed or stopped, or a warning about its result; "" for neither.
+    changed : Signal
+        Emitted when `running` or `message` changes.
     """
 
     def __init__(self, projects: Projects, jobs: Jobs, background: Background) -> None:
         self.changed: Signal[()] = Signal()
         self._projects, self._jobs, self._background = projects, jobs, background
         self.running: RunningJob | None = None
-        self.said: Message = ""
+        self.message: Message = ""
 
     def stop(self) -> None:
-        """Stop the job."""
+        """Stop the current job and report that it was stopped."""
         if self._cancel():
-            self._say(Finding("job.stopped"))
+            self._report(Finding("job.stopped"))
 
     def _cancel(self) -> bool:
-        """Return whether there was a job to stop."""
+        """Cancel the current job, and return whether one was running."""
         self._background.cancel_all()
         job, self.running = self.running, None
         if job is not None:
@@ -47,12 +60,15 @@ class ModelWork:
         return job is not None
 
     def _model(self, model_id: str) -> tuple[StandingModel, Model] | None:
-        """Return a model as jobs need it, and its record; None if its file is missing."""
+        """Return a model as jobs read it, with its record.
+
+        None, with a message, if its file is missing.
+        """
         standing, record = standing_model(self._projects, model_id), None
         if standing is not None:
             record = self._projects.records.get(model_id)
         if standing is None or not isinstance(record, Model):
-            self._say(Finding("model.file-missing", model=self._projects.name_of(model_id)))
+            self._report(Finding("model.file-missing", model=self._projects.name_of(model_id)))
             return None
         return standing, record
 
@@ -73,34 +89,34 @@ class ModelWork:
             if self.running is begun:
                 self.running = None
                 stopped = event.cancelled
-                self._say(Finding("job.stopped") if stopped else finding_of(event.to_error()))
+                self._report(Finding("job.stopped") if stopped else finding_of(event.to_error()))
 
         begun = self._jobs.submit(
             job, order, title=title, on_done=done, on_failed=failed, quiet=quiet
         )
-        self.running, self.said = begun, ""
+        self.running, self.message = begun, ""
         self.changed.emit()
 
     def _read(self, work: Callable[[], Result], show: Callable[[Result], None]) -> None:
-        """Read or compute many megabytes in a thread, and end the job with that."""
+        """Run `work` in a worker thread, end the job, and pass the result to `show`."""
 
         def end(result: Result) -> None:
             self.running = None
             show(result)
 
-        def refuse(_: VomError) -> None:
+        def fail(_: VomError) -> None:
             self.running = None
-            self._say(Finding("cache.unreadable"))
+            self._report(Finding("cache.unreadable"))
 
-        self._background.run(work, end, refuse, expected=(OSError, ValueError, KeyError))
+        self._background.run(work, end, fail, expected=(OSError, ValueError, KeyError))
 
-    def _say(self, said: Message) -> None:
-        self.said = said
+    def _report(self, message: Message) -> None:
+        self.message = message
         self.changed.emit()
 
 
 class ProposalsOnModel(Protocol):
-    """What was proposed on a model, as it was then."""
+    """Proposals on a model, with the registration of the model at that time."""
 
     @property
     def model_id(self) -> str: ...
@@ -109,43 +125,52 @@ class ProposalsOnModel(Protocol):
     def to_world(self) -> object: ...
 
 
-Found = TypeVar("Found", bound=ProposalsOnModel)
+ProposalsT = TypeVar("ProposalsT", bound=ProposalsOnModel)
 
 
-class ProposalQueue(ModelWork, Generic[Found]):
-    """Proposals on a model; the project changes only if some are accepted.
+class ProposalQueue(ModelWork, Generic[ProposalsT]):
+    """Work that proposes features. The project changes only when proposals are accepted.
 
-    found : the proposals; None if there are none
+    Attributes
+    ----------
+    proposals : ProposalsT or None
+        The current proposals; None before the first job and after `drop`.
     """
 
     def __init__(self, projects: Projects, jobs: Jobs, background: Background) -> None:
         super().__init__(projects, jobs, background)
-        self.found: Found | None = None
+        self.proposals: ProposalsT | None = None
 
-    def drop(self, why: Message = "") -> None:
-        """Forget what was proposed. why : shown instead"""
+    def drop(self, reason: Message = "") -> None:
+        """Discard all proposals.
+
+        Parameters
+        ----------
+        reason : Message
+            Message that is shown in their place.
+        """
         self._cancel()
         self._forget()
-        self.found = None
-        self._say(why)
+        self.proposals = None
+        self._report(reason)
 
     def _forget(self) -> None:
-        """Forget what was decided upon the proposals."""
+        """Discard the decisions on the proposals."""
         raise NotImplementedError
 
     def edited(self, edit: Edit) -> None:
-        """Drop the proposals if the model is gone or was placed anew."""
-        found = self.found
-        if found is None:
+        """Drop the proposals if an edit removed the model or changed its registration."""
+        proposals = self.proposals
+        if proposals is None:
             return
-        now = self._projects.records.get(found.model_id)
-        if not isinstance(now, Model):
+        model = self._projects.records.get(proposals.model_id)
+        if not isinstance(model, Model):
             self.drop()
-        elif now.to_world != found.to_world:
+        elif model.to_world != proposals.to_world:
             self.drop(Finding("model.placed-anew"))
         else:
-            self._follow(edit)
+            self._update_open(edit)
 
-    def _follow(self, edit: Edit) -> None:
-        """Open again what was accepted and is undone, and the other way round."""
+    def _update_open(self, edit: Edit) -> None:
+        """Reopen accepted proposals that an edit removed, and close those that it restored."""
         raise NotImplementedError

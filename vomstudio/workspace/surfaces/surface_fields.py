@@ -61,7 +61,7 @@ _STYLES: dict[str, dict[str, Any]] = {
 }
 
 Arrays = dict[str, npt.NDArray[np.generic]]
-Given = tuple[Arrays, tuple[Message, ...]]
+FieldsResult = tuple[Arrays, tuple[Message, ...]]
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,13 @@ class Shown:
 
 
 class SurfaceFields(ModelWork):
-    """shown : the field that each model shows"""
+    """Fields of open models that are computed on request.
+
+    Attributes
+    ----------
+    shown : dict of str to Shown
+        The field that each model shows, by the id of the model.
+    """
 
     def __init__(
         self,
@@ -171,13 +177,13 @@ class SurfaceFields(ModelWork):
     def ask(self, model_id: str, wanted: WantedField, palette: str | None = None) -> None:
         """Work a field out and show it; what is being worked out is given up."""
         self.stop()
-        self.said = ""
+        self.message = ""
         why = self.why_not(model_id)
         name = self.name_of(model_id, wanted)
         if why is None and name is None:
             why = Finding("field.feature-missing")
         if why is not None or name is None:
-            self._say(why or "")
+            self._report(why or "")
             return
         shown = Shown(wanted, name, self._rests_on(model_id, wanted), palette)
         if wanted.kind == TO_PLANE:
@@ -191,10 +197,11 @@ class SurfaceFields(ModelWork):
         self.changed.emit()
 
     def _ask_surface(self, model_id: str, shown: Shown) -> None:
-        # Every field of this radius is there at once, where one of them is.
-        if (there := self._model(model_id)) is None:
+        # All fields of a radius are computed together.
+        model = self._model(model_id)
+        if model is None:
             return
-        (standing, record), radius = there, shown.wanted.radius_m
+        (standing, record), radius = model, shown.wanted.radius_m
         data = self._models.open[model_id].data
         if shown.name in data.fields and shown.name in self._made.get(model_id, ()):
             self._show(model_id, shown, {}, self.shown[model_id].said)
@@ -209,7 +216,7 @@ class SurfaceFields(ModelWork):
 
         def computed(fields: ComputedFields) -> None:
             messages = tuple(map(str, fields.warnings))
-            self._give(model_id, shown, lambda: (read(), messages))
+            self._deliver(model_id, shown, lambda: (read(), messages))
 
         self._submit(
             COMPUTE_FIELDS,
@@ -219,11 +226,11 @@ class SurfaceFields(ModelWork):
         )
 
     def _ask_measurable(self, model_id: str, shown: Shown) -> None:
-        # Both fields are there at once.
-        there, plane = self._model(model_id), self.plane_meant(shown.wanted)
-        if there is None or plane is None:
+        # Both fields are computed together.
+        model, plane = self._model(model_id), self.plane_meant(shown.wanted)
+        if model is None or plane is None:
             return
-        standing, record = there
+        standing, record = model
         data, length = self._models.open[model_id].data, shown.wanted.radius_m
         if shown.name in data.fields and shown.name in self._made.get(model_id, ()):
             self._show(model_id, shown, {}, self.shown[model_id].said)
@@ -234,7 +241,7 @@ class SurfaceFields(ModelWork):
         tilt = ToWorld.of(record).tilt_deg(plane.normal()) or 0.0
         options = MeasurableOptions(length_m=length, registration_error_deg=tilt)
 
-        def read() -> Given:
+        def read() -> FieldsResult:
             with open_arrays(out) as found:
                 arrays = {names[MEASURABLE]: found["measurable"]}
                 arrays[names[EXPECTED]] = found["expected_error95_deg"]
@@ -244,47 +251,47 @@ class SurfaceFields(ModelWork):
             MAP_MEASURABLE, MeasurableOrder(standing, (x, y, z), options, out),
             tr("Where planes of {plane} could be measured on {model}", model=record.name,
                plane=format_plane(plane)),
-            lambda _: self._give(model_id, shown, read),
+            lambda _: self._deliver(model_id, shown, read),
         )  # fmt: skip
 
     def _ask_distances(self, model_id: str, shown: Shown) -> None:
-        there, beside = self._model(model_id), self._model(shown.wanted.of)
-        if there is None or beside is None:
+        model, other_model = self._model(model_id), self._model(shown.wanted.of)
+        if model is None or other_model is None:
             return
-        standing, other = there[0], beside[0]
+        standing, other = model[0], other_model[0]
         from vomstudio.jobs.registration_tasks import COMPARE_MODELS, CompareOrder
 
         out = standing.cache / "fields" / f"{model_id}-distance.npz"
 
-        def read() -> Given:
+        def read() -> FieldsResult:
             with open_arrays(out) as found:
                 return {shown.name: found["distance_m"].astype(np.float32)}, ()
 
         self._submit(
             COMPARE_MODELS, CompareOrder(standing, other, CompareOptions(), out),
             tr("Distances from {model} to {other}", model=standing.name, other=other.name),
-            lambda _: self._give(model_id, shown, read),
+            lambda _: self._deliver(model_id, shown, read),
         )  # fmt: skip
 
     def _ask_plane(self, model_id: str, shown: Shown) -> None:
         plane, record = shown.rests_on, self._projects.records[model_id]
         assert isinstance(record, Model)
         if not isinstance(plane, tuple) or plane[1] is None:
-            self._say(Finding("field.no-plane"))
+            self._report(Finding("field.no-plane"))
             return
         centre, normal = np.array(plane[1]), np.array(plane[2])
         data, rows = self._models.open[model_id].data, record.to_world
 
-        def work() -> Given:
+        def work() -> FieldsResult:
             places = data.vertices if isinstance(data, Mesh) else data.points
             off = (transform.apply(rows, places) - centre) @ normal
             return {shown.name: off.astype(np.float32)}, ()
 
-        self._give(model_id, shown, work)
+        self._deliver(model_id, shown, work)
 
-    def _give(self, model_id: str, shown: Shown, work: Callable[[], Given]) -> None:
-        """Read or compute fields in a thread, and show them."""
-        self._read(work, lambda given: self._show(model_id, shown, *given))
+    def _deliver(self, model_id: str, shown: Shown, work: Callable[[], FieldsResult]) -> None:
+        """Read or compute fields in a worker thread, and show them."""
+        self._read(work, lambda result: self._show(model_id, shown, *result))
 
     # --- showing -----------------------------------------------------------------------------
     def _show(self, model_id: str, shown: Shown, arrays: Arrays, said: tuple[Message, ...]) -> None:
@@ -300,7 +307,7 @@ class SurfaceFields(ModelWork):
                 self._display.show_no_field(model_id)
             opened.drop_fields(self._made.pop(model_id, ()))
             if not opened.give_fields(arrays):
-                self._say(Finding("model.fields-too-large"))
+                self._report(Finding("model.fields-too-large"))
                 return
             self._made[model_id] = set(arrays)
         self.shown[model_id] = replace(shown, said=said)
@@ -309,12 +316,12 @@ class SurfaceFields(ModelWork):
         if shown.palette is not None:
             style = replace(style, palette=shown.palette)
         self._display.show_field(model_id, style)
-        self._say(" ".join(map(str, said)))
+        self._report(" ".join(map(str, said)))
 
     # --- what has happened meanwhile -----------------------------------------------------------
     def begin(self) -> None:
         """Another project has been opened."""
-        self.running, self.said = None, ""
+        self.running, self.message = None, ""
         self._background.cancel_all()
         self.shown.clear()
         self._made.clear()

@@ -94,7 +94,7 @@ class Tools(Protocol):
 
 
 class TraceProposals(ProposalQueue[ProposedLines]):
-    """`changed` is also emitted if `open` is new."""
+    """Traces that are proposed on a model. `changed` is also emitted when `open` changes."""
 
     def __init__(
         self,
@@ -107,7 +107,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
     ) -> None:
         super().__init__(projects, jobs, background)
         self._editing, self._tools, self._thresholds = editing, tools, thresholds
-        self._made: dict[int, str] = {}
+        self._trace_ids: dict[int, str] = {}
         self._rejected: set[int] = set()
         # As long as the program runs, whatever is looked for next: lines in the files' frames.
         self._never: dict[str, list[Array]] = {}
@@ -116,14 +116,16 @@ class TraceProposals(ProposalQueue[ProposedLines]):
 
     @property
     def open(self) -> frozenset[int]:
-        """Places in `found` that are to be decided upon. What is in the trace tool, or a trace of
-        the project by now, is not; what was taken back is again."""
-        if self.found is None:
+        """Indices of the undecided proposals.
+
+        A proposal is decided while the trace tool or the project contains its trace.
+        """
+        if self.proposals is None:
             return frozenset()
         tool, records = self._tools.of(TraceTool), self._projects.records
-        held = None if tool.trace is None else tool.trace.id
-        made = {row for row, id_ in self._made.items() if id_ in records or id_ == held}
-        return frozenset(range(len(self.found.lines))) - made - self._rejected
+        tool_id = None if tool.trace is None else tool.trace.id
+        decided = {i for i, id_ in self._trace_ids.items() if id_ in records or id_ == tool_id}
+        return frozenset(range(len(self.proposals.lines))) - decided - self._rejected
 
     def rejected_on(self, model_id: str) -> int:
         """How many lines are not proposed on a model again."""
@@ -133,15 +135,16 @@ class TraceProposals(ProposalQueue[ProposedLines]):
     def find(self, model_id: str, options: ProposalOptions) -> None:
         """Look for lines; what is being looked for is given up."""
         self._cancel()
-        if (there := self._model(model_id)) is None:
+        model = self._model(model_id)
+        if model is None:
             return
-        standing, record = there
+        standing, record = model
         known = self._known(model_id)
 
-        def judge(told: FoundTraces) -> None:
+        def judge(result: FoundTraces) -> None:
             records, thresholds = dict(self._projects.records), self._thresholds()
             self._read(
-                lambda: _proposed(record, options, told, known, records, thresholds),
+                lambda: _proposed(record, options, result, known, records, thresholds),
                 self._show_lines,
             )
 
@@ -159,31 +162,31 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         picked = [np.asarray(t.vertices, np.float64).reshape(-1, 3) for t in traces]
         return [*picked, *self._never.get(model_id, ())]
 
-    def _show_lines(self, made: ProposedLines) -> None:
-        self.found, self._made, self._rejected = made, {}, set()
-        self._say("")
+    def _show_lines(self, proposals: ProposedLines) -> None:
+        self.proposals, self._trace_ids, self._rejected = proposals, {}, set()
+        self._report("")
 
     # --- deciding ----------------------------------------------------------------------------
     def accept(self, rows: Sequence[int], type_id: str, set_name: str = "") -> list[str]:
         """Make these proposals traces of the project, as one edit; their ids, none where that was
         refused."""
-        found, left = self.found, self.open
+        proposals, left = self.proposals, self.open
         chosen = [row for row in rows if row in left]
-        if found is None or not chosen:
+        if proposals is None or not chosen:
             return []
-        note = tr("{found}, and that was accepted.", found=found.provenance)
+        note = tr("{found}, and that was accepted.", found=proposals.provenance)
         traces = {
             row: replace(
-                found.lines[row].trace, id=edits.new_id("trace"), type_id=type_id,
+                proposals.lines[row].trace, id=edits.new_id("trace"), type_id=type_id,
                 set_name=set_name, notes=note,
             )
             for row in chosen
         }  # fmt: skip
-        before = dict(self._made)
+        before = dict(self._trace_ids)
         # Its own edit is no news to those that listen.
-        self._made.update({row: trace.id for row, trace in traces.items()})
+        self._trace_ids.update({row: trace.id for row, trace in traces.items()})
         if not self._editing.attempt(edits.add_features, list(traces.values())):
-            self._made = before
+            self._trace_ids = before
             return []
         self._changed()
         return [trace.id for trace in traces.values()]
@@ -191,59 +194,59 @@ class TraceProposals(ProposalQueue[ProposedLines]):
     def edit(self, row: int) -> bool:
         """Open a proposal in the trace tool, followed between a few way-points; False where another
         feature is open."""
-        found = self.found
-        model = None if found is None else self._projects.records.get(found.model_id)
-        if found is None or row not in self.open or not isinstance(model, Model):
+        proposals = self.proposals
+        model = None if proposals is None else self._projects.records.get(proposals.model_id)
+        if proposals is None or row not in self.open or not isinstance(model, Model):
             return False
         tool = self._tools.of(TraceTool)
         self._tools.activate(tool.name)
         if self._tools.active is not tool or tool.open:
             self._tools.hint(Finding("feature.open"))
             return False
-        line = found.lines[row]
-        note = tr("{found}, and that was edited.", found=found.provenance)
+        line = proposals.lines[row]
+        note = tr("{found}, and that was edited.", found=proposals.provenance)
         # The trace tool has no network to follow by.
-        cost: str | None = found.options.used_cost
+        cost: str | None = proposals.options.used_cost
         most = _MOST_WAY_POINTS
-        if found.options.onnx_model is not None:
+        if proposals.options.onnx_model is not None:
             cost, most = None, _MOST_VERTICES
         opened = tool.begin_along(model, _clicks(line.trace, most), cost, note)
         if opened is not None:
-            self._made[row] = opened
+            self._trace_ids[row] = opened
         self._changed()
         return opened is not None
 
     def reject(self, rows: Collection[int]) -> None:
         """Never propose these again; nothing is changed in the project."""
-        found = self.found
-        if found is None:
+        proposals = self.proposals
+        if proposals is None:
             return
         for row in sorted(self.open & set(rows)):
-            line = np.asarray(found.lines[row].trace.vertices, np.float64)
-            self._never.setdefault(found.model_id, []).append(line)
+            line = np.asarray(proposals.lines[row].trace.vertices, np.float64)
+            self._never.setdefault(proposals.model_id, []).append(line)
             self._rejected.add(row)
         self._changed()
 
     def forgive(self, model_id: str) -> None:
         """What was rejected on a model may be proposed again."""
         self._never.pop(model_id, None)
-        if self.found is not None and self.found.model_id == model_id:
+        if self.proposals is not None and self.proposals.model_id == model_id:
             self._rejected.clear()
         self._changed()
 
     def _forget(self) -> None:
-        """What was rejected is not proposed again."""
-        self._made, self._rejected = {}, set()
+        """Discard the decisions; rejected lines are still not proposed again."""
+        self._trace_ids, self._rejected = {}, set()
 
-    def _follow(self, edit: Edit) -> None:
+    def _update_open(self, edit: Edit) -> None:
         self._look()
 
     def _look(self) -> None:
         if self._open_before != self.open:
             self._changed()
 
-    def _say(self, said: Message) -> None:
-        self.said = said
+    def _report(self, message: Message) -> None:
+        self.message = message
         self._changed()
 
     def _changed(self) -> None:

@@ -266,22 +266,22 @@ class ControlPanel(QWidget):
 
     def _solved(self, placed: Placed) -> None:
         self._show_click_error(placed)
-        said = placement_text(placed, self.model, self.crs)
-        self._show_placed(placed, "\n".join(filter(None, [said, self._counted])))
+        text = placement_text(placed, self.model, self.crs)
+        self._show_placed(placed, "\n".join(filter(None, [text, self._counted])))
 
     def _unsolved(self, error: VomError) -> None:
-        said = (
+        text = (
             error.message
             if self.model is None
             else in_short(self._points, self._lines, self._found, error, self.readings).message
         )
-        self._show_placed(None, said)
+        self._show_placed(None, text)
 
-    def _show_placed(self, placed: Placed | None, said: str) -> None:
+    def _show_placed(self, placed: Placed | None, text: str) -> None:
         from vomstudio.workspace.placing.registering import expected
 
         self.placed = placed
-        self.said.setText(said)
+        self.said.setText(text)
         self._show_residuals()
         self._show_map()
         places = {} if self.model is None else expected(self._points, self.placed, self.model)

@@ -50,10 +50,10 @@ def copy_register(
         if counted is None:
             turn, counted = used.turned_deg, RegisterOptions(north_sigma_deg=used.doubt_deg)
         register = counted
-    register = with_lines(register, lines, turn)
+    register = add_known_lines(register, lines, turn)
     register = replace(register, crs=crs, click_sigma_m=click_sigma_m)
     if kept_scale is not None:
-        register = with_scale(register, kept_scale)
+        register = add_kept_scale(register, kept_scale)
     if table is not None:
         table = replace(table, azimuth_deg=(table.azimuth_deg + turn) % 360.0)
     if not len(pairs.labels) and table is None:
@@ -67,11 +67,11 @@ def copy_register(
             write_compass(_readings_file(file, pairs=len(pairs.labels) > 0), table)
 
     def words(file: Path) -> Words:
-        beside = _readings_file(file, pairs=len(pairs.labels) > 0)
+        readings_file = _readings_file(file, pairs=len(pairs.labels) > 0)
         files = replace(
             register,
             pairs=str(file) if len(pairs.labels) else None,
-            orientations=None if table is None else str(beside),
+            orientations=None if table is None else str(readings_file),
         )
         return ["register", model, *option_words(files)]
 
@@ -79,10 +79,11 @@ def copy_register(
     copy_with_file(parent, studio, proposed, write, words)
 
 
-def with_scale(options: RegisterOptions, scale: float) -> RegisterOptions:
-    """Return the options with a scale to keep.
+def add_kept_scale(options: RegisterOptions, scale: float) -> RegisterOptions:
+    """Return the options of `register` that keep a scale, in metres per unit of the model's file.
 
-    A scale other than 1 is that of an earlier placement, which the file does not have.
+    A scale other than 1 comes from an earlier registration. The file does not contain it, so it
+    is passed as a known length.
     """
     from vomstudio.registration.length_evidence import KEPT
 
@@ -97,12 +98,17 @@ def _readings_file(file: Path, *, pairs: bool) -> Path:
     return file.with_name(f"{file.stem}_readings{file.suffix}") if pairs else file
 
 
-def with_lines(
+def add_known_lines(
     options: RegisterOptions, lines: Sequence[KnownLine], turned_deg: float = 0.0
 ) -> RegisterOptions:
-    """Return the options with lines whose ends were clicked.
+    """Return the options of `register` with known lines.
 
-    turned_deg : added to azimuths
+    Parameters
+    ----------
+    options : RegisterOptions
+    lines : sequence of KnownLine
+    turned_deg : float
+        Correction that is added to azimuths.
     """
     from vomstudio.workspace.placing.known_lines import usable
 
@@ -115,5 +121,5 @@ def with_lines(
         known = [each for each in (value, line.sigma) if each is not None]
         text = numbers_text([*line.vertices[0], *line.vertices[-1], *known])
         texts[names[line.kind]].append(text)
-    given: dict[str, Any] = {name: tuple(each) for name, each in texts.items()}
-    return replace(options, **given)
+    values: dict[str, Any] = {name: tuple(each) for name, each in texts.items()}
+    return replace(options, **values)
