@@ -22,12 +22,12 @@ ONNX = "onnx"
 
 @dataclass(frozen=True)
 class TraceSource:
-    """What the lines of a command are made from.
+    """Source of the lines: way-points, a drawing or proposals.
 
     Raises
     ------
     UsageError
-        Unless exactly one is given.
+        Unless exactly one source is given.
     """
 
     through: str | None = option(
@@ -58,12 +58,12 @@ class TraceSource:
 
 @dataclass(frozen=True)
 class CostOptions(Options):
-    """What lines are searched by.
+    """Cost by which lines are followed or proposed.
 
     Raises
     ------
     UsageError
-        For a network without the cost ``onnx``, and this cost without a network.
+        For a network without the cost ``onnx``, and for this cost without a network.
     """
 
     cost: str | None = option(
@@ -96,12 +96,12 @@ class CostOptions(Options):
 
 @dataclass(frozen=True)
 class FollowOptions(CostOptions):
-    """How a trace is followed between way-points.
+    """Cost and photo by which a trace is followed between way-points.
 
     Raises
     ------
     UsageError
-        Also for cameras without a photo.
+        As `CostOptions`, and for cameras without a photo.
     """
 
     photo: str | None = option(
@@ -124,7 +124,7 @@ class FollowOptions(CostOptions):
 
     @property
     def used_cost(self) -> str:
-        """The cost that applies, given or by default."""
+        """The cost, given or by default."""
         return self.cost or "colour"
 
 
@@ -135,7 +135,7 @@ class ProposalOptions(CostOptions):
     Raises
     ------
     UsageError
-        Also for values outside their bounds, and for a cost that needs way-points.
+        As `CostOptions`, for values outside their bounds, and for a cost that needs way-points.
     """
 
     min_length_m: float | None = option(
@@ -162,7 +162,7 @@ class ProposalOptions(CostOptions):
 
     @property
     def used_cost(self) -> str:
-        """The cost that applies, given or by default."""
+        """The cost, given or by default."""
         return self.cost or "gradient"
 
 
