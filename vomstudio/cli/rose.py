@@ -48,7 +48,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     format_ = picture_format(args.output, "--output")
     options, figure = options_from(args, RoseOptions), options_from(args, RoseFigure)
-    style, colors = FigureStyle.from_options(figure), options_from(args, SetColors).by_set
+    style, colors = FigureStyle.from_options(figure), options_from(args, SetColors).colors_by_set
     check_target(args.output, force=args.force, inputs=[args.table])
     progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)

@@ -53,7 +53,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     options = options_from(args, StereonetOptions)
     wishes = wishes_of(options)
     style = FigureStyle.from_options(options_from(args, StereonetFigure))
-    colors = options_from(args, SetColors).by_set
+    colors = options_from(args, SetColors).colors_by_set
     check_target(args.output, force=args.force, inputs=[args.table])
     progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)

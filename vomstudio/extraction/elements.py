@@ -30,7 +30,12 @@ from vomstudio.geometry.kernels.cell_lists import bounds_of
 from vomstudio.geometry.kernels.jit import for_kernels, for_reading
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
-from vomstudio.geometry.nearby.shared_corners import across_gaps, counted_once, say_apart, snapped
+from vomstudio.geometry.nearby.shared_corners import (
+    across_gaps,
+    check_connected,
+    first_faces,
+    snapped,
+)
 from vomstudio.progress import Progress
 from vomstudio.words import tr
 
@@ -149,7 +154,7 @@ def elements_of(
 # --- clouds -----------------------------------------------------------------------------------
 def _of_cloud(
     points: Array,
-    given: npt.NDArray[np.float32] | None,
+    file_normals: npt.NDArray[np.float32] | None,
     angle_deg: float,
     progress: Progress,
     begin: Begin | None,
@@ -171,19 +176,21 @@ def _of_cloud(
     around, seen = seen_around(grid, open_, few, known, angle_deg, progress)
     number = np.zeros(len(places) + 1, np.int64)
     number[open_ + 1] = seen.near.shape[1]
-    said: list[Finding] = []
+    warnings: list[Finding] = []
     if begun is not None and begun.wide:
         around = 0
         known_ = begun.normals, begun.variation, begun.areas, begun.noise
         if np.isfinite(begun.wide):
-            said.append(_wide(begun))
+            warnings.append(_wide(begun))
     else:
         known_ = _surroundings(open_, seen, begun, len(places))
     normals, variation, areas, noise = known_
     if around:
         normals[lost], variation[lost], areas[lost], noise[lost] = np.nan, NO_SURFACE, area, 0.0
-    if given is not None:
-        normals = _given_or(np.asarray(given, np.float64)[rows], normals, variation, said)
+    if file_normals is not None:
+        normals = _merge_normals(
+            np.asarray(file_normals, np.float64)[rows], normals, variation, warnings
+        )
     fewer = None
     if around and (seen.around < around).any():
         fewer = np.zeros(len(places), np.bool_)
@@ -202,7 +209,7 @@ def _of_cloud(
         seen.near.ravel(),
         rows,
         row_of,
-        tuple(said),
+        tuple(warnings),
         None if begun is None else begun.labels,
         around,
         fewer,
@@ -290,34 +297,47 @@ def _neighbours_for(begun: Begun, angle_deg: float) -> int | None:
     return next((count for count in AROUND if count >= wanted), AROUND[-1])
 
 
-def _given_or(given: Array, found: Array, variation: Array, said: list[Finding]) -> Array:
-    """The file's normals where they are some and agree with the points, on the whole and one by
-    one; beside an edge, where the points tell a normal between two faces, all that are some."""
-    size = np.linalg.norm(given, axis=1)
+def _merge_normals(
+    file_normals: Array, fitted: Array, variation: Array, warnings: list[Finding]
+) -> Array:
+    """Replace fitted normals by those of the file where these agree with the points.
+
+    If the median angle between them is large, or too many differ in flat parts, a warning is
+    appended and fewer or none of the file's normals are used.
+
+    Parameters
+    ----------
+    file_normals, fitted : (n, 3) arrays
+        NaN or zero if unknown; those fitted are unit vectors.
+    variation : (n,) array
+        Surface variation: large near edges, where fitted normals lie between two faces.
+    warnings : list of Finding
+    """
+    size = np.linalg.norm(file_normals, axis=1)
     known = np.isfinite(size) & (size > 1e-6)
-    unit = given / np.where(known, size, 1.0)[:, None]
-    cosine = np.abs((unit * found).sum(axis=1))
+    unit = file_normals / np.where(known, size, 1.0)[:, None]
+    cosine = np.abs((unit * fitted).sum(axis=1))
     both = known & np.isfinite(cosine)
     if not both.any():
-        return found
+        return fitted
     angle = float(np.degrees(np.arccos(min(float(np.median(cosine[both])), 1.0))))
     if angle > _WRONG_NORMALS_DEG:
-        said.append(Finding("cloud.normals-unused", angle_deg=angle))
-        return found
+        warnings.append(Finding("cloud.normals-unused", angle_deg=angle))
+        return fitted
     flat = both & (variation < _FLAT)
     wrong = flat & (cosine < np.cos(np.radians(_WRONG_NORMALS_DEG)))
     share = float(wrong.sum()) / max(int(flat.sum()), 1)
     if share > _WRONG_SHARE:
-        said.append(
+        warnings.append(
             Finding(
                 "cloud.normals-partly-unused",
                 share_percent=100.0 * share,
                 limit_deg=_WRONG_NORMALS_DEG,
             )
         )
-        # Beside an edge as many may be wrong, and nothing tells which.
+        # Near an edge as many may be wrong, but the points do not show which.
         known &= flat
-    return np.where((known & ~wrong)[:, None], unit, found)
+    return np.where((known & ~wrong)[:, None], unit, fitted)
 
 
 # --- meshes -----------------------------------------------------------------------------------
@@ -341,19 +361,19 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
     if not len(rows):
         raise GeometryError(Finding("mesh.no-area"))
     progress.stage(tr("Finding neighbours"), None)
-    said: list[Finding] = []
+    warnings: list[Finding] = []
     nodes = welded(local)[faces[rows]]
-    say_apart(nodes, said)
-    first = counted_once(nodes, said)
+    check_connected(nodes, warnings)
+    first = first_faces(nodes, warnings)
     rows, nodes = rows[first], nodes[first]
     row_of = np.full(len(faces), -1, np.int64)
     row_of[rows] = np.arange(len(rows))
-    own = corners[rows]
-    starts, near = _face_neighbours(nodes, own)
-    places = own.mean(axis=1)
+    used_corners = corners[rows]
+    starts, near = _face_neighbours(nodes, used_corners)
+    places = used_corners.mean(axis=1)
     areas = double[rows] / 2.0
     normals = cross[rows] / double[rows, None]
-    off = own - places[:, None]
+    off = used_corners - places[:, None]
     pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
     inner = np.stack([(off[..., a] * off[..., b]).sum(axis=1) / 12.0 for a, b in pairs], axis=1)
     progress.stage(tr("Computing normals"), None)
@@ -363,8 +383,8 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
         progress,
     )  # fmt: skip
     if not quiet:
-        found = normals_of_places(places, angle_deg, progress)
-        normals = normals if found is None else found
+        smoothed = normals_of_places(places, angle_deg, progress)
+        normals = normals if smoothed is None else smoothed
     # Two faces for each vertex.
     spacing = np.sqrt(2.0 * areas)
     return Elements(
@@ -381,7 +401,7 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
         near,
         rows,
         row_of,
-        tuple(said),
+        tuple(warnings),
     )
 
 

@@ -179,18 +179,18 @@ def _without_most(labels: Labels, none: Bools) -> Labels:
 
 
 def _without_grass(elements: Elements, labels: Labels, colors: Array) -> tuple[Elements, Labels]:
-    """The labels without facets that are mostly grass, which the elements' warnings tell."""
+    """Remove facets that are mostly grass, and add a warning to the elements."""
     rock = _without_most(labels, is_grass(colors))
     lost = (rock < 0) & (labels >= 0)
     if not lost.any():
         return elements, rock
-    said = Finding(
+    warning = Finding(
         "facets.vegetation",
         share_percent=max(
             100.0 * float(elements.areas[lost].sum() / np.nansum(elements.areas)), 1.0
         ),
     )
-    return replace(elements, warnings=(*elements.warnings, said)), rock
+    return replace(elements, warnings=(*elements.warnings, warning)), rock
 
 
 def facets_of_labels(
@@ -235,7 +235,7 @@ def _told(
         fewest,
         exposure,
         _of_points(data, elements, exposure.covers),
-        (*elements.warnings, *_said(elements, found, exposure)),
+        (*elements.warnings, *_facet_warnings(elements, found, exposure)),
     )
 
 
@@ -393,30 +393,30 @@ def _of_points(data: Mesh | PointCloud, elements: Elements, labels: Labels) -> L
     return result
 
 
-def _said(elements: Elements, found: list[Facet], exposure: Exposure) -> list[Finding]:
-    if not found and elements.of == "point" and not elements.around:
+def _facet_warnings(elements: Elements, facets: list[Facet], exposure: Exposure) -> list[Finding]:
+    if not facets and elements.of == "point" and not elements.around:
         return [Finding("facets.volume")]
-    if not found:
+    if not facets:
         return [Finding("facets.none")]
-    said = []
+    warnings = []
     share = exposure.near_planar_share
     if share is not None and share < NEAR_PLANAR_SHARE:
-        said.append(
+        warnings.append(
             Finding(
                 "facets.little-planar",
                 share_percent=100.0 * share,
                 recommended_percent=100.0 * NEAR_PLANAR_SHARE,
             )
         )
-    said += _of_ground(exposure)
-    whole = sum(facet.area for facet in found)
-    if sum(facet.area for facet in found if facet.bent) > _WAVY * whole:
-        said.append(Finding("facets.wavy"))
-    return said
+    warnings += _level_ground_warnings(exposure)
+    whole = sum(facet.area for facet in facets)
+    if sum(facet.area for facet in facets if facet.bent) > _WAVY * whole:
+        warnings.append(Finding("facets.wavy"))
+    return warnings
 
 
-def _of_ground(exposure: Exposure) -> list[Finding]:
-    """What of the share may be level ground, where that is much of it."""
+def _level_ground_warnings(exposure: Exposure) -> list[Finding]:
+    """Report how much of the planar share may be level ground, if it is large."""
     level, share = exposure.level_share or 0.0, exposure.near_planar_share or 0.0
     if level < NEAR_PLANAR_SHARE:
         return []

@@ -91,7 +91,7 @@ class PhotoFollower:
         self.photos, self.cost, self._voting = photos, cost, voting
         self.view = photos.views.views[photos.chosen]
         self._pyramid = [photos.pixels(photos.chosen)]
-        # Those of the last line, whose pixels the next one wants too.
+        # Photos of the last line, which the next one will probably use too.
         self._kept: dict[int, Voter] = {}
 
     def by(self, cost: str) -> PhotoFollower:
@@ -102,18 +102,27 @@ class PhotoFollower:
         return other
 
     def follow(self, way_points: Array, *, alone: bool = False) -> PhotoPath:
-        """The path through pixels (w, 2) of the photo, at least two.
+        """Follow a path through way-points in the photo.
 
-        alone : no other photo is asked, which takes a moment
-        Raises GeometryError where they are one pixel, off the photo or beside the model.
+        Parameters
+        ----------
+        way_points : (w, 2) array
+            Pixels, w >= 2.
+        alone : bool
+            Do not compare the path with other photos, which takes longer.
+
+        Raises
+        ------
+        GeometryError
+            If all way-points are in one pixel, or one is outside the photo or the model.
         """
-        given = np.asarray(way_points, np.float64).reshape(-1, 2)
-        self._require(given)
-        voters, said = ([], list[Finding]()) if alone else self._voters(given)
-        found = [self._leg(a, b, given, voters) for a, b in pairwise(given)]
-        legs = [leg for leg, _ in found]
+        marks = np.asarray(way_points, np.float64).reshape(-1, 2)
+        self._require(marks)
+        voters, warnings = ([], list[Finding]()) if alone else self._voters(marks)
+        stretches = [self._leg(a, b, marks, voters) for a, b in pairwise(marks)]
+        legs = [leg for leg, _ in stretches]
         pixels = np.concatenate([legs[0], *(leg[1:] for leg in legs[1:])])
-        costs = np.concatenate([found[0][1], *(each[1:] for _, each in found[1:])])
+        costs = np.concatenate([stretches[0][1], *(each[1:] for _, each in stretches[1:])])
         at = np.concatenate([[0], np.cumsum([len(leg) - 1 for leg in legs])])
         if len(pixels) < 2:
             raise GeometryError(Finding("points.coincident"))
@@ -126,7 +135,7 @@ class PhotoFollower:
         seen, agreeing = agreement(self._pyramid[0], pixels[there], self.thrown, voters)
         return PhotoPath(
             pixels[there], points[there], at, costs[there], int((~there).sum()), seen, agreeing,
-            tuple(voter.name for voter in voters), tuple(said),
+            tuple(voter.name for voter in voters), tuple(warnings),
         )  # fmt: skip
 
     def thrown(self, pixels: Array) -> Array:
@@ -144,18 +153,18 @@ class PhotoFollower:
                 Finding("path.point-beside-model", number=row + 1, photo=self.view.name)
             )
 
-    def _voters(self, given: Array) -> tuple[list[Voter], list[Finding]]:
-        """The other photos that see the way-points best."""
+    def _voters(self, way_points: Array) -> tuple[list[Voter], list[Finding]]:
+        """Return the other photos that show the way-points best, and warnings."""
         if not self._voting:
             return [], []
-        photos, said = self.photos, list[Finding]()
+        photos, warnings = self.photos, list[Finding]()
         line = np.concatenate(
             [a + (b - a) * np.linspace(0, 1, 20)[:, None]
-             for a, b in pairwise(given)]
+             for a, b in pairwise(way_points)]
         )  # fmt: skip
         places = self.thrown(line)
         places = places[np.isfinite(places[:, 0])]
-        found: list[Voter] = []
+        voters: list[Voter] = []
         used = dict[int, Voter]()
         for seen in photos.views.sightings(places):
             if seen.view == photos.chosen or seen.view not in photos.files:
@@ -165,16 +174,16 @@ class PhotoFollower:
                     photos.views, seen.view, photos.pixels(seen.view)
                 )
                 used[seen.view] = voter
-                found.append(voter)
+                voters.append(voter)
             except InputError as error:
-                said.append(finding_of(error))
-            if len(found) == _VOTERS:
+                warnings.append(finding_of(error))
+            if len(voters) == _VOTERS:
                 break
         self._kept.clear()
         self._kept.update(used)
-        if not found:
-            said.append(Finding("path.no-other-photo"))
-        return found, said
+        if not voters:
+            warnings.append(Finding("path.no-other-photo"))
+        return voters, warnings
 
     # --- a leg -------------------------------------------------------------------------------
     def _leg(

@@ -40,11 +40,20 @@ _JUMP, _JUMP_RESOLUTIONS = 10.0, 2.0
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PhotoTrace(FollowedTrace):
-    """Also: pixels (n, 2) of the photo, the middle of its top-left one at (0.5, 0.5); photo : its
-    name; voters : names of the other photos that had a say
-    seen, agreeing : (n,) how many of them could judge each vertex, and how many show the same there
-    agreeing_share : of the vertices that others could judge, those that at least half of these
-        confirm; None where there are none
+    """Trace followed in a photo.
+
+    Parameters
+    ----------
+    photo : str
+    voters : tuple of str
+        Names of the other photos that the trace was compared with.
+    agreeing_share : float or None
+        Share of the vertices visible in other photos that at least half of these confirm; None if
+        no vertex is.
+    pixels : (n, 2) array
+        Vertices in the photo; the centre of its top-left pixel is (0.5, 0.5).
+    seen, agreeing : (n,) int arrays
+        Number of other photos in which each vertex is visible, and of those that confirm it.
     """
 
     photo: str

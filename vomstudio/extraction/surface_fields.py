@@ -225,8 +225,10 @@ def _evenly(points: Array, cell: float) -> Array:
 
 
 def _outward(data: Mesh | PointCloud, normals: Array) -> tuple[Array, tuple[Finding, ...]]:
-    """The normals, turned out of the rock: by the faces of a mesh, by a cloud's own normals, else
-    up; and what is to be said of it."""
+    """Orient normals out of the rock, by the faces of a mesh or the normals of a cloud.
+
+    Without either they are turned upward, and a warning is returned.
+    """
     if isinstance(data, Mesh) and len(data.faces):
         sides: Array | None = _vertex_normals(data)
     elif isinstance(data, PointCloud) and data.normals is not None:
@@ -235,8 +237,8 @@ def _outward(data: Mesh | PointCloud, normals: Array) -> tuple[Array, tuple[Find
         sides = None
     if sides is None:
         up = np.broadcast_to([0.0, 0.0, 1.0], normals.shape)
-        said = Finding("fields.outside-unknown")
-        return _turned(normals, up), (said,)
+        warning = Finding("fields.outside-unknown")
+        return _turned(normals, up), (warning,)
     return _turned(normals, sides), ()
 
 

@@ -22,12 +22,12 @@ ONNX = "onnx"
 
 @dataclass(frozen=True)
 class TraceSource(Options):
-    """What the lines of a command are made from.
+    """Source of the lines: way-points, a drawing or proposals.
 
     Raises
     ------
     UsageError
-        Unless exactly one is given.
+        Unless exactly one source is given.
     """
 
     through: str | None = option(
@@ -59,12 +59,12 @@ class TraceSource(Options):
 
 @dataclass(frozen=True)
 class CostOptions(Options):
-    """What lines are searched by.
+    """Cost by which lines are followed or proposed.
 
     Raises
     ------
     UsageError
-        For a network without the cost ``onnx``, and this cost without a network.
+        For a network without the cost ``onnx``, and for this cost without a network.
     """
 
     cost: str | None = option(
@@ -97,12 +97,12 @@ class CostOptions(Options):
 
 @dataclass(frozen=True)
 class FollowOptions(CostOptions):
-    """How a trace is followed between way-points.
+    """Cost and photo by which a trace is followed between way-points.
 
     Raises
     ------
     UsageError
-        Also for cameras without a photo.
+        As `CostOptions`, and for cameras without a photo.
     """
 
     photo: str | None = option(
@@ -125,7 +125,7 @@ class FollowOptions(CostOptions):
 
     @property
     def used_cost(self) -> str:
-        """The cost that applies, given or by default."""
+        """The cost, given or by default."""
         return self.cost or "colour"
 
 
@@ -136,7 +136,7 @@ class ProposalOptions(CostOptions):
     Raises
     ------
     UsageError
-        Also for values outside their bounds, and for a cost that needs way-points.
+        As `CostOptions`, for values outside their bounds, and for a cost that needs way-points.
     """
 
     min_length_m: float | None = option(
@@ -163,7 +163,7 @@ class ProposalOptions(CostOptions):
 
     @property
     def used_cost(self) -> str:
-        """The cost that applies, given or by default."""
+        """The cost, given or by default."""
         return self.cost or "gradient"
 
 

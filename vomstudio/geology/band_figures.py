@@ -105,36 +105,44 @@ def table_priors(table: OrientationRows) -> list[SetPrior]:
     return found
 
 
-def band_lines(found: BandFigures, line: str, plane: str | None) -> list[str]:
-    """What it says, a sentence each. line : the trace's, as written; plane : that of the likeliest
-    set, if there is one."""
-    said = [
+def band_lines(band: BandFigures, line: str, plane: str | None) -> list[str]:
+    """Describe the band of a straight trace, one sentence per line.
+
+    Parameters
+    ----------
+    band : BandFigures
+    line : str
+        Trend and plunge of the trace as text.
+    plane : str or None
+        Plane by the most probable set as text; None if no set is compatible.
+    """
+    lines = [
         tr(
             "The trace is straight: its plane contains the line {line}, within {width:.1f}°, "
             "and dips between {low:.0f} and {high:.0f}°.",
             line=line,
-            width=found.half_width95_deg,
-            low=found.lowest_dip_deg,
-            high=found.highest_dip_deg,
+            width=band.half_width95_deg,
+            low=band.lowest_dip_deg,
+            high=band.highest_dip_deg,
         )
     ]
-    compatible = [each for each in found.sets if each.compatible]
-    if found.sets and not compatible:
-        said.append(tr("No set is compatible with it."))
+    compatible = [each for each in band.sets if each.compatible]
+    if band.sets and not compatible:
+        lines.append(tr("No set is compatible with it."))
     elif compatible:
-        said.append(
+        lines.append(
             tr(
                 "Compatible sets: {sets}.",
                 sets=", ".join(f"{s.name} ({100.0 * s.probability:.0f} %)" for s in compatible),
             )
         )
-    likely = found.likely
+    likely = band.likely
     if likely is not None and plane is not None:
-        said.append(
+        lines.append(
             tr(
                 "As a plane of {name} it is {plane} (95 %).",
                 name=likely.name,
                 plane=plane,
             )
         )
-    return said
+    return lines

@@ -72,8 +72,10 @@ def common_axis(
     semi_axes, swing = _region_of(means, axes, strays, min(map(len, members)))
     turned = None
     if turns is not None and any(turns[name].known for name in names):
-        own = [moved(poles, turns[name]) for name, poles in zip(names, members, strict=True)]
-        turned = _turned_axis(own, tensors, values, axes)
+        moved_members = [
+            moved(poles, turns[name]) for name, poles in zip(names, members, strict=True)
+        ]
+        turned = _turned_axis(moved_members, tensors, values, axes)
     off = np.degrees(np.abs(np.arcsin(np.clip(means @ axes[2], -1.0, 1.0))))
     p = _chance(means, axes, strays, freedom)
     pairs = _pairs(names, members)
@@ -81,11 +83,11 @@ def common_axis(
     def judged(error95_deg: float | None) -> Verdict:
         return _verdict(names, off, p, error95_deg, _supposed(members))
 
-    counted = [Finding("fold.means-of-sets", sets=names, n=[len(own) for own in members])]
+    counted = [Finding("fold.means-of-sets", sets=names, n=[len(poles) for poles in members])]
     if semi_axes is None:
         counted.append(Finding("fold.set-of-one-plane"))
-    made = axis_of(means, values, axes, semi_axes, swing, judged, turned, counted)
-    return replace(made, pairs=pairs)
+    axis = axis_of(means, values, axes, semi_axes, swing, judged, turned, counted)
+    return replace(axis, pairs=pairs)
 
 
 def _strays(members: Sequence[Array], means: Array, beta: Array) -> tuple[Array, int]:

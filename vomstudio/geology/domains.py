@@ -74,7 +74,7 @@ def describe_domain(domain: DomainFigures, decimals: int) -> str:
     )
 
 
-def by_domains(axis: FoldAxis, one_axis: OneAxisFigures) -> FoldAxis:
+def apply_domain_verdict(axis: FoldAxis, one_axis: OneAxisFigures) -> FoldAxis:
     """Return the axis of all planes with the verdict that its domains allow."""
     if one_axis.serves_all:
         return replace(axis, reasons=(*axis.reasons, *one_axis.reasons))
@@ -87,20 +87,30 @@ def domain_axes(
     pooled: FoldAxis,
     waviness_deg: float | None = None,
 ) -> tuple[dict[str, DomainFigures], OneAxisFigures]:
-    """beds : by domain, dip directions and dips (n,) in degrees. pooled : the axis of all."""
+    """Compute the fold axis of each domain, and test whether one axis serves all.
+
+    Parameters
+    ----------
+    beds : mapping
+        Domain -> dip directions and dips (n,), degrees.
+    pooled : FoldAxis
+        The axis of the planes of all domains.
+    waviness_deg : float, optional
+        As in `fold_axis`.
+    """
     beta = pooled.beta.vector()
     figures: dict[str, DomainFigures] = {}
-    own: dict[str, FoldAxis] = {}
+    axes_by_domain: dict[str, FoldAxis] = {}
     separate, parameters, n = 0.0, 0, 0
     together, off_beds = 0.0, list[float]()
     for name, (azimuth, dip) in beds.items():
         poles = planes_to_poles(azimuth, dip).reshape(-1, 3)
         n += len(poles)
         together += _square(poles @ beta)
-        found, reason = _own_axis(azimuth, dip, waviness_deg)
-        if found is not None and found.verdict != "homoclinal" and len(poles) > 2:
-            own[name] = found
-            separate += _square(poles @ found.beta.vector())
+        axis, reason = _own_axis(azimuth, dip, waviness_deg)
+        if axis is not None and axis.verdict != "homoclinal" and len(poles) > 2:
+            axes_by_domain[name] = axis
+            separate += _square(poles @ axis.beta.vector())
             parameters += 2
         else:
             axes = orientation_tensor(poles)[1]
@@ -108,8 +118,10 @@ def domain_axes(
             separate += float(np.sum((along - along.mean()) ** 2))
             parameters += 1
             off_beds.append(math.degrees(math.asin(min(abs(float(axes[0] @ beta)), 1.0))))
-        figures[name] = DomainFigures(len(poles), None if found is None else found.figures, reason)
-    off_axes = [angle_between_lines(a.beta, b.beta) for a, b in combinations(own.values(), 2)]
+        figures[name] = DomainFigures(len(poles), None if axis is None else axis.figures, reason)
+    off_axes = [
+        angle_between_lines(a.beta, b.beta) for a, b in combinations(axes_by_domain.values(), 2)
+    ]
     return figures, _judged(
         together,
         separate,

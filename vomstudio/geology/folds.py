@@ -124,7 +124,7 @@ class FoldAxis:
 
     @property
     def figures(self) -> AxisFigures:
-        """What is said of it, as plain numbers and words."""
+        """The results as plain numbers and words."""
         swing, total = self.confidence_axis, self.total
         return AxisFigures(
             BetaFigures(
@@ -195,38 +195,40 @@ def fold_axis(
     bowed = bowed_findings(bowed_deg, shape.arc_deg)
 
     left_out = None if n < 4 else _leave_one_out(poles, axes[2])
-    called = names or [str(row + 1) for row in range(n)]
-    stray, others = strays_of(poles, axes), None
-    if stray.any():
-        kept = ~stray
-        azimuths, dips = np.atleast_1d(dip_direction_deg)[kept], np.atleast_1d(dip_deg)[kept]
-        rest = None if turns is None else turns.of(kept)
-        younger = None if flags is None else flags[kept]
-        known = [called[row] for row in np.flatnonzero(kept).tolist()]
-        others = fold_axis(azimuths, dips, rest, bowed_deg, waviness_deg, known, younger)
+    labels = names or [str(row + 1) for row in range(n)]
+    is_stray, others = strays_of(poles, axes), None
+    if is_stray.any():
+        is_used = ~is_stray
+        azimuths, dips = np.atleast_1d(dip_direction_deg)[is_used], np.atleast_1d(dip_deg)[is_used]
+        used_turns = None if turns is None else turns.of(is_used)
+        used_flags = None if flags is None else flags[is_used]
+        used_labels = [labels[row] for row in np.flatnonzero(is_used).tolist()]
+        others = fold_axis(
+            azimuths, dips, used_turns, bowed_deg, waviness_deg, used_labels, used_flags
+        )
         if others.valid == "no" or others.strays:
             others = None
 
     def judged(error95_deg: float | None) -> Verdict:
-        found = verdict_of(shape, error95_deg, uniform, waviness_deg)
-        valid = "conditional" if bowed and found.valid == "yes" else found.valid
-        found = replace(found, valid=valid, reasons=(*bowed, *found.reasons))
+        verdict = verdict_of(shape, error95_deg, uniform, waviness_deg)
+        valid = "conditional" if bowed and verdict.valid == "yes" else verdict.valid
+        verdict = replace(verdict, valid=valid, reasons=(*bowed, *verdict.reasons))
         if others is not None or left_out is None or semi_axes is None:
-            return found
-        return _on_many(found, poles, shape, left_out, semi_axes[0], called, bowed, waviness_deg)
+            return verdict
+        return _on_many(verdict, poles, shape, left_out, semi_axes[0], labels, bowed, waviness_deg)
 
-    made = axis_of(poles, values, axes, semi_axes, axes[1], judged, turned, shape_findings(shape))
-    found = replace(made, shape=shape, limbs=_limbs(shape), leave_one_out=left_out)
+    result = axis_of(poles, values, axes, semi_axes, axes[1], judged, turned, shape_findings(shape))
+    result = replace(result, shape=shape, limbs=_limbs(shape), leave_one_out=left_out)
     if others is None:
-        return found
-    strayed = np.flatnonzero(stray).tolist()
-    listed = [called[row] for row in strayed]
+        return result
+    stray_rows = np.flatnonzero(is_stray).tolist()
+    stray_labels = [labels[row] for row in stray_rows]
     return replace(
-        found,
-        strays=tuple(Stray(row, names[row] if names else None) for row in strayed),
+        result,
+        strays=tuple(Stray(row, names[row] if names else None) for row in stray_rows),
         valid="conditional",
         verdict=others.verdict,
-        reasons=(_strays_finding(listed, found, others), *others.reasons),
+        reasons=(_strays_finding(stray_labels, result, others), *others.reasons),
     )
 
 
@@ -242,55 +244,65 @@ def _semi_axes(values: Array, n: int) -> tuple[float, float] | None:
 
 
 def _on_many(
-    found: Verdict,
+    verdict: Verdict,
     poles: Array,
     shape: Shape,
-    left: LeaveOneOut,
+    leave_one_out: LeaveOneOut,
     most_deg: float,
     names: Sequence[str],
     bowed: Sequence[Finding],
     waviness_deg: float | None,
 ) -> Verdict:
-    """The verdict, which must not rest on one plane: undetermined where beta turns out of its own
-    95 % region without a plane, or the others have another verdict; the weaker of both validities.
+    """Return the verdict, or "undetermined" if it depends on one plane.
+
+    It does if beta leaves its own 95 % region without that plane, or if the other planes have
+    another verdict. Of the two validities the weaker one counts.
     """
-    if len(poles) < FEW_PLANES or found.name in ("homoclinal", "scattered"):
-        return found
-    turned = left.turn_deg > max(most_deg, FELT_DEG)
+    if len(poles) < FEW_PLANES or verdict.name in ("homoclinal", "scattered"):
+        return verdict
+    turned = leave_one_out.turn_deg > max(most_deg, FELT_DEG)
     row, other = lone_limb(poles), None
-    if row is None and found.name != "undetermined":
-        row, other = _decisive(found, poles, shape, left.index, waviness_deg)
-    if row is None and turned and found.name not in ("conical", "two axes"):
+    if row is None and verdict.name != "undetermined":
+        row, other = _decisive(verdict, poles, shape, leave_one_out.index, waviness_deg)
+    if row is None and turned and verdict.name not in ("conical", "two axes"):
         # Where there is no one axis beta may turn.
-        row = left.index
+        row = leave_one_out.index
     if row is None:
-        return found
-    if other is not None and other.untested and found.name == "cylindrical":
-        said = cone_untested_finding(names[row], other)
-        return replace(found, valid="conditional", reasons=(said, *found.reasons))
-    turn = left.turn_deg if turned and row == left.index else None
-    said = lone_plane_finding(names[row], turn, most_deg, other)
-    if found.name == "undetermined":
-        return replace(found, reasons=(said, *found.reasons))
+        return verdict
+    if other is not None and other.untested and verdict.name == "cylindrical":
+        finding = cone_untested_finding(names[row], other)
+        return replace(verdict, valid="conditional", reasons=(finding, *verdict.reasons))
+    turn = leave_one_out.turn_deg if turned and row == leave_one_out.index else None
+    finding = lone_plane_finding(names[row], turn, most_deg, other)
+    if verdict.name == "undetermined":
+        return replace(verdict, reasons=(finding, *verdict.reasons))
     # What spoke for the shape does so no more.
-    return Verdict("undetermined", "conditional", (said, *bowed))
+    return Verdict("undetermined", "conditional", (finding, *bowed))
 
 
 def _decisive(
-    found: Verdict, poles: Array, shape: Shape, turns_most: int, waviness_deg: float | None
+    verdict: Verdict, poles: Array, shape: Shape, turns_most: int, waviness_deg: float | None
 ) -> tuple[int | None, Verdict | None]:
-    """The plane without which the others have another verdict, and that; only of the few that can
-    be it: the ends of the arc, the one farthest from the great circle, the one that turns beta
-    most."""
+    """Find the plane without which the others have another verdict.
+
+    Only planes that can have this effect are tested: the ends of the arc, the one farthest from
+    the great circle, and the one that turns beta most.
+
+    Returns
+    -------
+    row : int or None
+    verdict : Verdict or None
+        Verdict of the other planes.
+    """
     far = int(np.argmax(np.abs(poles @ shape.axes[2])))
     for row in dict.fromkeys((*arc_ends(poles, shape.axes), turns_most, far)):
         # Two axes of the others would be no doubt of any other verdict.
-        two = found.name == "two axes"
+        two = verdict.name == "two axes"
         other = _verdict_without(poles, row, waviness_deg, two=two)
         # The best of several cones through all planes but one is often better by chance alone.
-        by_chance = found.name == "cylindrical" and other.name == "conical"
-        alike = other.name == found.name or found.valid == other.valid == "no"
-        if not alike and not by_chance:
+        is_cone_artifact = verdict.name == "cylindrical" and other.name == "conical"
+        is_alike = other.name == verdict.name or verdict.valid == other.valid == "no"
+        if not is_alike and not is_cone_artifact:
             return row, other
     return None, None
 
@@ -319,19 +331,32 @@ def axis_of(
     turned: Moved | None,
     counted: Sequence[Finding],
 ) -> FoldAxis:
-    """Beta of poles, or of the means of sets, with their tensor.
+    """Return beta of poles, or of the means of sets, with its errors and its verdict.
 
-    semi_axes: degrees, of its joint 95 % region, the larger toward `swing`; turned: as the
-    registrations move it; judged: the verdict for a 95 % error; counted: the first findings.
+    Parameters
+    ----------
+    poles : (n, 3) array
+    values, axes : (3,) and (3, 3) arrays
+        Eigenvalues and eigenvectors of their orientation tensor.
+    semi_axes : (float, float) or None
+        Of the joint 95 % region of beta, degrees, the larger one first.
+    swing : (3,) array
+        Direction of the larger semi-axis.
+    judged : callable
+        Returns the verdict for a 95 % error of beta, degrees.
+    turned : Moved or None
+        Effect of the registrations on beta.
+    counted : sequence of Finding
+        Listed after the reasons of the verdict.
     """
     beta = Line.from_vector(axes[2])
     pi_plane = beta.normal_plane()
     covariance = None if turned is None else turned.covariance()[0]
     total = None if semi_axes is None else region(axes[2], covariance, (*semi_axes, swing))
-    registration, said = None, list[Finding]()
+    registration, registration_findings = None, list[Finding]()
     if covariance is not None:
         registration = region(axes[2], covariance).largest_deg
-        said = [_registered(registration, total)]
+        registration_findings = [_registered(registration, total)]
     direction = None if semi_axes is None else Line.from_vector(swing)
     verdict = judged(None if total is None else total.largest_deg)
     off = np.degrees(np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0)))
@@ -349,14 +374,14 @@ def axis_of(
         confidence_axis=direction,
         valid=verdict.valid,
         verdict=verdict.name,
-        reasons=(*verdict.reasons, *counted, *known, *said),
+        reasons=(*verdict.reasons, *counted, *known, *registration_findings),
         registration_error_deg=registration,
         total=total,
     )
 
 
 def plane_figures(plane: Plane) -> PlaneFigures:
-    """As plain numbers."""
+    """Return the angles of a plane as plain numbers."""
     return PlaneFigures(plane.dip_direction_deg, plane.dip_deg, plane.strike_rhr_deg)
 
 
@@ -411,21 +436,21 @@ def _leave_one_out(poles: Array, beta: Array) -> LeaveOneOut | None:
     return LeaveOneOut(worst, None, float(turn[worst]), line.trend_deg, line.plunge_deg)
 
 
-def _strays_finding(planes: Sequence[str], found: FoldAxis, others: FoldAxis) -> Finding:
-    """Report the planes that the verdict is not about."""
+def _strays_finding(planes: Sequence[str], axis: FoldAxis, others: FoldAxis) -> Finding:
+    """Report the outlying planes, which the verdict does not include."""
     return Finding(
         "fold.strays",
         count=len(planes),
-        n=found.n,
+        n=axis.n,
         planes=planes,
         trend_deg=others.beta.trend_deg,
         plunge_deg=others.beta.plunge_deg,
-        turn_deg=angle_between_lines(found.beta, others.beta),
+        turn_deg=angle_between_lines(axis.beta, others.beta),
     )
 
 
 def _registered(registration_deg: float, total: Region | None) -> Finding:
-    """Report what the registration adds, which is the same for all planes of a model."""
+    """Report the error of beta by the registration, which all planes of a model share."""
     if total is None:
         return Finding("fold.registration-alone", error_deg=registration_deg)
     weak = total.largest_deg > WEAK_AXIS_DEG

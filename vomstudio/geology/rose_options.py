@@ -13,7 +13,7 @@ from vomstudio.words import to_translate
 
 @dataclass(frozen=True)
 class RoseOptions(Options):
-    """What roses show.
+    """Angle, bins and weights of rose diagrams and histograms.
 
     Raises
     ------
@@ -24,13 +24,13 @@ class RoseOptions(Options):
     of: Literal["strike", "dip-direction", "trend", "dip", "plunge"] | None = option(
         None,
         help=to_translate("angle of the rose; dip and plunge draw a histogram"),
-        automatic=to_translate("strike, of lines alone trend"),
+        automatic=to_translate("strike; trend if all rows are lines"),
     )
     bin_deg: float = option(
         10.0,
         minimum=1.0,
         maximum=90.0,
-        help=to_translate("width of the bins, which divides 180 evenly, of a histogram 90"),
+        help=to_translate("width of the bins, a divisor of 180, or of 90 for a histogram"),
     )
     weight: str | None = option(
         None,

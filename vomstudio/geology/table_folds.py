@@ -1,4 +1,4 @@
-"""The fold axis of a table's planes: what `vomstudio fold` prints, and which planes it rests on."""
+"""Compute the fold axis of a table's planes, as `vomstudio fold` prints it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,12 @@ from vomstudio.core.findings import Finding, Message, cause_of
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.common_turns import Turns
-from vomstudio.geology.domains import DomainFigures, OneAxisFigures, by_domains, domain_axes
+from vomstudio.geology.domains import (
+    DomainFigures,
+    OneAxisFigures,
+    apply_domain_verdict,
+    domain_axes,
+)
 from vomstudio.geology.fold_options import FoldOptions
 from vomstudio.geology.fold_planes import FoldFilter, LeftOut, choose_planes, verdict_in
 from vomstudio.geology.folding.figures import AxisFigures
@@ -50,11 +55,27 @@ class _Reading:
 # The last of the bases has the first of the fields.
 @dataclass(frozen=True, repr=False)
 class TableFold(Shown, _Reading, _Domains, AxisFigures, _Counts):
-    """n : rows; used : of them; not_good : of those used, planes whose verdict is not good, None
-    if none has a verdict; left_out : the others, and why. The figures of the axis are those
-    of `FoldAxis`. domains : each with its own axis, one_axis : whether one serves all; None where
-    no domains were named. convention, dropped_lines : of the table as it was read; warnings : those
-    of the table, and findings on the axis."""
+    """Fold axis of a table's planes. The figures of the axis are those of `FoldAxis`.
+
+    Parameters
+    ----------
+    n, used : int
+        Number of rows, and of rows that were used.
+    not_good : int or None
+        Number of used planes whose verdict is not good; None if no plane has a verdict.
+    left_out : tuple of LeftOut
+        Rows that were not used, with the reasons.
+    domains : mapping or None
+        Axis of each domain; None if no column of domains was given.
+    one_axis : OneAxisFigures or None
+        Whether one axis serves all domains.
+    convention : str
+        Convention by which the table was read.
+    dropped_lines : tuple of int
+        Lines of the table without angles.
+    warnings : tuple of Message
+        Warnings about the table and findings about the axis.
+    """
 
 
 def table_fold(table: OrientationRows, options: FoldOptions | None = None) -> TableFold:
@@ -73,10 +94,10 @@ def table_fold(table: OrientationRows, options: FoldOptions | None = None) -> Ta
     which = FoldFilter(options.quality, options.only_set)
     choice = _Choice(table)
     axis = choice.find_axis(options.kind, sets, waviness_deg, which)
-    found, one_axis = None, None
+    domains, one_axis = None, None
     if domain is not None:
-        found, one_axis = _domains(table, choice, axis, domain, waviness_deg)
-        axis = by_domains(axis, one_axis)
+        domains, one_axis = _domains(table, choice, axis, domain, waviness_deg)
+        axis = apply_domain_verdict(axis, one_axis)
     figures = {f.name: getattr(axis.figures, f.name) for f in fields(AxisFigures)}
     worst = axis.leave_one_out
     if worst is not None:
@@ -88,7 +109,7 @@ def table_fold(table: OrientationRows, options: FoldOptions | None = None) -> Ta
         not_good=choice.not_good,
         left_out=tuple(choice.left_out),
         **figures,
-        domains=found,
+        domains=domains,
         one_axis=one_axis,
         convention=table.convention,
         dropped_lines=tuple(table.dropped),

@@ -1,4 +1,4 @@
-"""From the north of a compass, or of the Earth, to that of the map."""
+"""Correction of azimuths from magnetic or true north to grid north."""
 
 from __future__ import annotations
 
@@ -43,9 +43,19 @@ def default_north_sigma_deg(north: str) -> float:
 class NorthCorrection:
     """Correction of azimuths from "grid", "true" or "magnetic" north to grid north.
 
-    deg : added to azimuths; declination_deg : part of it, None if not needed; stated : whether the
-    declination was given, not computed from a field model; convergence_deg : subtracted, None if
-    not known; day : of the readings
+    Parameters
+    ----------
+    north : {"grid", "true", "magnetic"}
+    deg : float
+        Angle that is added to azimuths.
+    declination_deg : float or None
+        Its part by the declination; None if not needed.
+    stated : bool
+        The declination was given, not computed from a field model.
+    convergence_deg : float or None
+        Meridian convergence, which is subtracted; None if not known.
+    day : date or None
+        Day of the readings.
     """
 
     north: NorthKind
@@ -56,7 +66,7 @@ class NorthCorrection:
     day: date | None = None
 
     def read_north(self, sigma_deg: float) -> ReadNorth:
-        """Return the record of the correction. sigma_deg : error that all readings share"""
+        """Return the record of the correction. sigma_deg : common error of all readings"""
         day = "" if self.day is None else self.day.isoformat()
         return ReadNorth(self.north, self.deg, self.declination_deg, self.stated, day, sigma_deg)
 
@@ -90,11 +100,18 @@ class NorthCorrection:
 
 @dataclass(frozen=True)
 class North:
-    """What is known of north where a model is.
+    """Data from which azimuths are corrected at the place of a model.
 
-    crs : of the model, None where its frame is local, with true north up
-    place : longitude and latitude; day : of the readings; declination_deg : as it was given, which
-        counts more than the model of the field
+    Parameters
+    ----------
+    crs : str or None
+        CRS of the model; None if its frame is local, with y toward true north.
+    place : (float, float) or None
+        Longitude and latitude, degrees.
+    day : date or None
+        Day of the readings.
+    declination_deg : float or None
+        Stated declination, used instead of the field model.
     """
 
     crs: str | None = None
@@ -107,7 +124,16 @@ class North:
     ) -> NorthCorrection | None:
         """Return the correction of azimuths; None if the place or the day is needed and not known.
 
-        day, place : of the readings, if not those of the model. Raises InputError.
+        Parameters
+        ----------
+        north : {"grid", "true", "magnetic"}
+        day, place : optional
+            Day, and longitude and latitude of the readings. Default: those of the model.
+
+        Raises
+        ------
+        InputError
+            As `declination_deg`.
         """
         day, place = day or self.day, place or self.place
         if north == "grid":
@@ -187,7 +213,7 @@ def declination_deg(
 def on_grid(table: AttitudeTable, north: North, messages: list[Message]) -> AttitudeTable:
     """Convert all yaws to grid north.
 
-    messages : a message about each correction is appended. Raises InputError.
+    A message about each correction is appended to `messages`. Raises InputError.
     """
     angles = table.angles.copy()
     added: dict[str, list[float]] = {}
@@ -219,7 +245,7 @@ def on_grid(table: AttitudeTable, north: North, messages: list[Message]) -> Atti
 
 
 def parse_angle(text: str, field: str = "", minimum: float = -180.0) -> float:
-    """Return a typed angle between a minimum and 180 degrees. Raises UsageError."""
+    """Parse an angle between a minimum and 180 degrees. Raises UsageError."""
     try:
         value = float(text.strip().rstrip("°").replace(",", ".").replace("−", "-"))
     except ValueError:
@@ -230,7 +256,7 @@ def parse_angle(text: str, field: str = "", minimum: float = -180.0) -> float:
 
 
 def parse_day(text: str) -> date:
-    """`2024-05-12`, and a year alone. Raises UsageError."""
+    """Parse a day such as `2024-05-12`, or a year. Raises UsageError."""
     try:
         return date.fromisoformat(text if len(text) > 4 else f"{text}-07-01")
     except ValueError as error:

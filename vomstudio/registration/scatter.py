@@ -60,12 +60,12 @@ class Scatter:
 
     @property
     def horizontal_sigma(self) -> float:
-        """Error of a horizontal coordinate."""
+        """Standard deviation of a horizontal coordinate, m."""
         return float(np.sqrt((self.sigma[:2] ** 2).mean()))
 
     @property
     def worst_rotation_deg(self) -> float:
-        """Error of the rotation about its worst axis, one sigma."""
+        """Standard deviation of the rotation about its least certain axis."""
         return float(np.degrees(np.sqrt(np.linalg.eigvalsh(self.rotation)[-1])))
 
 

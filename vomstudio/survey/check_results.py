@@ -17,9 +17,23 @@ _ORDER = {"error": 0, "warning": 1, "info": 2}
 
 @dataclass(frozen=True)
 class PhotoFigures:
-    """gsd_m : metres per pixel on the rock; blur : sigma of edges, pixels; views : median number of
-    photos that see a place of it (before), or mean number that see its tie points (after); gsd : in
-    the unit of the model, where that is not the metre"""
+    """Figures of one photo; None if not known.
+
+    Parameters
+    ----------
+    name : str
+    gsd_m : float
+        Metres per pixel on the rock.
+    blur : float
+        Sigma of edges, pixels.
+    views : float
+        Median number of photos that show a place of it (before the alignment), or mean number that
+        show its tie points (after).
+    brightness, overlap : float
+    oblique_deg : float
+    gsd : float
+        In the unit of the model, if that is not the metre.
+    """
 
     name: str
     gsd_m: float | None = None
@@ -33,24 +47,24 @@ class PhotoFigures:
 
 @dataclass(frozen=True)
 class SurveyReport(Result):
-    """What a check of photos reports.
+    """Result of a check of photos.
 
     Parameters
     ----------
     stage : {"before", "after"}
-        Relative to the alignment.
+        Before or after the alignment.
     assessment : tuple of Finding
-        What the photos are worth.
+        Suitability of the photos.
     verdict : str
         The assessment in sentences.
     next_time : tuple of str
-        What to photograph next time, the gravest first.
+        Advice for the next survey, the most important first.
     smallest_plane_m : float or None
         Minimum size of a plane worth measuring: 100 times the resolution.
     plane_error : tuple of PlaneError
-        Expected error of planes against their size; empty where no pixel size is known.
+        Expected error of planes against their size; empty if no pixel size is known.
     gsd, smallest_plane : float or None
-        In the unit of the model, where that is not the metre.
+        In the unit of the model, if that is not the metre.
     """
 
     stage: str
@@ -71,7 +85,7 @@ class SurveyReport(Result):
 
 
 def by_severity(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Errors first; otherwise as they were found."""
+    """Sort findings by severity, errors first, otherwise in their order."""
     return tuple(sorted(findings, key=lambda finding: _ORDER[finding.severity]))
 
 
@@ -130,18 +144,17 @@ ADVICE = {
         "Lay out at least four control points: these positions cannot orient the model."
     ),
 }
-"""What to do differently in the field, by the code of a finding."""
+"""Advice for the next survey, by the code of a finding."""
 
 
 def advice_for(findings: Sequence[Finding]) -> tuple[str, ...]:
-    """What to do differently next time, one sentence for each warning and error, the gravest
-    first."""
-    said = [
+    """Return the advice for each warning and error, the most important first."""
+    sentences = [
         tr(ADVICE[f.code])
         for f in by_severity(findings)
         if f.severity != "info" and f.code in ADVICE
     ]
-    return tuple(dict.fromkeys(said))
+    return tuple(dict.fromkeys(sentences))
 
 
 def assess(
@@ -152,9 +165,9 @@ def assess(
     planes: PlaneSizes | None = None,
     hint: Sequence[Finding] = (),
 ) -> tuple[Finding, ...]:
-    """Return what the photos are worth, in two or three findings for a geologist.
+    """Assess the suitability of the photos, in two or three findings for a geologist.
 
-    metric : whether sizes are in metres, else they are in units of the model
+    metric : whether sizes are in metres, not in units of the model
     gsd_m : median pixel size on the rock; if None, `hint` follows
     planes : sizes of planes by the resolution of the model; by the photos' pixel size if None
     """
@@ -176,7 +189,7 @@ def assess(
     if planes is not None:
         size = length_text(planes.resolution, 2, metric=metric)
         resolved = Finding("survey.model-resolution", size=size)
-        return first, resolved, expected_planes(planes, metric=metric, by_pixels=False)
+        return first, resolved, expected_planes(planes, metric=metric, source="model")
     if gsd_m is not None:
         covered = Finding("survey.pixel-size", pixel=length_text(gsd_m, 2, metric=metric))
         return first, covered, expected_planes(PlaneSizes.of_pixels(gsd_m), metric=metric)

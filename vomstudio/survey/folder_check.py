@@ -17,10 +17,17 @@ from vomstudio.survey.check_results import SurveyReport
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class FolderCheck(Shown, SurveyReport):
-    """The check of the photos of a folder before the alignment.
+    """Check of the photos of a folder before the alignment.
 
-    folder : as it was given; skipped : name of unused pictures and the finding why; warnings :
-    findings; aligned : the check of a model made of them, if one was given
+    Parameters
+    ----------
+    folder : str
+        As it was given.
+    skipped : tuple of (str, Finding)
+        Names of unused pictures, with the reasons.
+    warnings : tuple of Message
+    aligned : SurveyReport or None
+        Check of the model made from them, if one was given.
     """
 
     folder: str

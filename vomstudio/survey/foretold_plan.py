@@ -1,4 +1,4 @@
-"""A plan with what its registration will be known to, and what to do about it."""
+"""Forecasts of the registration of a planned survey, and advice."""
 
 from __future__ import annotations
 
@@ -22,11 +22,17 @@ _BAD_DEG = 2.0
 def foretold(
     plan: SurveyPlan, receiver_m: float | None = None, control_m: float | None = None
 ) -> SurveyPlan:
-    """The plan with forecasts by the positions of the cameras and by its control points, and a
-    warning where the former leave the model turned and the receiver was named, or the cameras stand
-    nearly on one line, which no receiver mends.
+    """Add forecasts of the registration to a plan.
 
-    receiver_m, control_m : one sigma of a horizontal coordinate (None: the default)
+    They are made for the positions of the cameras and for the control points. A warning is added if
+    the former are not sufficient, provided that the receiver was given or that the cameras are
+    nearly in one line, for which no receiver is sufficient.
+
+    Parameters
+    ----------
+    plan : SurveyPlan
+    receiver_m, control_m : float, optional
+        Standard deviation of a horizontal coordinate of a camera and of a control point.
     """
     both = forecasts(plan, receiver_m or DEFAULT_RECEIVER_M, control_m or DEFAULT_CONTROL_M)
     findings = []
@@ -36,10 +42,14 @@ def foretold(
 
 
 def forecasts(plan: SurveyPlan, receiver_m: float, control_m: float) -> tuple[Forecast, Forecast]:
-    """By the positions of the cameras, and by the control points of a plan.
+    """Return the forecasts by the positions of the cameras and by the control points of a plan.
 
-    receiver_m, control_m : one sigma of a horizontal coordinate; heights by satellite are taken as
-        twice as bad, those of control points as good
+    Parameters
+    ----------
+    plan : SurveyPlan
+    receiver_m, control_m : float
+        Standard deviation of a horizontal coordinate. For heights twice that of the receiver, and
+        that of control points, are assumed.
     """
     upright = plan.manner != "terrain"
     cameras = np.array([[s.along_m, s.up_m, s.away_m] for s in plan.positions])
@@ -53,7 +63,7 @@ def forecasts(plan: SurveyPlan, receiver_m: float, control_m: float) -> tuple[Fo
 
 
 def forecast_findings(plan: SurveyPlan, receiver: Forecast, control: Forecast) -> list[Finding]:
-    """Report what to do if the positions of the cameras alone will leave the model turned."""
+    """Report advice if the positions of the cameras alone cannot orient the model."""
     worst = receiver.worst_95_deg
     if worst is not None and worst <= _BAD_DEG:
         return []
@@ -76,7 +86,20 @@ def forecast_findings(plan: SurveyPlan, receiver: Forecast, control: Forecast) -
 
 
 def as_world(places: Array, upright: bool) -> Array:
-    """(n, 3) along the outcrop, into it, up; `places` along, up it, away from it."""
+    """Convert places in the frame of the outcrop to a frame with z up.
+
+    Parameters
+    ----------
+    places : (n, 3) array
+        Along the outcrop, up it, away from it.
+    upright : bool
+        The outcrop is a wall, not terrain.
+
+    Returns
+    -------
+    (n, 3) array
+        Along the outcrop, into it, up.
+    """
     if not len(places):
         return np.zeros((0, 3))
     along, up, away = places.T
@@ -84,23 +107,23 @@ def as_world(places: Array, upright: bool) -> Array:
 
 
 def _nearly_in_line(plan: SurveyPlan) -> bool:
-    """Whether the cameras reach ten times farther one way than across it."""
+    """Return whether the extent of the cameras is ten times larger along one line than across."""
     places = np.array([[s.along_m, s.up_m, s.away_m] for s in plan.positions])
     reach = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)
     return bool(len(places) < 3 or reach[1] < 0.1 * reach[0])
 
 
-def forecast_text(found: Forecast) -> str:
-    """In one line."""
-    if found.why_not is not None:
-        return found.why_not.message
+def forecast_text(result: Forecast) -> str:
+    """Describe a forecast in one line."""
+    if result.why_not is not None:
+        return result.why_not.message
     values = {
-        "count": found.points,
-        "sigma": found.sigma_m[0],
-        "worst": _degrees(found.worst_95_deg),
-        "up": _degrees(found.about_up_95_deg),
+        "count": result.points,
+        "sigma": result.sigma_m[0],
+        "worst": _degrees(result.worst_95_deg),
+        "up": _degrees(result.about_up_95_deg),
     }
-    if found.by == "receiver":
+    if result.by == "receiver":
         return tr(
             "by {count} positions of {sigma:.2g} m: turned by up to {worst} (95 %), about the "
             "vertical by {up}",
@@ -113,14 +136,14 @@ def forecast_text(found: Forecast) -> str:
     )
 
 
-def forecast_in_short(found: Forecast) -> str:
-    """In a few words."""
-    if found.why_not is not None:
+def forecast_in_short(result: Forecast) -> str:
+    """Describe a forecast in a few words."""
+    if result.why_not is not None:
         return tr("cannot be registered")
     return tr(
         "{worst} (95 %), if known to {sigma:.2g} m",
-        worst=_degrees(found.worst_95_deg),
-        sigma=found.sigma_m[0],
+        worst=_degrees(result.worst_95_deg),
+        sigma=result.sigma_m[0],
     )
 
 

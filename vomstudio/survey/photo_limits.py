@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.geometry.plane_sizes import (
@@ -17,14 +19,23 @@ from vomstudio.words import tr
 def ground_sampling_distance(
     sensor_width_mm: float, focal_length_mm: float, distance_m: float, image_width_px: int
 ) -> float:
-    """Metres on the rock per pixel (textbook eq. 18).
+    """Compute the size of a pixel on the rock, m (textbook eq. 18).
 
-    sensor_width_mm : width of the part of the sensor that the image shows, along its long side
-    focal_length_mm : of the lens, not its 35 mm equivalent
-    distance_m : from the camera to the rock, at right angles to the image
-    image_width_px : long side of the image
+    Parameters
+    ----------
+    sensor_width_mm : float
+        Width of the part of the sensor that the image shows, along its long side.
+    focal_length_mm : float
+        Of the lens, not its 35 mm equivalent.
+    distance_m : float
+        From the camera to the rock, at right angles to the image.
+    image_width_px : int
+        Long side of the image.
 
-    Raises UsageError that names what is not positive.
+    Raises
+    ------
+    UsageError
+        If a value is not positive.
     """
     for name, value in (
         (tr("sensor width"), sensor_width_mm),
@@ -43,12 +54,20 @@ def gsd_for_plane(extent_m: float) -> float:
     return extent_m / (PIXELS_PER_RESOLUTION * TEXTBOOK_RESOLUTIONS)
 
 
-def expected_planes(planes: PlaneSizes, *, metric: bool = True, by_pixels: bool = True) -> Finding:
-    """Return how well the direction of planes is known: of the smallest for which the verdict is
-    good, and of the textbook's limit.
+def expected_planes(
+    planes: PlaneSizes, *, metric: bool = True, source: Literal["photos", "model"] = "photos"
+) -> Finding:
+    """Report the expected errors of planes of two sizes.
 
-    metric : whether sizes are in metres, else they are in units of the model
-    by_pixels : whether the resolution is that of photos, else it is that of a model
+    They are the smallest size with a good verdict, and the textbook's limit.
+
+    Parameters
+    ----------
+    planes : PlaneSizes
+    metric : bool
+        Sizes are in metres, not in units of the model.
+    source : {"photos", "model"}
+        Source of the resolution.
     """
     smallest = planes.size_for(WANTED_DEG)
     if smallest is None:
@@ -56,7 +75,7 @@ def expected_planes(planes: PlaneSizes, *, metric: bool = True, by_pixels: bool 
             "survey.no-planes", wanted_deg=WANTED_DEG, registration_deg=planes.registration_deg
         )
     return Finding(
-        "survey.planes-by-photos" if by_pixels else "survey.planes-by-model",
+        f"survey.planes-by-{source}",
         size=length_text(smallest, 2, metric=metric),
         error_deg=planes.error_deg(smallest),
         textbook_size=length_text(planes.textbook, 2, metric=metric),
@@ -65,7 +84,7 @@ def expected_planes(planes: PlaneSizes, *, metric: bool = True, by_pixels: bool 
 
 
 def planes_in_short(planes: PlaneSizes) -> str:
-    """The same for a line of a table, for the resolution of photos."""
+    """Return the expected errors as text for a table, for the resolution of photos."""
     large = tr(
         "{large} (1000 px) ± {better:.1f}°",
         large=length_text(planes.textbook, 2),

@@ -184,9 +184,9 @@ def distance_for(camera: PlanCamera, gsd_m: float) -> float:
 def plan_survey(camera: PlanCamera, options: PlanOptions) -> SurveyPlan:
     """Compute stations, control points and figures of a survey.
 
-    For the manner "terrain" width and height are those of the ground. A camera without a diaphragm
-    keeps its own f-number. If several of distance, pixel size and smallest plane are given, the
-    distance counts, and a warning states whether it is too far for the finer of the others.
+    For the manner "terrain", width and height are those of the ground. A camera without a diaphragm
+    keeps its fixed f-number. If several of distance, pixel size and smallest plane are given, the
+    distance is used, with a warning if it is too far for the finer of the others.
 
     Raises
     ------
@@ -196,10 +196,12 @@ def plan_survey(camera: PlanCamera, options: PlanOptions) -> SurveyPlan:
     width_m, height_m = options.width_m, options.height_m
     overlap, manner = options.overlap, options.manner
     warnings: list[Finding] = []
-    aperture, kept = _aperture(camera, options.aperture)
-    warnings += kept
-    distance_m, gsd, too_far = _distance(camera, options.distance_m, options.gsd_m, options.plane_m)
-    warnings += too_far
+    aperture, aperture_warnings = _aperture(camera, options.aperture)
+    warnings += aperture_warnings
+    distance_m, gsd, distance_warnings = _distance(
+        camera, options.distance_m, options.gsd_m, options.plane_m
+    )
+    warnings += distance_warnings
     footprint = gsd * camera.width_px, gsd * camera.height_px
     spacing = (1.0 - overlap) * footprint[0], (1.0 - overlap) * footprint[1]
     expected = (width_m / spacing[0] + 2.0) * (height_m / spacing[1] + 1.0) * 2.0
@@ -233,7 +235,7 @@ def plan_survey(camera: PlanCamera, options: PlanOptions) -> SurveyPlan:
 
 
 def _aperture(camera: PlanCamera, f_number: float | None) -> tuple[float, list[Finding]]:
-    """The f-number that counts, and a warning where another was asked for."""
+    """Return the f-number that applies, and a warning if another was requested."""
     if camera.f_number is None:
         return DEFAULT_APERTURE if f_number is None else f_number, []
     if f_number in (None, camera.f_number):
@@ -245,8 +247,10 @@ def _aperture(camera: PlanCamera, f_number: float | None) -> tuple[float, list[F
 def _distance(
     camera: PlanCamera, distance_m: float | None, gsd_m: float | None, plane_m: float | None
 ) -> tuple[float, float, list[Finding]]:
-    """(distance, pixel size on the rock, a warning where that is too large), metres. Raises
-    UsageError where none is given, or the lens cannot focus there."""
+    """Return distance and pixel size on the rock, m, and a warning if the latter is too large.
+
+    Raises UsageError if none is given, or the lens cannot focus there.
+    """
     warnings = []
     if plane_m is not None:
         gsd_m = min(gsd_m or math.inf, gsd_for_plane(plane_m))

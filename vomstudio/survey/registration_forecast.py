@@ -21,14 +21,25 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Forecast:
-    """What a registration will be known to; 95 %, degrees, None where nothing determines it.
+    """Expected errors of a registration; None for an undetermined angle.
 
-    by : "receiver" (positions of the cameras) or "control"; points : how many
-    sigma_m : of a horizontal coordinate and of a height, one sigma
-    about_up, about_along, about_view : the vertical, the outcrop from left to right, and the
-        horizontal direction across it; worst : about the axis that is held worst
-    scale_error_95 : a share
-    why_not : why the positions cannot place a model
+    Parameters
+    ----------
+    by : {"receiver", "control"}
+        Positions of the cameras, or control points.
+    points : int
+        Number of positions.
+    sigma_m : (float, float)
+        Standard deviation of a horizontal coordinate and of a height.
+    about_up_95_deg, about_along_95_deg, about_view_95_deg : float or None
+        95 % errors of the rotation about the vertical, about the outcrop from left to right, and
+        about the horizontal direction across it.
+    worst_95_deg : float or None
+        95 % error about the least certain axis.
+    scale_error_95 : float or None
+        Relative 95 % error of the scale.
+    why_not : str or None
+        Why the positions cannot place a model.
     """
 
     by: str

@@ -68,9 +68,27 @@ class Frame:
 
 @dataclass(frozen=True)
 class FrameReport(Result):
-    """skipped : how many moments were left out, by reason. gaps_s : moments where the picture moved
-    so far that neighbouring frames may not overlap enough. reasons : why the video is not good
-    enough"""
+    """Frames taken from a video, and its suitability.
+
+    Parameters
+    ----------
+    folder : Path
+    width, height : int
+        Pixels.
+    video_fps : float
+    seconds : float
+        Duration.
+    frames : list of Frame
+    skipped : dict
+        Reason -> number of moments without a frame.
+    gaps_s : list of float
+        Moments at which the picture moved so far that adjacent frames may not overlap enough.
+    warnings : list of Finding
+    reasons : list of Finding
+        Why the video is not suitable.
+    good_enough : bool
+    verdict : str
+    """
 
     folder: Path = field(metadata=HIDDEN)
     width: int
@@ -116,7 +134,7 @@ def take_frames(
                 file=folder,
             ) from error
         try:
-            report = _with_verdict(_choose_frames(source, target, part, fps, progress), fps)
+            report = _add_verdict(_choose_frames(source, target, part, fps, progress), fps)
             if not report.frames:
                 reasons = ", ".join(
                     tr("{reason}: {count}", reason=tr(reason), count=count)
@@ -297,19 +315,19 @@ def _count(report: FrameReport, reason: str) -> None:
     report.skipped[reason] = report.skipped.get(reason, 0) + 1
 
 
-def _with_verdict(report: FrameReport, fps: float) -> FrameReport:
-    """Return the report with the verdict whether the video is worth a reconstruction."""
-    taken = len(report.frames)
-    moments = taken + sum(report.skipped.values())
+def _add_verdict(report: FrameReport, fps: float) -> FrameReport:
+    """Add the verdict whether the video is suitable for a reconstruction."""
+    n_frames = len(report.frames)
+    moments = n_frames + sum(report.skipped.values())
     blurred = report.skipped.get(BLURRED, 0) / max(moments, 1)
     still = report.skipped.get(UNCHANGED, 0)
     reasons = report.reasons
     size = max(report.width, report.height)
-    if taken < _FEWEST:
-        reasons.append(Finding("video.few-frames", count=taken, least=_FEWEST))
+    if n_frames < _FEWEST:
+        reasons.append(Finding("video.few-frames", count=n_frames, least=_FEWEST))
     if blurred > 0.5:
         reasons.append(Finding("video.blurred", "error", share_percent=100 * blurred))
-    if taken and len(report.gaps_s) > 0.3 * taken:
+    if n_frames and len(report.gaps_s) > 0.3 * n_frames:
         reasons.append(Finding("video.too-fast", moments=len(report.gaps_s)))
     if size < 1000:
         reasons.append(Finding("video.small", "error", width=report.width, height=report.height))
@@ -322,10 +340,10 @@ def _with_verdict(report: FrameReport, fps: float) -> FrameReport:
     if fps > 4.0 or fps < 1.0:
         report.warnings.append(Finding("video.unusual-rate", fps=fps))
     if reasons:
-        stated = " ".join(reason.message for reason in reasons)
-        verdict = Finding("video.not-good-enough", reasons=stated)
+        sentences = " ".join(reason.message for reason in reasons)
+        verdict = Finding("video.not-good-enough", reasons=sentences)
     else:
-        verdict = Finding("video.usable", count=taken)
+        verdict = Finding("video.usable", count=n_frames)
     return replace(report, good_enough=not reasons, verdict=verdict.message)
 
 

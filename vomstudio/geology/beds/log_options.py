@@ -14,7 +14,7 @@ MAX_ERROR_DEG = 90.0
 
 @dataclass(frozen=True)
 class LogOptions(Options):
-    """Errors of boundaries and bedding, and the way up; None where the program chooses.
+    """Errors of boundaries and bedding, and the way up; None for the default.
 
     Raises
     ------
@@ -36,7 +36,7 @@ class LogOptions(Options):
         minimum=0.0,
         maximum=MAX_ERROR_DEG,
         help=to_translate("half-angle of the 95 % cone of the bedding's normal"),
-        automatic=to_translate("0; of fitted bedding its own"),
+        automatic=to_translate("0; for fitted bedding that of the fit"),
     )
     overturned: bool = option(
         False,

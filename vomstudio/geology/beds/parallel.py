@@ -404,9 +404,9 @@ def _widened(traces: _Traces) -> tuple[_Traces, float | None]:
 
 
 def _warnings(p_parallel: float | None, known: bool) -> list[Finding]:
-    said: list[Finding] = []
+    warnings: list[Finding] = []
     if not known:
-        said.append(Finding("beds.no-errors"))
+        warnings.append(Finding("beds.no-errors"))
     if p_parallel is not None and p_parallel < LEVEL:
-        said.append(Finding("beds.not-parallel", p=p_parallel))
-    return said
+        warnings.append(Finding("beds.not-parallel", p=p_parallel))
+    return warnings

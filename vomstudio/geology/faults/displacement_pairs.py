@@ -100,41 +100,47 @@ def displacements(
     warnings: list[Message] = []
     if slip is not None:
         rake_deg = rake_of(slip, fault)
-        warnings += _said_of_slip(slip, fault)
+        warnings += _slip_warnings(slip, fault)
     elif rake_deg is not None:
-        warnings += _said_of_rake(fault)
-    found: list[Pair] = []
+        warnings += _rake_warnings(fault)
+    pairs: list[Pair] = []
     skipped: list[dict[str, Any]] = []
     for name, h, f in zip(names, hanging_wall, footwall, strict=True):
         try:
-            found.append(_pair(name, h, f, fault, bed, rake_deg, errors))
+            pairs.append(_pair(name, h, f, fault, bed, rake_deg, errors))
         except GeometryError as error:
             skipped.append({"id": name, "reason": cause_of(error)})
-    told = [d for d in map(_vector, found) if d is not None]
-    if not told and skipped:
+    vectors = [d for d in map(_vector, pairs) if d is not None]
+    if not vectors and skipped:
         raise GeometryError(skipped[0]["reason"])
-    if not told:
+    if not vectors:
         raise GeometryError(Finding("displacement.bed-down-dip"))
 
     def mean(name: str) -> tuple[float, float | None]:
-        values = [getattr(d, name).value for d in told]
+        values = [getattr(d, name).value for d in vectors]
         return float(np.mean(values)), float(np.std(values, ddof=1)) if len(values) > 1 else None
 
     return Displacements(
-        told[0].what, len(found), tuple(found), *mean("net_m"), *mean("throw_m"), *mean("heave_m"),
-        tuple(skipped), (*warnings, *_said_of_motions(found, errors)),
-    )  # fmt: skip
+        vectors[0].what,
+        len(pairs),
+        tuple(pairs),
+        *mean("net_m"),
+        *mean("throw_m"),
+        *mean("heave_m"),
+        tuple(skipped),
+        (*warnings, *_motion_warnings(pairs, errors)),
+    )
 
 
-def _said_of_slip(slip: Line, fault: Plane) -> list[Finding]:
+def _slip_warnings(slip: Line, fault: Plane) -> list[Finding]:
     away = angle_line_plane(slip, fault)
     if not away > OFF_PLANE_DEG:
         return []
     return [Finding("displacement.slip-off-fault", angle_deg=away, limit_deg=OFF_PLANE_DEG)]
 
 
-def _said_of_rake(fault: Plane) -> list[Finding]:
-    """Of a fault whose strike is not the one that a reader may count the rake from."""
+def _rake_warnings(fault: Plane) -> list[Finding]:
+    """Warn of a vertical fault whose strike is ambiguous as the origin of the rake."""
     if fault.undefined:
         raise UsageError(Finding("displacement.rake-without-strike"), field="--rake")
     if not fault.vertical or fault.strike_rhr_deg < 180.0:
@@ -148,8 +154,8 @@ def _said_of_rake(fault: Plane) -> list[Finding]:
     ]
 
 
-def _said_of_motions(pairs: Sequence[Pair], errors: Errors) -> list[Finding]:
-    """Of piercing points whose motion leaves the fault by more than their errors explain."""
+def _motion_warnings(pairs: Sequence[Pair], errors: Errors) -> list[Finding]:
+    """Warn of piercing points whose motion leaves the fault by more than their errors explain."""
     off: dict[str, tuple[float, float]] = {}
     for pair in pairs:
         moved = pair.displacement

@@ -30,10 +30,10 @@ def shape_findings(shape: Shape) -> list[Finding]:
 def lone_plane_finding(
     plane: str, turn_deg: float | None, error95_deg: float, other: Verdict | None
 ) -> Finding:
-    """Report that a verdict rests on one plane.
+    """Report that a verdict depends on one plane.
 
-    Without it beta turns by `turn_deg`, or the others have the verdict `other`, or (neither) one
-    dip.
+    Without it beta turns by `turn_deg`; if that is None, the others have the verdict `other`, or
+    one dip if this is None too.
     """
     if turn_deg is not None:
         return Finding(
@@ -52,7 +52,7 @@ def cone_untested_finding(plane: str, other: Verdict) -> Finding:
 
 
 def _unknown_limbs(limbs: Limbs) -> Finding:
-    """Report why there is no interlimb angle."""
+    """Report why the interlimb angle cannot be computed."""
     first, second = limbs.counts
     if limbs.doubt == "hinge":
         return Finding("fold.limbs-or-hinge", first=first, second=second, apart_deg=limbs.apart_deg)
@@ -61,7 +61,7 @@ def _unknown_limbs(limbs: Limbs) -> Finding:
 
 
 def error_finding(semi_axes: tuple[float, float]) -> Finding:
-    """Report the joint 95 % region of beta, and what such an error costs."""
+    """Report the joint 95 % region of beta, and its effect on projected lengths."""
     major, minor = semi_axes
     if major > WEAK_AXIS_DEG:
         return Finding("fold.axis-weak", major_deg=major, minor_deg=minor, limit_deg=WEAK_AXIS_DEG)

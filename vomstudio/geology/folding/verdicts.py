@@ -61,8 +61,18 @@ UNIFORM_P = 0.01
 
 @dataclass(frozen=True)
 class Verdict:
-    """name: of the verdict; valid: yes, conditional or no.
-    untested: undetermined only since a cone is not told from a cylinder; the axis is known."""
+    """Verdict on the shape of a fold, with its reasons.
+
+    Parameters
+    ----------
+    name : str
+    valid : {"yes", "conditional", "no"}
+        Whether the axis may be used.
+    reasons : tuple of Finding
+    untested : bool
+        The name is "undetermined" only because a cone cannot be distinguished from a cylinder; the
+        axis is known.
+    """
 
     name: str
     valid: str

@@ -248,11 +248,11 @@ def length_figures(pieces: Pieces, area: Any = None) -> Lengths:
     lengths, cut = pieces.lengths(), pieces.cut.sum(axis=1)
     n = len(lengths)
     if not n:
-        none = Finding("fractures.no-traces")
-        return Lengths(0, None, (None, None), *(None,) * 6, {}, {}, (), (), none)
+        reason_empty = Finding("fractures.no-traces")
+        return Lengths(0, None, (None, None), *(None,) * 6, {}, {}, (), (), reason_empty)
     window = None if area is None or not cut.any() else window_of(pieces, area)
-    by_chance = fit_laws(lengths, cut)
-    fits = by_chance if window is None else fit_laws(lengths, cut, window)
+    uncorrected = fit_laws(lengths, cut)
+    fits = uncorrected if window is None else fit_laws(lengths, cut, window)
     mean = mean_by_ends(lengths, cut.astype(np.float64))
     km_mean, km_median = kaplan_meier(lengths, cut > 0)
     best = fits[0] if fits else None
@@ -272,7 +272,7 @@ def length_figures(pieces: Pieces, area: Any = None) -> Lengths:
         parameters={k: p.value for k, p in best.parameters.items()} if best else {},
         parameters_95={k: _ends_of(p) for k, p in best.parameters.items()} if best else {},
         fits=tuple(fits),
-        uncorrected=tuple(by_chance) if window is not None else (),
+        uncorrected=tuple(uncorrected) if window is not None else (),
         reason=reason,
     )
 

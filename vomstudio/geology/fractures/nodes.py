@@ -46,8 +46,19 @@ class NodeCounts:
 
 @dataclass(frozen=True, eq=False)
 class Nodes:
-    """counts; mended; points (k, 2) with the branches (k,) that meet there; overlaps : pairs of
-    pieces that run over each other"""
+    """Nodes of a fracture network.
+
+    Parameters
+    ----------
+    counts : NodeCounts
+    mended : tuple of Mended
+        Ends that were snapped to another trace.
+    points : (k, 2) array
+    branches : (k,) array
+        Number of branches that meet at each point.
+    overlaps : int
+        Number of pairs of pieces that overlap.
+    """
 
     counts: NodeCounts
     mended: tuple[Mended, ...]

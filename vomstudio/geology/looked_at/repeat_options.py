@@ -10,7 +10,7 @@ from vomstudio.words import to_translate
 
 @dataclass(frozen=True)
 class RepeatOptions(Options):
-    """How picks of the same structure are recognised."""
+    """Columns that identify repeated picks of a structure and their interpreters."""
 
     by: str | None = option(
         None,

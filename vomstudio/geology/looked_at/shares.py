@@ -45,7 +45,9 @@ class Share:
 
 @dataclass(frozen=True, repr=False)
 class LookedAt(Shown):
-    """What was looked at of a face. Areas in the square of the grid's unit, metres in a project.
+    """Coverage of a face: how much of it was inspected.
+
+    Areas are in the square of the grid's unit, metres in a project.
 
     not_looked_at, done, empty, unmeasurable : shares; looked_at_share : of the last three together
     contradictions : cells marked as empty in which a feature begins or passes
@@ -127,7 +129,7 @@ def looked_at(
         shares[UNMEASURABLE], looked / total if total > 0 else None, names, inside, area,
         middles / area if area > 0 else None,
         float(lengths[counted].sum()) / area if area > 0 else None,
-        tuple(_said(shares, names, area)),
+        tuple(_share_warnings(shares, names, area)),
     )  # fmt: skip
 
 
@@ -165,10 +167,12 @@ def _middle(line: Array) -> Array:
     return np.array([np.interp(along[-1] / 2.0, along, line[:, i]) for i in range(3)])
 
 
-def _said(shares: dict[str, Share], denied: tuple[str, ...], counted: float) -> list[Finding]:
-    said = []
+def _share_warnings(
+    shares: dict[str, Share], denied: tuple[str, ...], counted: float
+) -> list[Finding]:
+    warnings = []
     if (out := shares[UNMEASURABLE]).cells:
-        said.append(
+        warnings.append(
             Finding(
                 "grid.unmeasurable-cells",
                 count=out.cells,
@@ -176,9 +180,9 @@ def _said(shares: dict[str, Share], denied: tuple[str, ...], counted: float) -> 
             )
         )
     if (left := shares[OPEN]).cells and counted > 0.0:
-        said.append(
+        warnings.append(
             Finding("grid.open-cells", count=left.cells, share_percent=100.0 * (left.share or 0.0))
         )
     if denied:
-        said.append(Finding("grid.empty-cells-with-features", cells=denied))
-    return said
+        warnings.append(Finding("grid.empty-cells-with-features", cells=denied))
+    return warnings

@@ -116,7 +116,7 @@ def table_repeats(
         _pair(table, vectors, s, k, people) for s in repeated for k in range(1, len(s.rows))
     )
     angles = [pair.angle_deg for pair in pairs]
-    holds, reasons = _judged(spread, test, between)
+    holds, reasons = _assess_repeats(spread, test, between)
     return TableRepeats(
         n=len(found),
         structures=len(repeated),
@@ -249,12 +249,12 @@ def _pair(
 
 
 # --- what follows --------------------------------------------------------------------------------
-def _judged(
+def _assess_repeats(
     spread: Spread | None, test: HeldErrors | None, between: Between | None
 ) -> tuple[Holds, list[Finding]]:
     if spread is None:
         return "undetermined", [Finding("repeats.none")]
-    said = [
+    findings = [
         Finding(
             "repeats.scatter",
             count=spread.n,
@@ -265,19 +265,19 @@ def _judged(
     ]  # fmt: skip
     holds: Holds = "undetermined"
     if test is None:
-        said.append(Finding("repeats.no-errors"))
+        findings.append(Finding("repeats.no-errors"))
     else:
-        holds, why = _held(test)
-        said.append(why)
+        holds, finding = _check_stated_errors(test)
+        findings.append(finding)
     if between is not None:
         differ = between.p < _SIGNIFICANT
         code = "repeats.interpreters-differ" if differ else "repeats.interpreters-alike"
-        said.append(Finding(code, ratio=between.ratio, p=between.p))
-    said.append(Finding("repeats.only-picking"))
-    return holds, said
+        findings.append(Finding(code, ratio=between.ratio, p=between.p))
+    findings.append(Finding("repeats.only-picking"))
+    return holds, findings
 
 
-def _held(test: HeldErrors) -> tuple[Holds, Finding]:
+def _check_stated_errors(test: HeldErrors) -> tuple[Holds, Finding]:
     if test.p < _SIGNIFICANT:
         return "no", Finding(
             "repeats.errors-too-small",

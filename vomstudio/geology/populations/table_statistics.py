@@ -44,14 +44,14 @@ def table_statistics(
     warnings = list(table.warnings)
     vectors = table.vectors()
     errors = None if options.weights is None else errors_of(table)
-    found: dict[str, SetStatistics] = {}
+    statistics: dict[str, SetStatistics] = {}
     for name, members in _sets(table, options.by, warnings).items():
         of = "poles" if table.is_plane[members[0]] else "lines"
         turns = None if table.turns is None else table.turns.of(members)
-        own = None if errors is None else Errors(errors.error95_deg[members], errors.column)
-        found[name] = set_statistics(vectors[members], of, options.directed, turns, own)
+        set_errors = None if errors is None else Errors(errors.error95_deg[members], errors.column)
+        statistics[name] = set_statistics(vectors[members], of, options.directed, turns, set_errors)
     return TableStatistics(
-        len(table), found, table.convention, tuple(table.dropped), tuple(warnings)
+        len(table), statistics, table.convention, tuple(table.dropped), tuple(warnings)
     )
 
 
@@ -73,8 +73,8 @@ def _sets(
         plane = table.is_plane[where]
         kinds = {} if table.kinds is None else dict.fromkeys(table.kinds[i] for i in members)
         if len(kinds) > 1:
-            said = [kind or "no kind" for kind in kinds]
-            warnings.append(Finding("stats.several-kinds", set=name, kinds=said))
+            kind_names = [kind or "no kind" for kind in kinds]
+            warnings.append(Finding("stats.several-kinds", set=name, kinds=kind_names))
         if plane.all() or not plane.any():
             result[name] = where
             continue

@@ -76,24 +76,44 @@ def across_gaps(nodes: Ints, corners: Array, alone: Bools | None = None) -> tupl
     return face[row], side[row], face[other[row, column]]
 
 
-def say_apart(nodes: Ints, said: list[Finding]) -> None:
-    """Where most of the faces with the corners `nodes` (k, 3) share no side."""
+def check_connected(nodes: Ints, warnings: list[Finding]) -> None:
+    """Append a warning if most faces share no side with another.
+
+    Parameters
+    ----------
+    nodes : (k, 3) int array
+        Numbers of the corners of each face.
+    warnings : list of Finding
+    """
     if len(nodes) < _FEW or int(nodes.max()) < _MANY * len(nodes):
         return
     loose = _loose(nodes)
     if loose > _APART:
-        said.append(Finding("mesh.faces-apart", share_percent=100.0 * loose))
+        warnings.append(Finding("mesh.faces-apart", share_percent=100.0 * loose))
 
 
-def counted_once(nodes: Ints, said: list[Finding]) -> Bools:
-    """(k,) which faces are the first on their three corners, whichever side they show."""
+def first_faces(nodes: Ints, warnings: list[Finding]) -> Bools:
+    """Return which faces are the first on their three corners, in either orientation.
+
+    A warning is appended if faces are doubled.
+
+    Parameters
+    ----------
+    nodes : (k, 3) int array
+        Numbers of the corners of each face.
+    warnings : list of Finding
+
+    Returns
+    -------
+    (k,) bool array
+    """
     keys = place_keys(np.sort(nodes, axis=1).astype(np.float64))
     order = np.argsort(keys, kind="stable")
     again = np.zeros(len(nodes), np.bool_)
     # The sort is stable: the first of those that are alike comes first.
     again[order[1:]] = np.diff(keys[order]) == 0
     if again.any():
-        said.append(
+        warnings.append(
             Finding("mesh.faces-doubled", share_percent=max(100.0 * float(again.mean()), 1.0))
         )
     return ~again

@@ -128,7 +128,7 @@ def gps_registration(report: GpsReport) -> dict[str, Any]:
 
 
 def control_registration(report: ControlReport) -> dict[str, Any]:
-    """What a registration by ground control says, as plain values."""
+    """Return a registration by ground control as plain values."""
     return {
         **_placement(report),
         "method": "ground control points",
@@ -164,18 +164,18 @@ def _placement(report: Placement) -> dict[str, Any]:
     }
 
 
-def _bowing(found: Bowing | None) -> dict[str, Any] | None:
-    """By residuals, with degrees of dip."""
-    if found is None:
+def _bowing(bowing: Bowing | None) -> dict[str, Any] | None:
+    """Return the bowing by the residuals as plain values, with its effect on dips."""
+    if bowing is None:
         return None
-    facts = asdict(found)
-    # That of the model, which stands beside it.
+    facts = asdict(bowing)
+    # The normal of the model is reported separately.
     del facts["normal"]
     return {
         **facts,
-        "edge_from_middle_deg": found.side_deg,
-        "edge_from_middle_error95_deg": found.side_error95_deg,
-        "edge_to_edge_deg": found.across_deg,
+        "edge_from_middle_deg": bowing.side_deg,
+        "edge_from_middle_error95_deg": bowing.side_error95_deg,
+        "edge_to_edge_deg": bowing.across_deg,
     }
 
 

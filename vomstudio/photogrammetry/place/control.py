@@ -77,12 +77,21 @@ class PointFit:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ControlReport(Placement):
-    """points : all of the table, in its order
-    control_rms_m, check_rms_m : of the residuals' lengths; None without such points
-    mark_scatter_px : error of a mark in one direction, which is in the stated errors
-    drift : correlation of the errors of neighbours in the table, 0 if they are independent
+    """Registration by ground control points.
 
-    Where the model was bent to its control, bowing is by check points alone if they are enough.
+    If the bundle was adjusted to the control points, bowing is computed from the check points,
+    provided that they are enough.
+
+    Parameters
+    ----------
+    points : tuple of PointFit
+        All points of the table, in its order.
+    control_rms_m, check_rms_m : float or None
+        Root mean square length of the residuals; None without such points.
+    mark_scatter_px : float
+        Error of a mark in one direction, which the stated errors include.
+    drift : float
+        Correlation of the errors of neighbours in the table, 0 if they are independent.
     """
 
     points: tuple[PointFit, ...]
@@ -163,12 +172,17 @@ def _bowing(points: Sequence[PointFit], adjusted: bool, extent: Array) -> Bowing
 def _marked_points(
     scene: SparseScene, control: Sequence[ControlPoint], marks: Sequence[Mark]
 ) -> tuple[GroundPoints, list[Finding]]:
-    """What there is to place the scene by, and messages about marks that are wrong or of no use.
-    Raises GeometryError where it cannot place it."""
+    """Return the points by which the scene is placed, and findings about unusable marks.
+
+    Raises
+    ------
+    GeometryError
+        If the points cannot place the scene.
+    """
     seen, ties, mark_px, findings = _observations(scene, control, marks)
     ground = _ground(scene, control, seen, ties, mark_px, findings)
-    # Of two marks that contradict each other the place of the point tells which is wrong; where
-    # that place is known by the other points.
+    # If two marks contradict each other, the place of the point as located by the other points
+    # shows which one is wrong.
     fitted = ground.fitted(scene)
     placed = moved(scene, fitted.fit, ground.origin, None)
     limit = 6.0 * fitted.sigma / ground.pixel
@@ -176,10 +190,12 @@ def _marked_points(
     for i, point in enumerate(control):
         others = [k for k in fitted.used if k != i]
         if len(others) >= WANTED_POINTS - 1 and len(seen[i].views) >= 2:
-            own = seen[i].in_views(placed)
-            rows, found = misplaced(point.label, own, ground.local[i], agreement_px(mark_px), limit)
+            point_marks = seen[i].in_views(placed)
+            rows, outliers = misplaced(
+                point.label, point_marks, ground.local[i], agreement_px(mark_px), limit
+            )
             seen[i] = seen[i].select(rows)
-            wrong += found
+            wrong += outliers
     if wrong:
         findings = [*findings, *(mark.finding for mark in wrong)]
         ground = _ground(scene, control, seen, ties, mark_px, findings)
@@ -194,8 +210,10 @@ def _ground(
     mark_px: float,
     causes: Sequence[Finding],
 ) -> GroundPoints:
-    """mark_px : error of a mark in one direction. Raises GeometryError where these cannot place the
-    scene."""
+    """Prepare the points for the registration.
+
+    mark_px : error of a mark in one direction. Raises GeometryError if they cannot place the scene.
+    """
     world = np.array([p.position for p in control], np.float64).reshape(-1, 3)
     usable = [
         i for i, marks in enumerate(seen) if meet(marks.in_views(scene), agreement_px(mark_px))
@@ -240,19 +258,30 @@ def _ground(
 def _observations(
     scene: SparseScene, control: Sequence[ControlPoint], marks: Sequence[Mark]
 ) -> tuple[list[PointMarks], list[PointMarks], float, list[Finding]]:
-    """(of each point; of markers without coordinates that tie photos together; error of a mark in
-    one direction; messages about marks that are of no use)."""
-    found, missing = marks_by_point(scene, marks)
+    """Assign the marks to control points, and find unusable ones.
+
+    Returns
+    -------
+    seen : list of PointMarks
+        Marks of each control point.
+    ties : list of PointMarks
+        Marks of points without coordinates, which tie photos together.
+    mark_px : float
+        Error of a mark in one direction, pixels.
+    findings : list of Finding
+        About unusable marks.
+    """
+    by_label, missing = marks_by_point(scene, marks)
     findings: list[Finding] = []
-    mark_px = mark_error_px([own.in_views(scene) for own in found.values()])
-    for label, own in found.items():
-        rows, wrong = agreeing(label, own.in_views(scene), agreement_px(mark_px))
-        found[label] = own.select(rows)
+    mark_px = mark_error_px([point_marks.in_views(scene) for point_marks in by_label.values()])
+    for label, point_marks in by_label.items():
+        rows, wrong = agreeing(label, point_marks.in_views(scene), agreement_px(mark_px))
+        by_label[label] = point_marks.select(rows)
         findings += [mark.finding for mark in wrong]
     findings += labels_on_one_spot(marks)
-    seen = [found.pop(point.label, NO_MARKS) for point in control]
+    seen = [by_label.pop(point.label, NO_MARKS) for point in control]
     labels = {point.label for point in control}
-    ties = {label: s for label, s in found.items() if np.isfinite(s.place(scene)).all()}
+    ties = {label: s for label, s in by_label.items() if np.isfinite(s.place(scene)).all()}
     useless = {mark.label for mark in marks} - labels - set(ties)
     if missing:
         findings.append(Finding("control.photos-without-pose", photos=sorted(missing)))

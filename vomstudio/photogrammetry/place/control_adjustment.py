@@ -55,7 +55,7 @@ class ControlFit:
 
     @property
     def sigma(self) -> float:
-        """Error of a horizontal coordinate."""
+        """Standard deviation of a horizontal coordinate, m."""
         return self.scatter.horizontal_sigma
 
 
@@ -85,7 +85,7 @@ class GroundPoints:
     mark_px: float
 
     def places(self, scene: SparseScene, rows: Sequence[int]) -> Array:
-        """Return where some of the points are in a scene, (n, 3)."""
+        """Return the places (n, 3) of some of the points in a scene."""
         return np.array([self.seen[row].place(scene) for row in rows])
 
     def fitted(self, scene: SparseScene) -> ControlFit:
@@ -142,12 +142,12 @@ class GroundPoints:
         threads: int,
         progress: Progress | None,
     ) -> tuple[SparseScene, tuple[LensVerdict, ...]]:
-        """The scene after an adjustment with the points of a fit and all ties."""
+        """Adjust the scene with the points of a fit and all ties."""
         known = self.known(fit.used, fit.sigma)
         return adjust_to_ground(placed, known, threads=threads, progress=progress)
 
     def known(self, used: Sequence[int], sigma: float) -> list[KnownPoint]:
-        """These points and all ties, as an adjustment wants them."""
+        """Return these points and all ties as input of an adjustment."""
         usual = max(self.surveyed or sigma, self.pixel)
         mark_px = max(HAND_MARK_PX, self.mark_px)
         known = [

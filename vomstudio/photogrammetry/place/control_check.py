@@ -66,7 +66,7 @@ class ControlCheck(Result):
 
     @property
     def summary(self) -> Finding:
-        """How many points can be used, and in how many photos they are."""
+        """Number of usable points, and of the photos that show them."""
         control, check = len(self._used("control")), len(self._used("check"))
         points = tr(
             "{control}, {check}",

@@ -49,11 +49,22 @@ ABOVE_SEA_LEVEL, ABOVE_ELLIPSOID = "above sea level", "above the ellipsoid"
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class GpsReport(Placement):
-    """names : photos with a position; positions : (n, 3) World, as stated
-    residuals_m : (n, 3) model less GPS, east, north, up
-    used : (n,) False for positions that were left out as wrong
-    rms_m : of the used residuals' lengths
-    heights : ABOVE_SEA_LEVEL or ABOVE_ELLIPSOID, as the photos state
+    """Registration by the GPS positions of the photos.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Photos with a position.
+    positions : (n, 3) array
+        World, as stated by the photos.
+    residuals_m : (n, 3) array
+        Model less GPS: east, north, up.
+    used : (n,) bool array
+        False for positions that were excluded as wrong.
+    rms_m : float
+        Root mean square length of the used residuals.
+    heights : str
+        ABOVE_SEA_LEVEL or ABOVE_ELLIPSOID.
     """
 
     names: tuple[str, ...]
@@ -168,8 +179,11 @@ def _photos_with_position(
 def _scatter(
     centres: Array, local: Array, used: npt.NDArray[np.bool_], stated: float | None
 ) -> Scatter:
-    """Errors of a registration by cameras (n, 3) at GPS positions (n, 3). Raises GeometryError
-    where they do not determine it."""
+    """Estimate the errors of a registration by camera positions.
+
+    centres, local : (n, 3) camera centres and GPS positions. Raises GeometryError if they do not
+    determine it.
+    """
     each = None if stated is None else np.array([stated, stated, HEIGHTS_WORSE * stated])
     scatter = scatter_of(local[used], (centres - local)[used], each, in_order=True)
     sigma = scatter.horizontal_sigma

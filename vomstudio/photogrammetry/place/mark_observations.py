@@ -53,43 +53,50 @@ NO_MARKS = PointMarks(np.zeros(0, np.int64), np.zeros((0, 2)))
 def marks_by_point(
     scene: SparseScene, marks: Sequence[Mark]
 ) -> tuple[dict[str, PointMarks], set[str]]:
-    """(by label, in the order of the marks; names of photos that are marked and not placed).
+    """Group marks by the label of their point.
 
-    Photos are found as `io.photo_names.photo_finder` does.
+    Photos are found as by `io.photo_names.photo_finder`.
+
+    Returns
+    -------
+    marks : dict
+        Label -> PointMarks, in the order of the marks.
+    missing : set of str
+        Marked photos without a pose.
     """
     find = photo_finder([view.name for view in scene.views])
-    found: dict[str, tuple[list[int], list[tuple[float, float]]]] = {}
+    observations: dict[str, tuple[list[int], list[tuple[float, float]]]] = {}
     missing = set()
     for mark in marks:
         row = find(mark.photo)
         if row is None:
             missing.add(mark.photo)
             continue
-        views, pixels = found.setdefault(mark.label, ([], []))
+        views, pixels = observations.setdefault(mark.label, ([], []))
         views.append(row)
         pixels.append((mark.x, mark.y))
     return {
         label: PointMarks(np.array(views, np.int64), np.array(pixels, np.float64).reshape(-1, 2))
-        for label, (views, pixels) in found.items()
+        for label, (views, pixels) in observations.items()
     }, missing
 
 
 def labels_on_one_spot(marks: Sequence[Mark]) -> Iterator[Finding]:
-    """Return a finding for each two points that are marked at the same place of a photo."""
+    """Report each pair of points that are marked at the same place of a photo."""
     from scipy.spatial import cKDTree
 
-    of_photo: dict[str, list[Mark]] = {}
+    marks_by_photo: dict[str, list[Mark]] = {}
     for mark in marks:
-        of_photo.setdefault(mark.photo, []).append(mark)
-    for photo, own in of_photo.items():
-        tree = cKDTree([(mark.x, mark.y) for mark in own])
+        marks_by_photo.setdefault(mark.photo, []).append(mark)
+    for photo, photo_marks in marks_by_photo.items():
+        tree = cKDTree([(mark.x, mark.y) for mark in photo_marks])
         for i, k in sorted(tree.query_pairs(SAME_SPOT_PX)):
-            if own[i].label != own[k].label:
+            if photo_marks[i].label != photo_marks[k].label:
                 yield Finding(
                     "control.same-spot",
                     photo=photo,
-                    first=own[i].label,
-                    second=own[k].label,
-                    x=own[i].x,
-                    y=own[i].y,
+                    first=photo_marks[i].label,
+                    second=photo_marks[k].label,
+                    x=photo_marks[i].x,
+                    y=photo_marks[i].y,
                 )

@@ -197,13 +197,13 @@ class PlacedPhotos:
 
     @classmethod
     def read(cls, out: Path) -> PlacedPhotos:
-        """Of a reconstruction's folder. Raises InputError."""
-        found = [read_cameras(out / FILE_NAME)]
+        """Read the cameras of a reconstruction's folder. Raises InputError."""
+        parts = [read_cameras(out / FILE_NAME)]
         number = 2
         while (path := out / f"part{number}" / FILE_NAME).exists():
-            found.append(read_cameras(path))
+            parts.append(read_cameras(path))
             number += 1
-        return cls(tuple(found))
+        return cls(tuple(parts))
 
     def part_of(self, photo: str) -> int | None:
         """Number of the component that a photo is in; None without a pose."""
@@ -217,24 +217,24 @@ class PlacedPhotos:
         return tuple({view.name: view for view in part.views} for part in self.parts)
 
     def predict(self, marking: Marking, label: str) -> MarkPrediction:
-        """Places and residuals of a point in all photos with a pose."""
+        """Predict the place of a point, and its residuals, in all photos with a pose."""
         marks = marking.of(label)
         expected: dict[str, Pixel] = {}
         residuals: dict[str, float] = {}
         sizes: dict[str, float] = {}
         suspect = None
         for number, views in enumerate(self._views):
-            mine = self._marks(number, marks)
-            place = self._place(mine)
+            part_marks = self._marks(number, marks)
+            place = self._place(part_marks)
             if place is not None:
-                own = mark_distances(mine, place[0])
-                names = [view.name for view in mine.views]
-                residuals |= dict(zip(names, own.tolist(), strict=True))
-                wrong = agreeing(label, mine, BAD_PX)[1]
+                distances = mark_distances(part_marks, place[0])
+                names = [view.name for view in part_marks.views]
+                residuals |= dict(zip(names, distances.tolist(), strict=True))
+                wrong = agreeing(label, part_marks, BAD_PX)[1]
                 if (
-                    len(own) >= _FEWEST_TO_SUSPECT
+                    len(distances) >= _FEWEST_TO_SUSPECT
                     and wrong
-                    and own.max() == max(residuals.values())
+                    and distances.max() == max(residuals.values())
                 ):
                     suspect = max(wrong, key=lambda mark: residuals[mark.photo]).photo
             else:

@@ -29,18 +29,35 @@ MAX_ROTATION_ERROR_DEG = 40.0
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Placement:
-    """What the reports on a registration by camera positions and by control points share.
+    """Accuracy of a registration by camera positions or by control points.
 
-    sigma_m, sigma_height_m : error of a horizontal coordinate and of a height, from the residuals
-        of a similarity or as stated, whichever is more
-    scale : units of the scene to metres; scale_error : relative, one sigma
-    rotation_error_deg : (about east, about north, about up), one sigma; tilt_error_deg : of the
-        vertical, by which dips may be wrong
-    adjusted : whether the bundle was adjusted together with the positions or control points
-    decisions : why or why not, and what became of the lenses; lenses : the latter in numbers
-    covariance : (7, 7) as in `Scatter`, about `centre` (World), with what the lenses may do to the
-        model
-    bowing : by the residuals; lens_bend : by the errors of the lenses, None if these are not known
+    Parameters
+    ----------
+    sigma_m, sigma_height_m : float
+        Standard deviation of a horizontal coordinate and of a height: from the residuals of a
+        similarity or as stated, whichever is larger.
+    scale, scale_error : float
+        Metres per unit of the scene, and its relative standard deviation.
+    rotation_error_deg : (float, float, float)
+        Standard deviations about east, north and up.
+    tilt_error_deg : float
+        Standard deviation of the vertical, which affects dips.
+    crs : str or None
+    adjusted : bool
+        The bundle was adjusted together with the camera positions or control points.
+    decisions : tuple of Finding
+        Why it was or was not adjusted, and how the lenses were treated.
+    lenses : tuple of LensVerdict
+        Treatment of the lenses in numbers.
+    covariance : (7, 7) array
+        As in `Scatter`, about `centre`, including the effect of lens errors.
+    centre : (float, float, float)
+        World.
+    bowing : Bowing or None
+        Estimated from the residuals.
+    lens_bend : LensBend or None
+        Estimated from the errors of the lenses; None if these are not known.
+    warnings : tuple of Finding
     """
 
     sigma_m: float
@@ -61,12 +78,18 @@ class Placement:
 
     @property
     def bowing_findings(self) -> list[Finding]:
-        """Return the findings about bowing by the residuals and by the lenses."""
+        """Findings about bowing estimated from the residuals and from the lenses."""
         return [*bowing_findings(self.bowing), *lens_findings(self.lens_bend, self.bowing)]
 
     def findings(self, limit_deg: float, by: str) -> Iterator[Finding]:
-        """Report a weak rotation or scale, and bowing. limit_deg : error of a rotation, one sigma;
-        by : "gps" or "control" """
+        """Report a weak rotation or scale, and bowing.
+
+        Parameters
+        ----------
+        limit_deg : float
+            Maximum standard deviation of a rotation.
+        by : {"gps", "control"}
+        """
         azimuth_deg = self.rotation_error_deg[2]
         if max(self.tilt_error_deg, azimuth_deg) > limit_deg:
             yield Finding(
@@ -91,22 +114,22 @@ def placement_errors(
     points: Sequence[KnownPoint] = (),
     centres: Sequence[KnownCentre] = (),
 ) -> dict[str, Any]:
-    """Return the fields of `Placement` that state errors.
+    """Compute the fields of `Placement` that contain errors.
 
     Parameters
     ----------
     scene : SparseScene
-        In World.
+        Registered scene, in World.
     cameras : sequence of Calibration
-        As they were calibrated.
+        Calibration before the adjustment.
     scatter : Scatter
-        Of the placement.
+        Scatter of the residuals.
     locate : callable
-        Returns the places (n, 3) in a scene of what it was placed by.
+        Returns the places (n, 3) of the camera positions or control points in a scene.
     targets : (n, 3) array
-        Where these are, less the origin of the scene.
+        Known places of these, less the origin of the scene.
     lenses : sequence of LensVerdict or None
-        What became of the lenses in the adjustment to `points` and `centres`; None if the scene was
+        Treatment of the lenses in the adjustment to `points` and `centres`; None if the scene was
         not adjusted.
     """
 

@@ -12,37 +12,39 @@ from vomstudio.words import tr, tr_n
 
 
 def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
-    """Each figure with its name; errors and units with them."""
-    found = network.to_dict()
-    nodes, length = found["nodes"], found["length"]
+    """Return pairs of a name and a value with its error and unit."""
+    values = network.to_dict()
+    nodes, length = values["nodes"], values["length"]
     rows = [
-        (tr("traces"), tr("{traces:,}, in {pieces:,} pieces", traces=found["traces"],
-                          pieces=found["pieces"])),
+        (tr("traces"), tr("{traces:,}, in {pieces:,} pieces", traces=values["traces"],
+                          pieces=values["pieces"])),
     ]  # fmt: skip
     if network.plane is not None:
         rows.append((tr("plane"), _plane_text(network.plane)))
-    if found["area_m2"] is not None:
+    if values["area_m2"] is not None:
         rows += [
-            (tr("area"), tr("{size} m2", size=number(found["area_m2"], 1))),
-            ("P20", _with_interval(found["P20_1_per_m2"], found["P20_95_1_per_m2"], "1/m2")),
+            (tr("area"), tr("{size} m2", size=number(values["area_m2"], 1))),
+            ("P20", _with_interval(values["P20_1_per_m2"], values["P20_95_1_per_m2"], "1/m2")),
             (
                 tr("P20 by nodes"),
-                _with_interval(found["P20_nodes_1_per_m2"], found["P20_nodes_95_1_per_m2"], "1/m2"),
+                _with_interval(
+                    values["P20_nodes_1_per_m2"], values["P20_nodes_95_1_per_m2"], "1/m2"
+                ),
             ),
-            ("P21", _with_interval(found["P21_1_per_m"], found["P21_95_1_per_m"], "1/m")),
-            (tr("  dispersion"), _dispersion_text(found["dispersion"])),
+            ("P21", _with_interval(values["P21_1_per_m"], values["P21_95_1_per_m"], "1/m")),
+            (tr("  dispersion"), _dispersion_text(values["dispersion"])),
         ]
-    if found["scanline"] is not None:
-        line = found["scanline"]
+    if values["scanline"] is not None:
+        line = values["scanline"]
         rows += [
             (tr("scanline"), tr_n(
                 "{count} crossing on {length} m", "{count} crossings on {length} m", line["n"],
-                length=number(found["scanline_m"], 2))),
-            ("P10", _with_interval(found["P10_1_per_m"], found["P10_95_1_per_m"], "1/m")),
+                length=number(values["scanline_m"], 2))),
+            ("P10", _with_interval(values["P10_1_per_m"], values["P10_95_1_per_m"], "1/m")),
             (tr("  by Terzaghi"), tr("P21 {value}, cap: {cap}",
                                    value=_with_interval(line["P21_1_per_m"],
                                                         line["P21_95_1_per_m"], "1/m"),
-                                   cap=found["terzaghi_cap"] or tr("none"))),
+                                   cap=values["terzaghi_cap"] or tr("none"))),
             (tr("  spacing"), tr("{mean} along the line, {true} across the traces, cv {cv}",
                                mean=_with_interval(line["mean_m"], line["mean_95_m"], "m"),
                                true=_with_interval(line["true_mean_m"],
@@ -53,8 +55,8 @@ def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
     rows.append((
         tr("nodes"),
         tr("I {i:,}, Y {y:,}, X {x:,} (tolerance {snap:g} m, {mended} ends mended)",
-           i=nodes["I"], y=nodes["Y"], x=nodes["X"], snap=found["snap_m"],
-           mended=len(found["mended"])),
+           i=nodes["I"], y=nodes["Y"], x=nodes["X"], snap=values["snap_m"],
+           mended=len(values["mended"])),
     ))  # fmt: skip
     low, high = length["mean_95_m"]
     rows += [
@@ -65,8 +67,10 @@ def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
                            share=number(100 * (length["censored_share"] or 0.0), 1))),
         (tr("  distribution"), _law_text(length)),
     ]  # fmt: skip
-    for of_set in found["sets"] if len(found["sets"]) > 1 else ():
-        rows.append((tr("set {name}", name=of_set["name"]), _set_text(of_set, network.plane)))
+    for set_values in values["sets"] if len(values["sets"]) > 1 else ():
+        rows.append(
+            (tr("set {name}", name=set_values["name"]), _set_text(set_values, network.plane))
+        )
     return rows
 
 
@@ -115,46 +119,47 @@ def _plane_text(plane: TracePlane) -> str:
     return tr("{plane}; angles of traces are clockwise from up on it", plane=words)
 
 
-def _set_text(of_set: dict[str, Any], plane: TracePlane | None) -> str:
-    strike = azimuth(of_set["strike_deg"], 0)
+def _set_text(values: dict[str, Any], plane: TracePlane | None) -> str:
+    strike = azimuth(values["strike_deg"], 0)
     if plane is None or plane.azimuths_from == "north":
         text = tr_n(
-            "{count} piece, strike {strike}", "{count} pieces, strike {strike}", of_set["n"],
+            "{count} piece, strike {strike}", "{count} pieces, strike {strike}", values["n"],
             strike=strike,
         )  # fmt: skip
     else:
         text = tr_n(
-            "{count} piece, {strike} from up", "{count} pieces, {strike} from up", of_set["n"],
+            "{count} piece, {strike} from up", "{count} pieces, {strike} from up", values["n"],
             strike=strike,
         )  # fmt: skip
-    if of_set["P21_1_per_m"] is not None:
+    if values["P21_1_per_m"] is not None:
         text += tr(
             ", P21 {value}",
-            value=_with_interval(of_set["P21_1_per_m"], of_set["P21_95_1_per_m"], "1/m"),
+            value=_with_interval(values["P21_1_per_m"], values["P21_95_1_per_m"], "1/m"),
         )
-    if of_set["spacing"] is not None:
+    if values["spacing"] is not None:
         text += tr(
             ", spacing {mean}, across the traces {true}",
-            mean=_with_interval(of_set["spacing"]["mean_m"], of_set["spacing"]["mean_95_m"], "m"),
+            mean=_with_interval(values["spacing"]["mean_m"], values["spacing"]["mean_95_m"], "m"),
             true=_with_interval(
-                of_set["spacing"]["true_mean_m"], of_set["spacing"]["true_mean_95_m"], "m"
+                values["spacing"]["true_mean_m"], values["spacing"]["true_mean_95_m"], "m"
             ),
         )
     return text
 
 
-def looked_at_rows(found: LookedAt) -> list[str]:
-    """What was looked at of a face, line by line."""
-    parts = (found.done, found.empty, found.unmeasurable, found.not_looked_at)
+def looked_at_rows(coverage: LookedAt) -> list[str]:
+    """Describe the coverage of a face, line by line."""
+    parts = (coverage.done, coverage.empty, coverage.unmeasurable, coverage.not_looked_at)
     names = (tr("done"), tr("empty"), tr("unmeasurable"), tr("not looked at"))
-    said = [
+    lines = [
         tr("{mark}: {cells} cells, {area:.4g} m2, {share:.0f} %", mark=name, cells=part.cells,
            area=part.covered_m2, share=100.0 * (part.share or 0.0))
         for name, part in zip(names, parts, strict=True)
     ]  # fmt: skip
-    if found.P21_1_per_m is not None and found.density_1_per_m2 is not None:
-        said.append(
+    if coverage.P21_1_per_m is not None and coverage.density_1_per_m2 is not None:
+        lines.append(
             tr("over {area:.4g} m2 done or empty: {density:.3g} 1/m2, P21 {p21:.3g} 1/m",
-               area=found.counted_m2, density=found.density_1_per_m2, p21=found.P21_1_per_m)
+               area=coverage.counted_m2, density=coverage.density_1_per_m2,
+               p21=coverage.P21_1_per_m)
         )  # fmt: skip
-    return [*said, *map(str, found.reasons)]
+    return [*lines, *map(str, coverage.reasons)]

@@ -126,7 +126,7 @@ class RoseFigure(FigureLook):
 
 @dataclass(frozen=True)
 class SetColors(Options):
-    """Colours of sets. Raises UsageError for a text that is not a set with its colour."""
+    """Colours of sets. Raises UsageError for a text other than SET=#RRGGBB."""
 
     colors: tuple[str, ...] = option(
         (), metavar="SET=#RRGGBB", help=to_translate("colour of a set")
@@ -140,20 +140,20 @@ class SetColors(Options):
                 raise UsageError(Finding("figure.not-a-color", text=each), field="--color")
 
     @property
-    def by_set(self) -> dict[str, str]:
-        """The colours by the names of sets."""
+    def colors_by_set(self) -> dict[str, str]:
+        """Map names of sets to their colours."""
         return {name: color for name, _, color in (each.rpartition("=") for each in self.colors)}
 
 
 @dataclass(frozen=True)
 class StereonetOptions(Options):
-    """What a stereonet shows.
+    """Contents of a stereonet.
 
     Raises
     ------
     UsageError
-        For values outside their bounds, levels without a method, and choices of planes of the fold
-        axis without it.
+        For values outside their bounds, levels without a method, and a filter of planes without
+        the fold axis.
     """
 
     by: str | None = option(
@@ -252,7 +252,7 @@ class StereonetOptions(Options):
 
 
 def parse_levels(text: str | None) -> tuple[float, ...]:
-    """Return the levels of contours, ascending and each once. Raises UsageError."""
+    """Parse levels of contours, ascending and without repetition. Raises UsageError."""
     if text is None:
         return ()
     try:

@@ -1,4 +1,4 @@
-"""What a user may choose of a printed figure: its size, letters, symbols, lines and colours."""
+"""Style of a printed figure: its size, font, symbols, lines and colours."""
 
 from __future__ import annotations
 
@@ -14,8 +14,18 @@ from vomstudio.products.net.style import PRINT, NetStyle
 
 @dataclass(frozen=True)
 class FigureStyle:
-    """Sizes in millimetres and points, None for the usual one. colors : #rrggbb that others are
-    drawn in, by those"""
+    """Style of a printed figure; None for the default of a size.
+
+    Parameters
+    ----------
+    width_mm, height_mm : float or None
+    font : str
+        Empty for the default font.
+    font_pt, symbol_pt, line_pt : float or None
+    grey : bool
+    colors : mapping
+        Replacements of colours, #rrggbb -> #rrggbb.
+    """
 
     width_mm: float | None = None
     height_mm: float | None = None

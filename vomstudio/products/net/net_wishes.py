@@ -40,8 +40,10 @@ class NetWishes:
     fold: FoldFilter | None = None
 
     def net(self, net: NetContents, rows: OrientationRows) -> NetContents:
-        """All is turned with the planes, what was typed too; findings are those of what was
-        turned. Raises UsageError."""
+        """Add the requested items to a net, and rotate all of it with its planes.
+
+        The findings are those of the rotated net. Raises UsageError.
+        """
         if self.intersections:
             net = with_intersections(net)
         if self.errors:
@@ -57,14 +59,14 @@ class NetWishes:
 
 
 def contouring_of(options: StereonetOptions) -> Contouring:
-    """Return how the density of a net is contoured."""
+    """Return the settings of the contours of a net."""
     return Contouring(
         parse_levels(options.levels), options.filled, options.each_set, options.kamb_sigma
     )
 
 
 def wishes_of(options: StereonetOptions) -> NetWishes:
-    """Return what is drawn beside the sets. Raises UsageError for angles that are not valid."""
+    """Return the items drawn besides the sets. Raises UsageError for angles that are not valid."""
     plane = None if options.untilt is None else plane_of(options.untilt, "--untilt")
     slips = [typed_slip(text) for text in options.slip_lines]
     rotate = options.rotate

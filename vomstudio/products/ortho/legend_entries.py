@@ -72,7 +72,7 @@ class Entry:
 
     @property
     def short_name(self) -> str:
-        """The name, shortened to `MAX_LETTERS`."""
+        """Name shortened to `MAX_LETTERS`."""
         name = self.name
         return name if len(name) <= MAX_LETTERS else name[: MAX_LETTERS - 1].rstrip() + "…"
 

@@ -63,7 +63,7 @@ class Territory:
         return tuple(item for item in items if item.domain in ("", self.name))
 
     def seen_in(self, items: Sequence[Item], plan: Plan) -> Territory:
-        """Return the same with findings if the view is not along the domain's axis."""
+        """Return the territory with findings if the view is not along the domain's axis."""
         return replace(self, notes=(*self.notes, *off_axis(items, self.name, plan)))
 
     @property

@@ -166,8 +166,8 @@ def write_orthophoto(
         for page in chosen:
             progress.stage(tr("Drawing the sheet"))
             write_sheet(paths[page], drawing, plan.view, format_of(page), legend=legend)
-    shown, said = next(iter(chosen), None), tuple(warnings)
-    return Made(image, sidecar, depth, world, shown, drawings, facts["coverage"], said, facts)
+    sheet, coverage = next(iter(chosen), None), facts["coverage"]
+    return Made(image, sidecar, depth, world, sheet, drawings, coverage, tuple(warnings), facts)
 
 
 def _drawn_facts(coverage: float, filled: int, source: Source) -> dict[str, Any]:
@@ -190,15 +190,18 @@ def _refuse_empty(covered: int, plan: Plan) -> None:
         )
 
 
-def _feature_findings(drawing: Drawing, beside: int) -> list[Finding]:
-    """Return what is to be reported of the features in the view and outside of it."""
+def _feature_findings(drawing: Drawing, n_outside: int) -> list[Finding]:
+    """Report features outside of the view."""
     if not drawing.shapes:
         return [Finding("interpretation.not-in-view")]
-    return [Finding("interpretation.partly-in-view", count=beside)] if beside else []
+    return [Finding("interpretation.partly-in-view", count=n_outside)] if n_outside else []
 
 
 def _place_facts(plan: Plan, crs: str | None, facts: dict[str, Any]) -> dict[str, Any]:
-    """Where the picture stands in the World. crs : of World, whatever the picture's own"""
+    """Return the facts about the picture's place in World.
+
+    crs : of World, whatever the CRS of the picture
+    """
     north = "y of World"
     if not plan.view.north_known:
         north = "not known: angles are of the model's own frame"

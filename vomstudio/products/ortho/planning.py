@@ -29,10 +29,19 @@ EDGE_ON_SHARE = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What an orthophoto will be, before a ray is cast.
+    """Plan of an orthophoto, before it is drawn.
 
-    reference : (3,) World, the centre of the model's bounds, where depth is 0
-    notes : choices that were made for the user, and doubts
+    Parameters
+    ----------
+    view : View
+    frame : ViewFrame
+    grid : Grid
+    reference : (3,) array
+        World, the centre of the model's bounds, where depth is 0.
+    points : (n, 3) array
+        Vertices of the model in the axes of the frame.
+    notes : tuple of Finding
+        Default choices and warnings.
     """
 
     view: View
@@ -79,8 +88,7 @@ def plan(
 
 @dataclass(frozen=True, eq=False)
 class Laid:
-    """A grid over a model. reference : (3,) World, the centre of its bounds; points : (n, 3) its
-    vertices in the axes of the frame; notes : as of `Plan`"""
+    """Grid over a model. The other fields are those of `Plan`."""
 
     grid: Grid
     reference: Array
@@ -152,10 +160,18 @@ def lay_grid(
 
 
 def edge_on(points: Array, frame: ViewFrame, gsd: float) -> Finding | None:
-    """Return a finding if a view shows next to nothing of a flat model.
+    """Return a finding if a flat model is viewed edge-on.
 
-    Its points (n, 3), in the axes of the frame, deviate in the picture from one line by a fiftieth
-    of what they do from one line in space; or by two pixels, and by ten and more in space.
+    The width of its points about a line is compared in the picture and in space. The view is
+    edge-on if it is a fiftieth of that in space, or under two pixels if that in space exceeds ten.
+
+    Parameters
+    ----------
+    points : (n, 3) array
+        In the axes of the frame.
+    frame : ViewFrame
+    gsd : float
+        Side of a pixel.
     """
     few = points[:: max(1, len(points) // 100_000)]
     few = few - few.mean(axis=0)
@@ -175,26 +191,26 @@ def edge_on(points: Array, frame: ViewFrame, gsd: float) -> Finding | None:
 def default_gsd(
     data: Mesh | PointCloud, to_world: npt.ArrayLike, extent: float, textured: bool = True
 ) -> tuple[float, str]:
-    """Return the resolution of a model with two digits, and the code of the finding about it."""
+    """Return the resolution of a model, rounded to two digits, and the code of its finding."""
     from vomstudio.geometry.transform import matrix, scale_of
     from vomstudio.io.models.opening import point_spacing
 
     scale = scale_of(matrix(np.asarray(to_world, np.float64)))
-    found, code = math.nan, ""
+    gsd, code = math.nan, ""
     if textured and isinstance(data, Mesh):
         from vomstudio.products.ortho.mesh_picture import texel_sizes
 
         sizes = sorted((size, area) for _, size, area in texel_sizes(data, data.vertices).values())
         if sizes:
             share = np.cumsum([area for _, area in sizes])
-            found = sizes[int(np.searchsorted(share, 0.5 * share[-1]))][0] * scale
+            gsd = sizes[int(np.searchsorted(share, 0.5 * share[-1]))][0] * scale
             code = "gsd.texture"
-    if not math.isfinite(found):
-        found = point_spacing(data) * scale
+    if not math.isfinite(gsd):
+        gsd = point_spacing(data) * scale
         code = "gsd.edges" if isinstance(data, Mesh) else "gsd.spacing"
-    if not math.isfinite(found) or found <= 0:
-        found, code = max(extent, 1.0) / 1000, "gsd.size"
-    return float(f"{found:.2g}"), code
+    if not math.isfinite(gsd) or gsd <= 0:
+        gsd, code = max(extent, 1.0) / 1000, "gsd.size"
+    return float(f"{gsd:.2g}"), code
 
 
 def _least_gsd(extent: Array) -> float:

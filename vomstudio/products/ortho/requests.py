@@ -50,8 +50,10 @@ class Direction:
 
 @dataclass(frozen=True)
 class FoldView:
-    """Fold axis along which a picture looks. The figures are those of `TableFold`; cost : effect of
-    an error of the direction, which is also a warning if it is not negligible (`is_costly`)."""
+    """Fold axis along which a picture looks. The figures are those of `TableFold`.
+
+    cost : effect of an error of the direction; also a warning if it is not negligible (`is_costly`)
+    """
 
     beta: BetaFigures
     valid: str
@@ -65,7 +67,7 @@ class FoldView:
 
 @dataclass(frozen=True, eq=False)
 class Requested:
-    """A picture before it is drawn."""
+    """Planned picture, with its fold axis and warnings."""
 
     plan: Plan
     fold: FoldView | None
@@ -180,16 +182,32 @@ def _fold_view(fold: TableFold, planned: Plan) -> FoldView:
 
 @dataclass(frozen=True, eq=False)
 class OrthophotoFigures(Result):
-    """What is said of a picture.
+    """Geometry and coverage of a picture.
 
-    width, height : pixels; gsd_m : of a pixel; trend_deg, plunge_deg : the way the viewer looks
-    right, down, direction : (3,) unit vectors of the picture in World
-    sense, sense_reason : which of two opposite views it is, and why
-    coverage : share of the pixels that show the model
-    reference_point : (3,) World, where depth is 0
-    pixel_to_world : 4 x 4, (column, row, depth, 1) to World
-    crs : of a map; None for any other picture
-    holes_filled_px, holes_filled_up_to_m : of a cloud
+    Parameters
+    ----------
+    width, height : int
+        Pixels.
+    gsd_m : float
+        Side of a pixel.
+    trend_deg, plunge_deg : float
+        Viewing direction.
+    right, down, direction : (3,) arrays
+        Unit vectors of the picture in World.
+    sense : str
+        Which of the two opposite views it is.
+    sense_reason : Finding
+    coverage : float
+        Share of the pixels that show the model.
+    reference_point : (3,) array
+        World, where depth is 0.
+    pixel_to_world : (4, 4) array
+        From (column, row, depth, 1) to World.
+    crs : str or None
+        CRS of a map; None for any other picture.
+    holes_filled_px : int
+    holes_filled_up_to_m : float or None
+        Maximum width of filled holes of a cloud.
     """
 
     width: int
@@ -212,8 +230,19 @@ class OrthophotoFigures(Result):
 
 @dataclass(frozen=True)
 class WrittenOrthophoto(Result):
-    """image, sidecar, depth, world_file, sheet, drawing (by format) : files that were written;
-    figures : of the picture; fold : the axis that it looks along"""
+    """Orthophoto and the files written with it.
+
+    Parameters
+    ----------
+    image, sidecar, depth, world_file : str
+    sheet : str or None
+    drawing : dict or None
+        Format -> file.
+    figures : OrthophotoFigures
+    fold : FoldView or None
+        Fold axis along which the picture looks.
+    warnings : tuple of Message
+    """
 
     image: str
     sidecar: str
@@ -229,7 +258,7 @@ class WrittenOrthophoto(Result):
 def written(
     made: Made, asked: Requested, image: str, sheet: str | None, warnings: Sequence[Message] = ()
 ) -> WrittenOrthophoto:
-    """What `made` says. warnings : of the model, which come first"""
+    """Return the result of a drawn picture. warnings : about the model, listed first"""
     return WrittenOrthophoto(
         image,
         str(made.sidecar),
@@ -244,7 +273,7 @@ def written(
 
 
 def figures_of(facts: Mapping[str, Any]) -> OrthophotoFigures:
-    """The figures among the facts of a picture's sidecar."""
+    """Extract the figures from the facts of a picture's sidecar."""
     return OrthophotoFigures(
         facts["width"],
         facts["height"],

@@ -93,7 +93,7 @@ class Drawing:
 
     @property
     def legend(self) -> list[Entry]:
-        """The types that are drawn; lines that only explain the drawing are left out."""
+        """Entries of the drawn types, without lines that only annotate the drawing."""
         return entries_of([shape for shape in self.shapes if not shape.aside])
 
 
@@ -377,8 +377,8 @@ def _frame(
     length = round_length(0.25 * float(high[0] - low[0]))
     y = bottom + 14
     out.append(f'<rect x="{left:.3f}" y="{y:.3f}" width="{length * sx:.3f}" height="1.2"/>')
-    said = bar_text(length, metric=drawing.metric)
-    text(left + length * sx + 2, y + 1.6, f"{said}, 1 : {scale:,}".replace(",000", " 000"), "start")
+    bar = bar_text(length, metric=drawing.metric)
+    text(left + length * sx + 2, y + 1.6, f"{bar}, 1 : {scale:,}".replace(",000", " 000"), "start")
     y += 7
     legend = drawing.legend
     slots = max((sum((each.line, each.area, each.place)) for each in legend), default=0)
@@ -396,25 +396,25 @@ def _frame(
     return out
 
 
-def _svg_glyphs(entry: Entry, left: float, middle: float) -> list[str]:
-    """Return the line, area and tick that stand for a type in the legend, side by side."""
+def _svg_glyphs(entry: Entry, start: float, middle: float) -> list[str]:
+    """Return the line, area and tick of a type in the legend, side by side from `start`, mm."""
     ink = f'stroke="{entry.color}" stroke-width="0.5"'
     glyphs = []
     if entry.line:
-        right = left + _GLYPH_MM
+        right = start + _GLYPH_MM
         glyphs.append(
-            f'<line x1="{left:.3f}" y1="{middle:.3f}" x2="{right:.3f}" y2="{middle:.3f}" {ink}/>'
+            f'<line x1="{start:.3f}" y1="{middle:.3f}" x2="{right:.3f}" y2="{middle:.3f}" {ink}/>'
         )
-        left += 1.2 * _GLYPH_MM
+        start += 1.2 * _GLYPH_MM
     if entry.area:
         fill = f'fill="{entry.color}" fill-opacity="0.5"' if entry.filled else 'fill="none"'
         glyphs.append(
-            f'<rect x="{left:.3f}" y="{middle - 1.2:.3f}" width="{_GLYPH_MM}" height="2.4" '
+            f'<rect x="{start:.3f}" y="{middle - 1.2:.3f}" width="{_GLYPH_MM}" height="2.4" '
             f"{fill} {ink}/>"
         )
-        left += 1.2 * _GLYPH_MM
+        start += 1.2 * _GLYPH_MM
     if entry.place:
-        x0 = left + 0.5 * _GLYPH_MM
+        x0 = start + 0.5 * _GLYPH_MM
         for mark in entry.marks():
             ends = " ".join(f"{x0 + 2.4 * x:.3f},{middle - 2.4 * y:.3f}" for x, y in mark.tolist())
             glyphs.append(f'<polyline points="{ends}" fill="none" {ink}/>')

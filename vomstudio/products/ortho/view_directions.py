@@ -37,13 +37,19 @@ _OPPOSITE = {
 
 @dataclass(frozen=True)
 class View:
-    """A directed view, and why it looks this way and not the other.
+    """Viewing direction, with the reason for its sense.
 
-    trend_deg, plunge_deg : the way the viewer looks; a negative plunge looks up
-    sense : one of the constants above
+    Parameters
+    ----------
+    trend_deg, plunge_deg : float
+        Viewing direction; upward if the plunge is negative.
+    sense : str
+        One of the constants above.
     reason : Finding
-    north_known, metric : False for a model whose north or whose scale is not known: the sheet then
-        names no winds, and counts units
+        Why it is not the opposite direction.
+    north_known, metric : bool
+        Whether north and scale of the model are known. If not, the sheet names no compass
+        directions, and states lengths in units.
     """
 
     trend_deg: float
@@ -124,7 +130,7 @@ def cost_of_direction(error_deg: float | None, depth_m: float, *, metric: bool =
 
 
 def cost_of_deviation(off_deg: float, depth_m: float, *, metric: bool = True) -> Finding:
-    """Return the effect of a known deviation of the direction from the right one."""
+    """Return the effect of a known deviation from the correct direction."""
     return _cost("view.off-axis-cost", off_deg, depth_m, metric)
 
 

@@ -76,7 +76,7 @@ def check_photos(
 
 
 def photo_findings(checks: Sequence[Check]) -> tuple[Finding, ...]:
-    """Return how far the photos' model is off."""
+    """Report the errors of the model from photos."""
     by_name = {check.name: check for check in checks}
     stated = [check for check in checks if check.within_total is not None]
     held = sum(bool(check.within_total) for check in stated)

@@ -32,7 +32,7 @@ def _heads() -> tuple[str, ...]:
 
 
 def tally(checks: Sequence[Check]) -> Finding:
-    """Return how often the truth lies within the stated region."""
+    """Count how often the true value lies within the stated region."""
     stated = [check for check in checks if check.within is not None]
     held = sum(bool(check.within) for check in stated)
     return Finding("sample.tally", held=held, count=len(stated))
@@ -41,7 +41,7 @@ def tally(checks: Sequence[Check]) -> Finding:
 def as_html(
     checks: Sequence[Check], notes: Sequence[Message], images: Mapping[str, str], seconds: float
 ) -> str:
-    """images: file name beside the page -> what it shows."""
+    """Return the report as HTML. images : file name beside the page -> caption"""
     head, *body = [_heads(), *map(_cells, checks)]
     rows = "\n".join(
         f'<tr class="{"" if check.within else "out"}">'
@@ -54,7 +54,7 @@ def as_html(
         f"<figcaption>{escape(text)}</figcaption></figure>"
         for name, text in images.items()
     )
-    said = "".join(f"<p>{escape(note)}</p>" for note in map(str, (tally(checks), *notes)))
+    paragraphs = "".join(f"<p>{escape(note)}</p>" for note in map(str, (tally(checks), *notes)))
     title = escape(tr(TITLE))
     units = escape(
         tr(
@@ -69,7 +69,7 @@ table {{ border-collapse: collapse; }}
 td, th {{ padding: .15em .8em .15em 0; text-align: left; border-bottom: 1px solid #ddd; }}
 td {{ font-variant-numeric: tabular-nums; }} tr.out td {{ background: #fbe9d0; }}
 img {{ max-width: 100%; }} figure {{ margin: 1.5em 0; }}
-</style></head><body><h1>{title}</h1>{said}
+</style></head><body><h1>{title}</h1>{paragraphs}
 {pictures}
 <table><tr>{"".join(f"<th>{escape(cell)}</th>" for cell in head)}</tr>
 {rows}</table>

@@ -44,7 +44,7 @@ class Directions:
         return self.along if axis is None or axis.line is None else axis.line.vector()
 
     def check(self, curtain: Curtain) -> tuple[Finding, ...]:
-        """Return findings about directions at small angles to the section, and domains without.
+        """Report directions at small angles to the section, and domains without a direction.
 
         Raises
         ------

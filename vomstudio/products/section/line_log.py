@@ -36,7 +36,7 @@ _DOUBTFUL_DEG = 10.0
 
 @dataclass(frozen=True)
 class RockWords:
-    """What is said of a bed, at the boundary where it begins."""
+    """Lithology and notes of a bed, stored at the boundary where it begins."""
 
     lithology: str = ""
     notes: str = ""
@@ -44,10 +44,28 @@ class RockWords:
 
 @dataclass(frozen=True, eq=False)
 class LogQuestion:
-    """line : (n, 3) World, and line_id of its feature; of : POINTS, TRACES or BOTH; traces :
-    measured, by id, and names by id; bed : None for the one that is fitted to the traces;
-    options.sigma_m, reach_m : None for the likely ones; words : by the key of a boundary; marked :
-    traces that say that their bed is overturned"""
+    """Input of a log along a line.
+
+    Parameters
+    ----------
+    line_id : str
+    line : Measurement
+        (n, 3) points in World.
+    of : {"points", "traces", "both"}
+        Boundaries of the log.
+    traces, names : mappings
+        Measured traces and their names, by id.
+    bed : Plane or None
+        Attitude of the beds; None to fit it to the traces.
+    options : LogOptions
+    reach_m : float or None
+        Maximum distance of a trace from the line; None for the default.
+    words : mapping
+        Key of a boundary -> RockWords.
+    metric : bool
+    marked : frozenset of str
+        Traces whose bed is marked as overturned.
+    """
 
     line_id: str
     line: Measurement
@@ -64,7 +82,10 @@ class LogQuestion:
 
 @dataclass(frozen=True)
 class Boundary:
-    """key : of its words: the id of a trace, or POINT and the number of the line's own point"""
+    """Boundary of a log.
+
+    key : id of a trace, or POINT and the number of the line's point; place : (x, y, z) World
+    """
 
     key: str
     name: str
@@ -73,8 +94,11 @@ class Boundary:
 
 @dataclass(frozen=True, eq=False)
 class LogAnswer:
-    """boundaries : in the order along the line; base_keys : of each interval of the log; bed_ids :
-    the traces that the bedding was fitted to"""
+    """Log along a line, with the boundaries and the bedding that were used.
+
+    boundaries : in the order along the line; base_keys : key of the base of each interval;
+    bed_ids : traces that the bedding was fitted to
+    """
 
     question: LogQuestion
     boundaries: tuple[Boundary, ...]
@@ -88,13 +112,13 @@ class LogAnswer:
 
 
 def words_along(line: Feature) -> dict[str, RockWords]:
-    """What the line's record says of the beds, by the key of their boundary."""
+    """Return the lithology and notes of the line's beds, by the key of their boundary."""
     beds = line.beds if isinstance(line, Logged) else ()
     return {key: RockWords(lithology, notes) for key, lithology, notes in beds}
 
 
 def answer(question: LogQuestion) -> LogAnswer:
-    """What `vomstudio log` says of these boundaries. Raises VomError."""
+    """Compute the log of the boundaries, as `vomstudio log` does. Raises VomError."""
     from vomstudio.geology.beds.bed_log import bed_log
 
     q = question
@@ -104,27 +128,27 @@ def answer(question: LogQuestion) -> LogAnswer:
     sigma = q.options.sigma_m
     if sigma is None:
         met = [q.traces[b.key] for b in boundaries if b.key in q.traces]
-        # The line itself follows the face: how it strays from a plane is no error.
+        # The line itself follows the face: its deviation from a plane is not an error.
         sigma = scatter_of([replace(q.line, fit=None), *met])
-    # Names tell the boundaries of an interval apart, so each is another one.
-    told = told_apart([b.name for b in boundaries])
-    said = [q.words.get(b.key, RockWords()) for b in boundaries]
-    found = bed_log(
-        [b.place for b in boundaries], bed.plane, names=told,
-        lithologies=[w.lithology for w in said], notes=[w.notes for w in said],
+    # The boundaries of an interval are identified by name, so names must be unique.
+    labels = unique_names([b.name for b in boundaries])
+    words = [q.words.get(b.key, RockWords()) for b in boundaries]
+    log = bed_log(
+        [b.place for b in boundaries], bed.plane, names=labels,
+        lithologies=[w.lithology for w in words], notes=[w.notes for w in words],
         sigma_m=sigma, bed_error_deg=bed.error95_deg, overturned=q.options.overturned,
     )  # fmt: skip
     if not bed.are_parallel or bed.fit95_deg > _DOUBTFUL_DEG:
         warning = Finding("log.beds-not-parallel", count=len(bed.ids), error_deg=bed.fit95_deg)
-        found = replace(found, warnings=(*found.warnings, warning))
+        log = replace(log, warnings=(*log.warnings, warning))
     overturned = sum(b.key in q.marked for b in boundaries)
     if overturned and not q.options.overturned:
         warning = Finding("log.overturned-beds", count=overturned)
-        found = replace(found, warnings=(*found.warnings, warning))
-    keys = dict(zip(told, (b.key for b in boundaries), strict=True))
-    bases = tuple(keys[interval.base] for interval in found.intervals)
+        log = replace(log, warnings=(*log.warnings, warning))
+    keys = dict(zip(labels, (b.key for b in boundaries), strict=True))
+    bases = tuple(keys[interval.base] for interval in log.intervals)
     return LogAnswer(
-        q, tuple(boundaries), bed.plane, bed.error95_deg, sigma, reach, found, bases, bed.ids
+        q, tuple(boundaries), bed.plane, bed.error95_deg, sigma, reach, log, bases, bed.ids
     )
 
 
@@ -135,33 +159,36 @@ def _reach(q: LogQuestion) -> float:
 
 
 def _boundaries(q: LogQuestion, reach: float) -> list[Boundary]:
-    """In the order along the line. Raises InputError where there are fewer than two."""
+    """Find the boundaries, in order along the line. Raises InputError for fewer than two."""
     from vomstudio.geology.beds.log_boundaries import crossings
 
-    found: list[tuple[float, Boundary]] = []
+    boundaries: list[tuple[float, Boundary]] = []
     points = q.line.points
     if q.of in (POINTS, BOTH):
         along = np.concatenate([[0.0], np.linalg.norm(np.diff(points, axis=0), axis=1).cumsum()])
         for i, (at, point) in enumerate(zip(along.tolist(), points.tolist(), strict=True)):
             key = f"{POINT}{i}"
-            found.append((at, Boundary(key, str(i + 1), (point[0], point[1], point[2]))))
+            boundaries.append((at, Boundary(key, str(i + 1), (point[0], point[1], point[2]))))
     if q.of in (TRACES, BOTH):
         traces = {id_: m.points for id_, m in q.traces.items() if id_ != q.line_id}
         for crossing in crossings(points, traces, reach):
             x, y, z = crossing.place.tolist()
             name = q.names[crossing.name]
-            found.append((crossing.along_m, Boundary(crossing.name, name, (x, y, z))))
-    if len(found) < 2:
+            boundaries.append((crossing.along_m, Boundary(crossing.name, name, (x, y, z))))
+    if len(boundaries) < 2:
         unit = "m" if q.metric else tr("units")
         raise InputError(
-            Finding("log.too-few-boundaries", count=len(found), reach=reach, unit=unit)
+            Finding("log.too-few-boundaries", count=len(boundaries), reach=reach, unit=unit)
         )
-    return [boundary for _, boundary in sorted(found, key=lambda each: each[0])]
+    return [boundary for _, boundary in sorted(boundaries, key=lambda each: each[0])]
 
 
 class _Bed(NamedTuple):
-    """plane; error95_deg of it, in all; fit95_deg : of the fit alone; ids : of the traces that it
-    is fitted to, and whether these are parallel"""
+    """Attitude of the beds.
+
+    error95_deg : total error; fit95_deg : error of the fit alone; ids : traces that the plane is
+    fitted to; are_parallel : whether these are parallel
+    """
 
     plane: Plane
     error95_deg: float
@@ -173,8 +200,8 @@ class _Bed(NamedTuple):
 def _bed(q: LogQuestion, boundaries: list[Boundary], reach: float) -> _Bed:
     """Return the attitude of the beds.
 
-    It is the plane that was taken, else that of the traces that are boundaries, else that of the
-    traces near the line.
+    It is the given plane, else that of the traces that are boundaries, else that of the traces
+    near the line.
 
     Raises
     ------
@@ -219,14 +246,14 @@ def _near_traces(q: LogQuestion, reach: float) -> list[str]:
     return []
 
 
-def told_apart(names: list[str]) -> list[str]:
-    """Those that come again are told apart by a number."""
-    taken: set[str] = set()
-    told = []
+def unique_names(names: list[str]) -> list[str]:
+    """Make names unique by appending a number to repeated ones."""
+    used: set[str] = set()
+    labels = []
     for name in names:
-        said, k = name, 2
-        while said in taken:
-            said, k = f"{name} ({k})", k + 1
-        taken.add(said)
-        told.append(said)
-    return told
+        label, k = name, 2
+        while label in used:
+            label, k = f"{name} ({k})", k + 1
+        used.add(label)
+        labels.append(label)
+    return labels

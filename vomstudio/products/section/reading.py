@@ -154,8 +154,10 @@ _X_Y = ("x", "y", "easting", "northing", "e", "n", "x_m", "y_m")
 
 @dataclass(frozen=True, eq=False)
 class ReadFeatures:
-    """items : with a place; convention : how the columns of a table were understood, "" of a
-    project"""
+    """Features read for a section.
+
+    items : features with a place; convention : meaning of the columns of a table, "" for a project
+    """
 
     items: tuple[Item, ...] = ()
     convention: str = ""

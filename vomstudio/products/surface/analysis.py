@@ -62,8 +62,11 @@ class Trim:
 
 @dataclass(frozen=True)
 class DirectionRoughness:
-    """Hurst's exponent along one direction of the plane. rake_deg : from the right-hand-rule
-    strike, [0, 180); trend_deg, plunge_deg : of the line; H, error95"""
+    """Hurst exponent along one direction of the plane.
+
+    rake_deg : from the right-hand-rule strike, [0, 180); trend_deg, plunge_deg : the same direction
+    as a line; H, error95 : exponent and its 95 % error
+    """
 
     rake_deg: float
     trend_deg: float
@@ -74,8 +77,10 @@ class DirectionRoughness:
 
 @dataclass(frozen=True)
 class Hurst:
-    """Of all directions together, over distances from from_m to to_m; directions : each on its
-    own"""
+    """Hurst exponent of all directions, over distances from from_m to to_m.
+
+    directions : exponent of each direction
+    """
 
     H: float
     error95: float
@@ -86,8 +91,11 @@ class Hurst:
 
 @dataclass(frozen=True)
 class SmoothestLine:
-    """The line in the plane along which the surface is smoothest. error95_deg : of its rake; ratio
-    : of the roughness across it to that along it; p : of as much on a surface without direction"""
+    """Line in the plane along which the surface is smoothest.
+
+    error95_deg : of its rake; ratio : roughness across the line divided by that along it; p :
+    p-value of this ratio for an isotropic surface
+    """
 
     rake_deg: float
     trend_deg: float
@@ -110,14 +118,37 @@ class Profile:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SurfaceFigures(Shown):
-    """A patch as a surface, with what the command says of it.
+    """Roughness of a patch about its plane.
 
-    plane : the row of its plane; rms_m, lowest_m, highest_m : of the deviations, positive along the
-    upward normal; noise_m : of the model, noise_from : "given", "points" or "mesh"
-    cells, cell_m : of the map; bent_share : of the mean square that a paraboloid takes away
-    trim : None where the plane holds all over; hurst, smoothest : None with the reason
-    deviations : (rows, columns) of the map, m, NaN where there is nothing; plan : of its cells
-    at_points : (n,) deviation of each point of the patch, and holds (n,)
+    Parameters
+    ----------
+    plane : Row
+    rms_m, lowest_m, highest_m : float
+        Of the deviations from the plane, positive along its upward normal.
+    noise_m : float
+        Noise of the model.
+    noise_from : {"given", "points", "mesh"}
+        Source of the noise.
+    cells : int
+        Number of cells of the map.
+    cell_m : float
+        Side of a cell.
+    bent_share : float
+        Share of the mean square deviation that a paraboloid explains.
+    trim : Trim or None
+        None if the plane fits the whole patch.
+    hurst, smoothest : Hurst or None, SmoothestLine or None
+        If None, `hurst_reason` and `smoothest_reason` state why.
+    warnings : tuple of Message
+    deviations : (rows, columns) array
+        Map of the deviations, m; NaN without data.
+    plan : HeightPlan or None
+        Geometry of the map.
+    at_points : (n,) array
+        Deviation of each point of the patch, m.
+    holds : (n,) bool array
+        Whether the plane fits at each point.
+    profiles : tuple of Profile
     """
 
     plane: Row
@@ -154,13 +185,29 @@ def analyse(
     thresholds: Thresholds = DEFAULTS,
     progress: Progress | None = None,
 ) -> SurfaceFigures:
-    """Of a patch: a mesh or a cloud in World, m, that is nothing but the patch.
+    """Analyse the roughness of a patch about its plane.
 
-    noise_m : standard deviation of the heights that is the model's own; without it that of a
-    cloud's points about local planes, of a mesh a quarter of its mean edge
-    cell_m : side of the map's cells; the mean edge or spacing
-    Raises UsageError for a map that would be too large, GeometryError for a patch without a plane,
-    or too small for a map, Cancelled.
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+        The patch alone, in World, m.
+    noise_m : float, optional
+        Standard deviation of the model's heights. Default: that of a cloud's points about local
+        planes, or a quarter of the mean edge of a mesh.
+    cell_m : float, optional
+        Side of the cells of the map. Default: the mean edge or spacing.
+    model, frame : str
+        Written to the row of the plane.
+    thresholds : Thresholds
+    progress : Progress, optional
+
+    Raises
+    ------
+    UsageError
+        If the map would be too large.
+    GeometryError
+        If the patch has no plane, or is too small for a map.
+    Cancelled
     """
     points, fit, area = _fitted(data)
     edge = resolution(data)
@@ -215,7 +262,7 @@ def analyse(
 
 
 def _fitted(data: Mesh | PointCloud) -> tuple[Array, PlaneFit, float | None]:
-    """Its points (n, 3), its plane and its area."""
+    """Return the points (n, 3) of a patch, its plane and the area of a mesh."""
     if isinstance(data, Mesh) and len(data.faces):
         faces = np.arange(len(data.faces))
         known = moments(*face_points(data, faces))

@@ -39,17 +39,43 @@ _PATCHES = 10
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MeasurableMap(Shown):
-    """How well a plane could be measured on a model.
+    """Expected errors of a plane measured on a model.
 
-    plane : its dip direction and dip, deg; length_m : of a trace; resolution_m : of the model
-        (median over its area); noise_m : of a trace's vertices; registration_error_deg : 95 %
-    element : "face" or "point", of which there are `elements`
-    area_m2 : of the model; shares : of it, by class: good (5 degrees or less), doubtful, poor (over
-        15 degrees), none; trace_shares : by traces alone
-    exposed_share : of the area, within angle_deg of the plane; patches : the largest ones of that,
-        each with x, y, z, area_m2, error95_deg
-    median_deg, tenth_deg : of the expected 95 % errors over the area
-    best : place, x, y, z, with the least error of a trace, its error95_deg, extent_m, relief_m
+    Parameters
+    ----------
+    plane : dict
+        Dip direction and dip, degrees.
+    length_m : float
+        Length of a trace.
+    resolution_m : float
+        Median resolution of the model over its area.
+    noise_m : float
+        Noise of a trace's vertices.
+    registration_error_deg : float
+        95 % error.
+    angle_deg : float
+        Maximum angle between the plane and exposed parts of it.
+    element : {"face", "point"}
+    elements : int
+        Number of elements.
+    area_m2 : float
+        Area of the model.
+    shares, trace_shares : dict
+        Shares of the area by class, with the better of patch and trace, and with traces alone:
+        good (up to 5 degrees), doubtful, poor (over 15 degrees), none.
+    exposed_share : float
+        Share of the area within `angle_deg` of the plane.
+    patches : list of dict
+        Largest exposed parts: x, y, z, area_m2, error95_deg.
+    median_deg, tenth_deg : float
+        Median and tenth percentile of the expected 95 % errors over the area.
+    best : dict or None
+        Place with the least error of a trace: x, y, z, error95_deg, extent_m, relief_m.
+    warnings : tuple of Message
+    measurable : Measurable
+        Errors of the elements.
+    values : dict
+        Fields of the points or vertices of the model.
     """
 
     plane: dict[str, float]
@@ -69,11 +95,11 @@ class MeasurableMap(Shown):
     tenth_deg: float
     best: dict[str, float] | None
     warnings: tuple[Message, ...]
-    found: Measurable = field(repr=False, metadata=HIDDEN)
+    measurable: Measurable = field(repr=False, metadata=HIDDEN)
     values: dict[str, npt.NDArray[np.float32]] = field(repr=False, metadata=HIDDEN)
 
     def as_fields(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Of each point or vertex of the model, by the names of FIELDS; NaN where there is none."""
+        """Return the values of each point or vertex by the names of FIELDS; NaN if unknown."""
         return dict(self.values)
 
 
@@ -85,94 +111,108 @@ def measurable_map(
 ) -> MeasurableMap:
     """Map how well a plane could be measured on a model in World.
 
-    Raises as `extraction.measurable.measurable`.
+    Raises the errors of `extraction.measurable.measurable`.
     """
     warnings: list[Message] = []
     length = options.length_m
     if length is None:
-        own = options.resolution_m or usual_resolution(data)
-        length = float(f"{USUAL_RESOLUTIONS * own:.2g}")
+        resolution = options.resolution_m or usual_resolution(data)
+        length = float(f"{USUAL_RESOLUTIONS * resolution:.2g}")
         warnings.append(Finding("measurable.length-assumed", times=USUAL_RESOLUTIONS))
-    found = measurable(data, plane.normal(), replace(options, length_m=length), progress)
-    area = found.areas
+    measured = measurable(data, plane.normal(), replace(options, length_m=length), progress)
+    area = measured.areas
     total = float(area.sum())
     if not total > 0.0:
         raise GeometryError(Finding("model.no-surface"))
 
     def shares(classes: npt.NDArray[np.int8]) -> dict[str, float]:
-        own = np.bincount(classes, area, len(CLASSES)) / total
-        return {name: float(own[i]) for i, name in reversed(list(enumerate(CLASSES)))}
+        sums = np.bincount(classes, area, len(CLASSES)) / total
+        return {name: float(sums[i]) for i, name in reversed(list(enumerate(CLASSES)))}
 
-    best = found.best_deg
+    best = measured.best_deg
     order = np.argsort(best)
     passed = np.cumsum(area[order]) / total
     tenth, median = (float(best[order[np.searchsorted(passed, q)]]) for q in (0.1, 0.5))
     return MeasurableMap(
-        {"dip_direction_deg": plane.dip_direction_deg, "dip_deg": plane.dip_deg},
-        length, found.resolution, found.noise, options.used_registration_error_deg,
-        options.angle_deg,
-        found.elements.of, len(found.elements), total, shares(found.classes),
-        shares(found.trace_classes), float(area[found.patches >= 0].sum()) / total,
-        _patches(found), median, tenth, _best(found), (*warnings, *found.warnings), found,
-        _on_points(data, found),
-    )  # fmt: skip
+        plane={"dip_direction_deg": plane.dip_direction_deg, "dip_deg": plane.dip_deg},
+        length_m=length,
+        resolution_m=measured.resolution,
+        noise_m=measured.noise,
+        registration_error_deg=options.used_registration_error_deg,
+        angle_deg=options.angle_deg,
+        element=measured.elements.of,
+        elements=len(measured.elements),
+        area_m2=total,
+        shares=shares(measured.classes),
+        trace_shares=shares(measured.trace_classes),
+        exposed_share=float(area[measured.patches >= 0].sum()) / total,
+        patches=_patches(measured),
+        median_deg=median,
+        tenth_deg=tenth,
+        best=_best(measured),
+        warnings=(*warnings, *measured.warnings),
+        measurable=measured,
+        values=_on_points(data, measured),
+    )
 
 
-def share_findings(found: MeasurableMap) -> tuple[Finding, ...]:
-    """Return on how much of the surface the plane could be measured."""
-    shares = {f"{name}_percent": 100.0 * share for name, share in found.shares.items()}
+def share_findings(measured: MeasurableMap) -> tuple[Finding, ...]:
+    """Report the shares of the surface on which the plane could be measured."""
+    shares = {f"{name}_percent": 100.0 * share for name, share in measured.shares.items()}
     return (
         Finding("measurable.shares", **shares),
         Finding(
             "measurable.trace-share",
-            good_percent=100.0 * found.trace_shares["good"],
-            exposed_percent=100.0 * found.exposed_share,
+            good_percent=100.0 * measured.trace_shares["good"],
+            exposed_percent=100.0 * measured.exposed_share,
         ),
     )
 
 
-def _best(found: Measurable) -> dict[str, float] | None:
-    """Where a trace would tell most."""
-    error = np.where(np.isfinite(found.trace_deg), found.trace_deg, np.inf)
+def _best(measured: Measurable) -> dict[str, float] | None:
+    """Return the place where a trace would have the least error."""
+    error = np.where(np.isfinite(measured.trace_deg), measured.trace_deg, np.inf)
     row = int(np.argmin(error))
     if not error[row] < 90.0:
         return None
-    x, y, z = (found.elements.places[row] + found.elements.origin).tolist()
+    x, y, z = (measured.elements.places[row] + measured.elements.origin).tolist()
     return {
         "x": x, "y": y, "z": z, "error95_deg": float(error[row]),
-        "extent_m": float(found.extent[row]), "relief_m": float(found.relief[row]),
+        "extent_m": float(measured.extent[row]), "relief_m": float(measured.relief[row]),
     }  # fmt: skip
 
 
-def _patches(found: Measurable) -> list[dict[str, float | None]]:
-    inside = found.patches >= 0
-    own = found.patches[inside]
-    areas = np.bincount(own, found.areas[inside])
-    told: list[dict[str, float | None]] = []
+def _patches(measured: Measurable) -> list[dict[str, float | None]]:
+    inside = measured.patches >= 0
+    numbers = measured.patches[inside]
+    areas = np.bincount(numbers, measured.areas[inside])
+    patches: list[dict[str, float | None]] = []
     for number in np.argsort(-areas)[:_PATCHES]:
-        rows = np.flatnonzero(found.patches == number)
-        error = float(found.patch_deg[rows[0]])
+        rows = np.flatnonzero(measured.patches == number)
+        error = float(measured.patch_deg[rows[0]])
         if np.isnan(error):
             continue
-        places = found.elements.places[rows] + found.elements.origin
+        places = measured.elements.places[rows] + measured.elements.origin
         # A place of it, not its middle, which may lie off a bent one.
         middle = places[np.argmin(np.linalg.norm(places - places.mean(axis=0), axis=1))]
         x, y, z = middle.tolist()
-        told.append({"x": x, "y": y, "z": z, "area_m2": float(areas[number]), "error95_deg": error})
-    return told
+        patches.append(
+            {"x": x, "y": y, "z": z, "area_m2": float(areas[number]), "error95_deg": error}
+        )
+    return patches
 
 
-def _on_points(data: Mesh | PointCloud, found: Measurable) -> dict[str, npt.NDArray[np.float32]]:
-    """Means of the faces around each vertex of a mesh, by area; of a cloud its own."""
-    rows = found.elements.rows
-    each = (found.best_deg, found.trace_deg, found.patch_deg)
+def _on_points(data: Mesh | PointCloud, measured: Measurable) -> dict[str, npt.NDArray[np.float32]]:
+    """Return the values of a cloud's points, or area-weighted means at the vertices of a mesh."""
+    rows = measured.elements.rows
+    each = (measured.best_deg, measured.trace_deg, measured.patch_deg)
     values: dict[str, npt.NDArray[np.float32]] = {}
-    if found.elements.of == "face" and isinstance(data, Mesh):
-        nodes = found.nodes
+    if measured.elements.of == "face" and isinstance(data, Mesh):
+        nodes = measured.nodes
         corners = np.asarray(data.faces[rows], np.int64).ravel()
         corners = corners if nodes is None else nodes[corners]
         count = len(data.vertices) if nodes is None else int(nodes.max()) + 1
-        weights = np.repeat(found.areas, 3)
+        weights = np.repeat(measured.areas, 3)
         for name, error in zip(FIELDS, each, strict=False):
             own = np.repeat(error, 3)
             known = np.isfinite(own)
@@ -182,7 +222,7 @@ def _on_points(data: Mesh | PointCloud, found: Measurable) -> dict[str, npt.NDAr
                 values[name] = (sums / total).astype(np.float32)
         votes = np.stack(
             [
-                np.bincount(corners, weights * (np.repeat(found.classes, 3) == k), count)
+                np.bincount(corners, weights * (np.repeat(measured.classes, 3) == k), count)
                 for k in range(len(CLASSES))
             ]
         )
@@ -193,9 +233,9 @@ def _on_points(data: Mesh | PointCloud, found: Measurable) -> dict[str, npt.NDAr
             values = {name: value[nodes] for name, value in values.items()}
         return values
     points = data.vertices if isinstance(data, Mesh) else data.points
-    row_of = found.elements.row_of
+    row_of = measured.elements.row_of
     known = row_of >= 0
-    for name, value in zip(FIELDS, (*each, found.classes), strict=True):
+    for name, value in zip(FIELDS, (*each, measured.classes), strict=True):
         at_points = np.full(len(points), np.nan, np.float32)
         at_points[known] = np.asarray(value, np.float32)[row_of[known]]
         values[name] = at_points
@@ -224,7 +264,7 @@ def write_raster(
     from vomstudio.products.elevation.planning import plan_heights
     from vomstudio.products.ortho.tiles import TILE
 
-    elements = found.found.elements
+    elements = found.measurable.elements
     places = elements.places + elements.origin
     view = Plane.from_normal(fit_plane(places[:: max(1, len(places) // 20_000)]).normal)
     cell = cell_m or max(found.length_m / 40.0, found.resolution_m)
@@ -239,7 +279,7 @@ def write_raster(
     cells = np.stack([columns + 0.5, rows + 0.5, heights[rows, columns], np.ones(len(rows))])
     seen = (plan.cell_to_world @ cells)[:3].T - elements.origin
     values = np.full((plan.grid.height, plan.grid.width), np.nan, np.float32)
-    values[rows, columns] = found.found.best_deg[cKDTree(elements.places).query(seen)[1]]
+    values[rows, columns] = found.measurable.best_deg[cKDTree(elements.places).query(seen)[1]]
     raster = Raster(
         plan.grid.width, plan.grid.height, "float", plan.transform,
         crs if plan.is_map else view_plane_crs(True),

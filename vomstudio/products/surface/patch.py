@@ -17,24 +17,28 @@ FACET = "facet"
 
 
 def around(data: Mesh | PointCloud, centre: Array, radius: float) -> Mesh | PointCloud:
-    """Faces with all corners, or points, within a radius of a place. Raises InputError where there
-    are none."""
+    """Return the faces with all corners, or the points, within a radius of a place.
+
+    Raises InputError if there are none.
+    """
     points = data.vertices if isinstance(data, Mesh) else data.points
     near = np.asarray(np.linalg.norm(points - centre, axis=1) <= radius)
     return _where(data, near, Finding("patch.empty"))
 
 
 def of_facet(data: Mesh | PointCloud, number: int) -> Mesh | PointCloud:
-    """Those of a facet of a model that `facets --labels` wrote. Raises InputError where the model
-    has no such field, or no such facet."""
+    """Return the faces or points of a facet of a model written by `facets --labels`.
+
+    Raises InputError if the model has no such field or no such facet.
+    """
     if FACET not in data.fields:
         raise InputError(Finding("facet.no-field"), field="--facet")
-    own = np.asarray(data.fields[FACET]) == number
-    return _where(data, own, Finding("facet.missing", number=number))
+    selection = np.asarray(data.fields[FACET]) == number
+    return _where(data, selection, Finding("facet.missing", number=number))
 
 
 def of_faces(mesh: Mesh, faces: Ints) -> Mesh:
-    """These faces (k,) alone, with what their vertices carry but without pictures."""
+    """Return a mesh of these faces (k,), with colours and fields but without textures."""
     corners = np.asarray(mesh.faces)[faces]
     ids, which = np.unique(corners, return_inverse=True)
     return Mesh(
@@ -46,26 +50,26 @@ def of_faces(mesh: Mesh, faces: Ints) -> Mesh:
 
 
 def parse_around(text: str) -> tuple[Array, float]:
-    """Place (3,) and radius of "x,y,z,r". Raises UsageError."""
+    """Parse the place (3,) and the radius of "x,y,z,r". Raises UsageError."""
     try:
-        found = np.array([float(word) for word in text.replace(";", ",").split(",")])
+        values = np.array([float(word) for word in text.replace(";", ",").split(",")])
     except ValueError:
-        found = np.empty(0)
-    if found.shape != (4,) or not np.isfinite(found).all() or not found[3] > 0.0:
+        values = np.empty(0)
+    if values.shape != (4,) or not np.isfinite(values).all() or not values[3] > 0.0:
         raise UsageError(Finding("patch.not-a-place", text=text), field="--around")
-    return found[:3], float(found[3])
+    return values[:3], float(values[3])
 
 
 def _where(
-    data: Mesh | PointCloud, chosen: npt.NDArray[np.bool_], if_none: Finding
+    data: Mesh | PointCloud, selection: npt.NDArray[np.bool_], empty_finding: Finding
 ) -> Mesh | PointCloud:
     if isinstance(data, Mesh) and len(data.faces):
-        faces = np.flatnonzero(chosen[data.faces].all(axis=1))
+        faces = np.flatnonzero(selection[data.faces].all(axis=1))
         if not len(faces):
-            raise InputError(if_none)
+            raise InputError(empty_finding)
         return of_faces(data, faces)
-    if not chosen.any():
-        raise InputError(if_none)
+    if not selection.any():
+        raise InputError(empty_finding)
     if isinstance(data, Mesh):
-        return PointCloud(np.asarray(data.vertices[chosen], np.float64))
-    return data.of_rows(chosen)
+        return PointCloud(np.asarray(data.vertices[selection], np.float64))
+    return data.of_rows(selection)

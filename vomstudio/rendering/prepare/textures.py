@@ -20,7 +20,7 @@ LARGEST_FILE_PIXELS = 1 << 30
 
 
 class TextureProblem(Exception):
-    """A picture that cannot be drawn; `finding` states which and why."""
+    """Error of a picture that cannot be drawn; `finding` states its name and the reason."""
 
     def __init__(self, finding: Finding) -> None:
         super().__init__(finding.message)
@@ -44,7 +44,7 @@ class Level:
 
 @dataclass(frozen=True, eq=False)
 class Texture:
-    """levels[0] is the finest; each next one has half its side.
+    """Picture with its mipmap levels: levels[0] is the finest, each next one half its side.
 
     note : finding about a picture that had to be reduced, else None
     """
@@ -95,10 +95,19 @@ def overview(path: Path) -> Pixels | None:
 
 
 def load_texture(path: Path, limit: int, whole_side: int | None = None) -> Texture:
-    """Decode a picture, at most `limit` pixels a side, with its coarser levels; those of more than
-    `whole_side` pixels a side come in quarters.
+    """Decode a picture with its coarser levels.
 
-    Raises TextureProblem with the finding to show.
+    Parameters
+    ----------
+    path : Path
+    limit : int
+        Maximum side, pixels.
+    whole_side : int, optional
+        Levels with a longer side are divided into quarters.
+
+    Raises
+    ------
+    TextureProblem
     """
     from PIL import Image
 

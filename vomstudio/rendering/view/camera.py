@@ -311,7 +311,7 @@ class Camera:
         }
 
     def restore(self, state: dict[str, Any]) -> None:
-        """Take a state made by `to_dict`; an unusable one raises ValueError and changes nothing."""
+        """Restore a state made by `to_dict`. Raises ValueError, without a change, if invalid."""
         try:
             position = np.array(state["position"], float)
             right = np.array(state["right"], float)

@@ -156,7 +156,7 @@ def _places(size: Size, view: Size, picked: Picked) -> list[Box]:
 
 
 def _grid(size: Size, view: Size) -> list[Box]:
-    """Return places all over the view, for lines that cover all the usual ones."""
+    """Return a grid of places over the view, for lines that cover all preferred places."""
     (wide, high), (width, height) = size, view
     columns = np.linspace(EDGE, max(width - EDGE - wide, EDGE), _GRID)
     rows = np.linspace(EDGE, max(height - EDGE - high, EDGE), _GRID)

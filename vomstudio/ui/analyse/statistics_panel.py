@@ -166,7 +166,7 @@ class StatisticsPanel(LazyPanel):
 def _domains(planes: FoldPlanes, axis: FoldAxis) -> tuple[FoldAxis, list[tuple[str, Rows]]]:
     """The domains of the planes of a type (hanging wall, footwall), and where none is in any its
     sets, if there are several; with the axis as its domains allow it."""
-    from vomstudio.geology.domains import by_domains, domain_axes
+    from vomstudio.geology.domains import apply_domain_verdict, domain_axes
 
     stated = any(feature.domain for feature in planes.features)
     members: dict[str, list[int]] = {}
@@ -181,7 +181,7 @@ def _domains(planes: FoldPlanes, axis: FoldAxis) -> tuple[FoldAxis, list[tuple[s
     }
     title = tr("Its domains") if stated else tr("Its sets as domains")
     figures, one_axis = domain_axes(beds, axis)
-    axis = by_domains(axis, one_axis) if stated else axis
+    axis = apply_domain_verdict(axis, one_axis) if stated else axis
     return axis, [(title, domain_rows(figures, one_axis))]
 
 

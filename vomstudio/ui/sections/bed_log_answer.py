@@ -12,7 +12,7 @@ from vomstudio.files.spreadsheet_cells import guarded
 from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.notation import exact_plane
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
-from vomstudio.products.section.line_log import LogAnswer, RockWords, told_apart
+from vomstudio.products.section.line_log import LogAnswer, RockWords, unique_names
 from vomstudio.ui.forms.copied_command import Words, numbers_text
 
 
@@ -54,8 +54,8 @@ def write_boundaries(result: LogAnswer, path: Path) -> None:
     out = csv.writer(file, lineterminator="\n")
     out.writerow(["name", "x", "y", "z", "lithology", "notes"])
     words = result.question.words
-    told = told_apart([b.name for b in result.boundaries])
-    for name, boundary in zip(told, result.boundaries, strict=True):
+    names = unique_names([b.name for b in result.boundaries])
+    for name, boundary in zip(names, result.boundaries, strict=True):
         said = words.get(boundary.key, RockWords())
         place = numbers_text(boundary.place).split(",")
         out.writerow([guarded(name), *place, guarded(said.lithology), guarded(said.notes)])
