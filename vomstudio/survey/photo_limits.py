@@ -75,7 +75,7 @@ def expected_planes(
             "survey.no-planes", wanted_deg=WANTED_DEG, registration_deg=planes.registration_deg
         )
     return Finding(
-        f"survey.planes-by-{source}",
+        "survey.planes-by-photos" if source == "photos" else "survey.planes-by-model",
         size=length_text(smallest, 2, metric=metric),
         error_deg=planes.error_deg(smallest),
         textbook_size=length_text(planes.textbook, 2, metric=metric),

@@ -57,7 +57,7 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate(
             "{share_percent:.0f} % of the area is beyond the outermost traces. If it was not"
-            " mapped, P20, P21 and their errors are too small. Give the mapped area."
+            " mapped, P20 and P21 are too small. Give the mapped area."
         ),
     ),
     "fractures.no-traces": (
