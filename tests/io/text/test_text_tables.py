@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import time
 from pathlib import Path
 
 import numpy as np
@@ -398,17 +397,6 @@ def test_any_likely_text_is_read_or_refused_by_name(
 )
 def test_case_separators_and_units_of_names_are_forgiven(name: str, same: str) -> None:
     assert plain(name) == same
-
-
-@pytest.mark.full
-def test_a_million_points_are_read_in_a_few_seconds(tmp_path: Path) -> None:
-    path = tmp_path / "cloud.csv"
-    row = "576665.7212,5188117.0631,156.2053\n"
-    path.write_text("x,y,z\n" + row * 1_000_000)
-    start = time.perf_counter()
-    groups = read_points(path)
-    assert groups.points.shape == (1_000_000, 3)
-    assert time.perf_counter() - start < 10.0
 
 
 def test_labels_in_scientific_notation_are_the_whole_numbers_they_stand_for(table) -> None:
