@@ -289,10 +289,8 @@ def test_gaps_are_told_and_rows_of_a_kind_to_come_are_named() -> None:
     assert found.records == {"t1": TRACE}
 
 
-def test_a_registration_that_is_named_by_something_else_than_a_name_is_said() -> None:
-    """Such as an object, which can be no key."""
-    from vomstudio.document.codec import _part
-    from vomstudio.errors import DocumentError
-
-    with refused("record.missing", DocumentError, kind="registration"):
-        _part("placement", {"registration": {"a": {"b": {}}}}, {})
+def test_a_placement_by_something_other_than_the_id_of_a_registration_is_refused() -> None:
+    """Such as an object, which cannot be a key."""
+    plain = encode(PLACED) | {"placement": {"registration": {"a": {"b": {}}}}}
+    with refused("record.missing", DocumentError, kind="registration", field="placement"):
+        decode(plain)

@@ -9,6 +9,7 @@ import pytest
 
 from tests.messages import refused
 from tests.samples import ZIGZAG, bed, placed
+from vomstudio.core.identifiers import new_id
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.kinds.dimension import Dimension
@@ -362,7 +363,7 @@ def test_suggested_types_differ_as_long_as_there_are_colours() -> None:
     more = edits.suggest_type(there, "More", "line")
     assert more.color in seen
     assert (more.geometry, edits.suggest_type(there, "x").geometry) == ("line", "plane")
-    ids = {edits.new_id("a") for _ in range(200)}
+    ids = {new_id("a") for _ in range(200)}
     assert len(ids) == 200
     assert all(id_.startswith("a-") for id_ in ids)
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests import driver
+from vomstudio.core.identifiers import new_id
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Model
@@ -130,7 +131,7 @@ def test_planes_measured_on_both_are_held_beside_their_errors(
             called = name if i == 0 else f"{name} of {model.name}"
             vertices = tuple(map(tuple, (points + [0.0, 0.0, up]).tolist()))
             trace = Trace(
-                edits.new_id("trace"), called, "bedding", model.id, model.content_hash, vertices
+                new_id("trace"), called, "bedding", model.id, model.content_hash, vertices
             )
             assert studio.attempt(edits.add_trace, trace)
     studio.selection.set([own.id])

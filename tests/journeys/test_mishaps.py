@@ -21,6 +21,7 @@ from tests.journeys.recorded import on_screen
 from tests.messages import refused, shown_codes, shown_values
 from tests.samples import ZIGZAG
 from tests.small_disk import fill, small_disk
+from vomstudio.core.identifiers import new_id
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import FeatureType, Frame, Model
@@ -36,7 +37,7 @@ def bed_on_model(window, shift: float = 0.0, name: str = "") -> Trace:
     model = driver.model(window)
     low = window.studio.models[model.id].data.bounds[0] if window.studio.models else (0, 0, 0)
     points = tuple((low[0] + x, low[1] + y, low[2] + z + shift) for x, y, z in ZIGZAG)
-    trace = Trace(edits.new_id("trace"), name, "bedding", model.id, model.content_hash, points)
+    trace = Trace(new_id("trace"), name, "bedding", model.id, model.content_hash, points)
     assert window.studio.attempt(edits.add_trace, trace)
     return window.studio.records[trace.id]
 

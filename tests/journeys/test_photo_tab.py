@@ -16,7 +16,7 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QTabBar
 from tests import driver
 from tests.driver import CTRL, LEFT, click, key, pick, wait
 from tests.messages import shown_codes
-from vomstudio.document.edits import new_id
+from vomstudio.core.identifiers import new_id
 from vomstudio.document.photo_edits import add_photo_set
 from vomstudio.document.records import PhotoSet
 from vomstudio.io.photos.drawn_masks import mask_place

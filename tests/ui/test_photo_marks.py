@@ -9,7 +9,7 @@ import pytest
 
 from tests.messages import refused, shown_codes
 from vomstudio.core.findings import Finding, Message
-from vomstudio.document.edits import new_id
+from vomstudio.core.identifiers import new_id
 from vomstudio.document.photo_edits import add_photo_set
 from vomstudio.document.records import PhotoSet
 from vomstudio.errors import TargetError

@@ -17,9 +17,9 @@ from tests.workspace.loop import Loop
 from vomstudio.core.findings import Finding
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Frame, Model, Registration
-from vomstudio.document.registration_frames import is_same_registration
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.registration_frames import is_same_registration
 from vomstudio.io.models.registration_file import find_registration, registration_path
 from vomstudio.io.models.writing import write_model
 from vomstudio.io.project.sample import read_picks, read_truth, sample_model

@@ -166,7 +166,7 @@ class _Model:
         >>> vs.read(copy).faces.shape == cliff.faces.shape
         True
         """
-        from vomstudio.document.registration_frames import change_file_frame
+        from vomstudio.geometry.registration_frames import change_file_frame
         from vomstudio.io.models.model_copy import companions
         from vomstudio.io.models.writing import write_model
 

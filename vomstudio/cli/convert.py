@@ -40,8 +40,8 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.core.findings import without_repeats
-    from vomstudio.document.registration_frames import change_file_frame
     from vomstudio.files.atomic import check_target
+    from vomstudio.geometry.registration_frames import change_file_frame
     from vomstudio.io.models.frames import establish_frame, stored_registration
     from vomstudio.io.models.model_copy import companions
     from vomstudio.io.models.opening import read_model

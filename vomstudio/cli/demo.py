@@ -215,7 +215,8 @@ def _prepare(folder: Path) -> None:
 
 def _project(folder: Path, picks: SamplePicks) -> list[Path]:
     """A project like one made in the window, its table and its GIS layers."""
-    from vomstudio.document.edits import add_model, new_id
+    from vomstudio.core.identifiers import new_id
+    from vomstudio.document.edits import add_model
     from vomstudio.document.records import Frame, Model
     from vomstudio.geometry.mesh import Mesh
     from vomstudio.io.models.model_copy import copy_model
@@ -253,8 +254,8 @@ def _project(folder: Path, picks: SamplePicks) -> list[Path]:
 def _add_picks(project: Project, model: Model, mesh: Mesh, picks: SamplePicks) -> None:
     """Every pick as the tools would have kept it: beds and fault as traces, joints, which were
     picked all over their faces, as patches."""
+    from vomstudio.core.identifiers import new_id
     from vomstudio.document.edit import change
-    from vomstudio.document.edits import new_id
     from vomstudio.document.kinds.trace import Trace
     from vomstudio.document.records import SURROUNDINGS_RULE, Feature
     from vomstudio.geometry.streaming.surfaces import surface_of
@@ -293,7 +294,7 @@ def _patch(model: Model, mesh: Mesh, points: Floats, spacing: float | None) -> P
     """Of the faces at which points were picked; its plane is that of the points."""
     from scipy.spatial import cKDTree
 
-    from vomstudio.document.edits import new_id
+    from vomstudio.core.identifiers import new_id
     from vomstudio.document.kinds.patch import Patch
     from vomstudio.document.records import SURROUNDINGS_RULE
     from vomstudio.geometry.patches import moments, outline, runs_of

@@ -9,8 +9,9 @@ from typing import Any
 from vomstudio.core.findings import Finding
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.figures import Subject
-from vomstudio.document.records import Feature, Logged, Point, Record, get, get_feature
+from vomstudio.document.records import Feature, Logged, Record, get, get_feature
 from vomstudio.errors import DocumentError
+from vomstudio.geometry.matrices import Point
 from vomstudio.words import tr
 
 POINT = "#"

@@ -8,36 +8,42 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from functools import lru_cache
-from itertools import chain
 from types import MappingProxyType
 from typing import Any
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.plain_data import (
+    NestedFields,
+    Plain,
+    decode_fields,
+    encode_fields,
+    known_fields,
+)
 from vomstudio.document import kinds
 from vomstudio.document.edit import Edit
-from vomstudio.document.field_types import Reader, field_types
 from vomstudio.document.records import (
     Asset,
     Compass,
     FaceGrid,
     FeatureType,
-    Frame,
     ImageMark,
     MarkedPoint,
     Mask,
     Model,
-    ObservationGroup,
     PhotoSet,
-    ReadNorth,
     Reconstruction,
     Record,
-    Registration,
-    RegistrationPoint,
     VerdictProfile,
 )
 from vomstudio.errors import DocumentError
 from vomstudio.geology.profiles import Thresholds
+from vomstudio.geometry.frames import Frame
+from vomstudio.geometry.registrations import (
+    ObservationGroup,
+    ReadNorth,
+    Registration,
+    RegistrationPoint,
+)
 
 RECORD_TYPES: dict[str, type] = {
     "model": Model,
@@ -54,21 +60,19 @@ RECORD_TYPES: dict[str, type] = {
     "compass": Compass,
 }
 """Every class of record by its name on disk."""
-_PARTS: dict[str, type] = {
-    "placement": Frame,
-    "frame": Frame,
-    "file": Asset,
-    "limits": Thresholds,
-    "read_north": ReadNorth,
-    **kinds.PARTS,
-}
-"""Fields that hold a small record of their own. A placement may be a registration instead, of which
-its id is written."""
-_LISTS: dict[str, type] = {"control": RegistrationPoint, "observations": ObservationGroup}
-"""Fields that hold several small records."""
+_NESTED = NestedFields(
+    parts={
+        "placement": Frame,
+        "frame": Frame,
+        "file": Asset,
+        "limits": Thresholds,
+        "read_north": ReadNorth,
+        **kinds.PARTS,
+    },
+    lists={"control": RegistrationPoint, "observations": ObservationGroup},
+)
+"""A placement may be a registration instead of a frame; then its id is written."""
 _NAMES = {cls: name for name, cls in RECORD_TYPES.items()}
-
-Plain = dict[str, Any]
 
 NOTHING: Mapping[str, Record] = MappingProxyType({})
 
@@ -164,108 +168,29 @@ def _read(
 
 
 def _known(cls: type, values: Mapping[str, Any]) -> Plain:
-    """The fields, after checking their names. Raises DocumentError for an unknown one."""
-    unknown = values.keys() - _fields(cls)
-    if unknown:
-        raise DocumentError(
-            Finding("record.unknown-field", kind=_NAMES.get(cls, cls.__name__)),
-            field=sorted(unknown)[0],
-        )
-    return dict(values)
-
-
-@lru_cache(maxsize=64)
-def _fields(cls: type) -> frozenset[str]:
-    return frozenset(field.name for field in dataclasses.fields(cls))
-
-
-@lru_cache(maxsize=64)
-def _none_at_first(cls: type) -> frozenset[str]:
-    """Fields that hold nothing unless something is said."""
-    return frozenset(field.name for field in dataclasses.fields(cls) if field.default is None)
+    return known_fields(cls, values, _NAMES.get(cls, cls.__name__))
 
 
 def _encoded(values: Mapping[str, Any]) -> Plain:
-    made: Plain = {}
-    for name, value in values.items():
-        if isinstance(value, Registration):
-            made[name] = {"registration": value.id}
-        elif name in _PARTS and value is not None:
-            made[name] = dataclasses.asdict(value)
-        elif name in _LISTS:
-            made[name] = [dataclasses.asdict(each) for each in value]
-        else:
-            made[name] = value
-    return made
+    plain = encode_fields(values, _NESTED)
+    placement = values.get("placement")
+    if isinstance(placement, Registration):
+        plain["placement"] = {"registration": placement.id}
+    return plain
 
 
 def _decoded(cls: type, values: Mapping[str, Any], records: Mapping[str, Record]) -> Plain:
-    made: Plain = {}
-    simple, readers = field_types(cls)
-    for name, value in values.items():
-        kinds = simple.get(name)
-        if kinds is not None:
-            if type(value) not in kinds:
-                raise _wrong_value(name)
-            made[name] = value
-        elif name in readers:
-            made[name] = _read_field(readers[name], name, value)
-        elif value is None and name in _none_at_first(cls):
-            made[name] = None
-        elif name in _PARTS and value is not None:
-            made[name] = _part(name, value, records)
-        elif name in _LISTS and isinstance(value, list):
-            made[name] = tuple(_small(_LISTS[name], name, each) for each in value)
-        elif name in _PARTS or name in _LISTS:
-            raise _wrong_value(name)
-        else:
-            made[name] = _tuples(value)
-    return made
+    placement = values.get("placement")
+    if not isinstance(placement, Mapping) or set(placement) != {"registration"}:
+        return decode_fields(cls, values, _NESTED)
+    simple = {name: value for name, value in values.items() if name != "placement"}
+    registration = _registration(placement["registration"], records)
+    return decode_fields(cls, simple, _NESTED) | {"placement": registration}
 
 
-def _read_field(read: Reader, name: str, value: Any) -> Any:
-    try:
-        return read(value)
-    except ValueError as error:
-        raise _wrong_value(name) from error
-
-
-def _wrong_value(name: str) -> DocumentError:
-    return DocumentError(Finding("record.wrong-value"), field=name)
-
-
-def _part(name: str, value: Any, records: Mapping[str, Record]) -> Any:
-    if isinstance(value, Mapping) and set(value) == {"registration"}:
-        named = value["registration"]
-        found = records.get(named) if isinstance(named, str) else None
-        if not isinstance(found, Registration):
-            raise DocumentError(
-                Finding("record.missing", kind="registration", id=named), field=name
-            )
-        return found
-    return _small(_PARTS[name], name, value)
-
-
-def _small(cls: type, name: str, value: Any) -> Any:
-    if not isinstance(value, Mapping):
-        raise DocumentError(Finding("record.wrong-value"), field=name)
-    try:
-        return cls(**_decoded(cls, _known(cls, value), NOTHING))
-    except TypeError as error:
-        raise DocumentError(
-            Finding("record.missing-field", error=error, kind=cls.__name__), field=name
-        ) from error
-
-
-def _are_lists_of_numbers(values: list[Any]) -> bool:
-    """As the vertices of features are, which make up most of a journal."""
-    return set(map(type, values)) == {list} and set(map(type, chain(*values))) <= {float, int}
-
-
-def _tuples(value: Any) -> Any:
-    if isinstance(value, list | tuple):
-        if value and type(value[0]) is list and _are_lists_of_numbers(list(value)):
-            return tuple(map(tuple, value))
-        # Most of a journal are coordinates: numbers are not asked one by one.
-        return tuple([_tuples(v) if isinstance(v, list | tuple) else v for v in value])
-    return value
+def _registration(id_: Any, records: Mapping[str, Record]) -> Registration:
+    record = records.get(id_) if isinstance(id_, str) else None
+    if not isinstance(record, Registration):
+        finding = Finding("record.missing", kind="registration", id=id_)
+        raise DocumentError(finding, field="placement")
+    return record

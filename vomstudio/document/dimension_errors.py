@@ -13,7 +13,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from vomstudio.document.measurement import Floats
-from vomstudio.document.records import Model, Registration
+from vomstudio.document.records import Model
+from vomstudio.geometry.registrations import Registration
 from vomstudio.geometry.tilts import (
     Z95,
     component_error_95,

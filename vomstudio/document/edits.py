@@ -6,12 +6,12 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-import secrets
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Literal
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
 from vomstudio.document.bed_words import with_vertices
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.kind import kind_of
@@ -25,13 +25,10 @@ from vomstudio.document.records import (
     FaceGrid,
     Feature,
     FeatureType,
-    Frame,
     Model,
     OnAModel,
     Picked,
-    Point,
     Record,
-    Registration,
     Surrounded,
     Typed,
     VerdictProfile,
@@ -39,13 +36,11 @@ from vomstudio.document.records import (
 )
 from vomstudio.errors import DocumentError
 from vomstudio.geology.profiles import PROFILES, Thresholds
+from vomstudio.geometry.frames import Frame
+from vomstudio.geometry.matrices import Point
+from vomstudio.geometry.registrations import Registration
 
 Records = Mapping[str, Record]
-
-
-def new_id(prefix: str) -> str:
-    """A name for a record that no other record of any project has."""
-    return f"{prefix}-{secrets.token_hex(6)}"
 
 
 def add_model(records: Records, model: Model, label: str = "") -> Edit:

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.codec import Plain, decode_edit
+from vomstudio.core.plain_data import Plain
+from vomstudio.document.codec import decode_edit
 from vomstudio.document.collector import no_collection
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import Record

@@ -6,20 +6,21 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
 from vomstudio.document.edit import Edit, change
-from vomstudio.document.edits import new_id, set_registration
+from vomstudio.document.edits import set_registration
 from vomstudio.document.records import (
     Asset,
     ImageMark,
     MarkedPoint,
     Mask,
     PhotoSet,
-    Point,
     Reconstruction,
     Record,
-    Registration,
 )
 from vomstudio.errors import DocumentError
+from vomstudio.geometry.matrices import Point
+from vomstudio.geometry.registrations import Registration
 
 Records = Mapping[str, Record]
 After = dict[str, Record | None]

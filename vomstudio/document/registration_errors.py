@@ -8,18 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from vomstudio.document.measurement import Floats, Measurement, Records
-from vomstudio.document.records import (
-    Feature,
-    Model,
-    OnAModel,
-    Registration,
-    RegistrationPoint,
-    get,
-)
+from vomstudio.document.records import Feature, Model, OnAModel, get
 from vomstudio.geology import orientation
 from vomstudio.geology.bowing import FEWEST, Bowing, bowing_deg, bowing_of
 from vomstudio.geology.common_turns import Turns, squared_region, together
 from vomstudio.geology.quality import resolution_tilt_deg, wider_of
+from vomstudio.geometry.registrations import Registration, RegistrationPoint
 from vomstudio.geometry.tilts import CHI2_TWO, direction_covariance
 
 _WRONG = 6.0

@@ -1,115 +1,14 @@
-"""Registrations after a change of World's axes or of the coordinates of a model's file."""
+"""Registrations that are read from files and join a project."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
 
-import numpy as np
-import numpy.typing as npt
-
-from vomstudio.document.edits import new_id
-from vomstudio.document.records import (
-    IDENTITY,
-    Frame,
-    Matrix,
-    Point,
-    Record,
-    Registration,
-    RegistrationPoint,
-)
-from vomstudio.geometry import transform
-
-Array = npt.NDArray[np.float64]
-
-
-def change_world(registration: Registration, by: npt.ArrayLike, frame: Frame) -> Registration:
-    """Return a registration after a similarity of World.
-
-    Parameters
-    ----------
-    registration : Registration
-    by : (4, 4) float
-        From World to the new World.
-    frame : Frame
-        What is known of the new World.
-
-    Returns
-    -------
-    Registration
-        Turns and shifts are counted about and along the new axes; lengths grow with `by`.
-    """
-    rows = transform.matrix(np.asarray(by, np.float64))
-    scale = transform.scale_of(rows)
-    rotation = rows[:3, :3] / scale
-    covariance = None
-    if registration.covariance is not None:
-        change = np.eye(7)
-        change[:3, :3], change[4:, 4:] = rotation, scale * rotation
-        known = np.array(registration.covariance, np.float64)
-        covariance = tuple(map(tuple, (change @ known @ change.T).tolist()))
-    turns = registration.rotation_error_deg
-    if turns is not None:
-        up, east, north = turns
-        east, north, up = _rotated_sigma((east, north, up), rotation)
-        turns = (up, east, north)
-
-    def grown(length: float | None) -> float | None:
-        return None if length is None else scale * length
-
-    def moved(point: Point) -> Point:
-        return _point(transform.apply(rows, [point])[0])
-
-    def point_after(point: RegistrationPoint) -> RegistrationPoint:
-        sigma = point.sigma_m
-        if sigma is not None:
-            sigma = _point(scale * np.array(_rotated_sigma(sigma, rotation)))
-        residual = _point(scale * rotation @ np.array(point.residual))
-        return replace(point, world=moved(point.world), residual=residual, sigma_m=sigma)
-
-    return replace(
-        registration,
-        frame=frame,
-        matrix=_matrix(rows @ transform.matrix(registration.matrix)),
-        rotation_error_deg=turns,
-        rms_control_m=grown(registration.rms_control_m),
-        rms_check_m=grown(registration.rms_check_m),
-        control=tuple(map(point_after, registration.control)),
-        covariance=covariance,
-        centre=None if registration.centre is None else moved(registration.centre),
-        reach_m=grown(registration.reach_m),
-        normal=(
-            None
-            if registration.normal is None
-            else _point(rotation @ np.array(registration.normal))
-        ),
-    )
-
-
-def change_file_frame(registration: Registration, by: npt.ArrayLike) -> Registration:
-    """Return a registration after a similarity of the coordinates in the model's file.
-
-    The place of the model in World, and its errors, stay as they are. A file whose coordinates
-    become those of World has the identity as its matrix.
-
-    Parameters
-    ----------
-    registration : Registration
-    by : (4, 4) float
-        From the old coordinates of the file to the new ones.
-    """
-    rows = transform.matrix(np.asarray(by, np.float64))
-    before = transform.matrix(registration.matrix)
-    if np.array_equal(rows, np.eye(4)):
-        return registration
-    matrix = IDENTITY
-    if not np.array_equal(rows, before):
-        matrix = _matrix(before @ transform.invert(rows))
-    control = tuple(
-        replace(point, model=_point(transform.apply(rows, [point.model])[0]))
-        for point in registration.control
-    )
-    return replace(registration, matrix=matrix, control=control)
+from vomstudio.core.identifiers import new_id
+from vomstudio.document.records import Record
+from vomstudio.geometry.registration_frames import is_same_registration
+from vomstudio.geometry.registrations import Registration
 
 
 def registration_in_project(
@@ -126,30 +25,3 @@ def registration_in_project(
     if registration.id in records:
         return replace(registration, id=new_id("registration"))
     return registration
-
-
-def is_same_registration(first: Registration, second: Registration) -> bool:
-    """Whether two registrations differ by nothing but the ids of their records and the name."""
-    renamed = replace(
-        first,
-        id=second.id,
-        name=second.name,
-        reconstruction_id=second.reconstruction_id,
-    )
-    return renamed == second
-
-
-def _rotated_sigma(sigma: Point, rotation: Array) -> Point:
-    """Return one-sigma errors along rotated axes, of errors that are independent."""
-    variances = np.einsum("ij,j->i", rotation**2, np.square(sigma))
-    return _point(np.sqrt(variances))
-
-
-def _matrix(rows: Array) -> Matrix:
-    a, b, c, d = ((row[0], row[1], row[2], row[3]) for row in rows.tolist())
-    return (a, b, c, d)
-
-
-def _point(values: Array) -> Point:
-    x, y, z = (float(value) for value in values)
-    return (x, y, z)

@@ -239,8 +239,8 @@ class ExportedModel:
 
 
 def _export_model(request: ModelExport, progress: Progress) -> ExportedModel:
-    from vomstudio.document.registration_frames import change_file_frame
     from vomstudio.geometry.moving import moved
+    from vomstudio.geometry.registration_frames import change_file_frame
     from vomstudio.io.models import model_cache
     from vomstudio.io.models.model_copy import companions
     from vomstudio.io.models.writing import choose_writer, write_model

@@ -227,8 +227,8 @@ class ComparisonExport:
 
 
 def _export(asked: ComparisonExport, progress: Progress) -> ExportedModel:
-    from vomstudio.document.registration_frames import change_file_frame
     from vomstudio.files.arrays import open_arrays
+    from vomstudio.geometry.registration_frames import change_file_frame
     from vomstudio.io.models.model_copy import companions
     from vomstudio.io.models.writing import choose_writer, write_model
 

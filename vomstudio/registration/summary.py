@@ -8,11 +8,11 @@ import numpy as np
 
 from vomstudio.core.findings import Finding
 from vomstudio.document.records import Model, ReadNorth, Registration
-from vomstudio.document.records.frames import crs_label
 from vomstudio.document.registration_errors import bowing_of_registration
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry import transform
+from vomstudio.geometry.frames import crs_label
 from vomstudio.geometry.units import length_text
 from vomstudio.registration.remarks import (
     bowing_findings,

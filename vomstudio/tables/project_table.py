@@ -16,10 +16,10 @@ from vomstudio.document.kinds import kind_of
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.reading_comparison import nearest_picks
 from vomstudio.document.records import Feature, Model, OnAModel, Record, get, limits_of
-from vomstudio.document.records.frames import crs_label
 from vomstudio.document.repeats import COLUMNS as REPEAT_COLUMNS
 from vomstudio.document.repeats import told
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
+from vomstudio.geometry.frames import crs_label
 from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.tables.orientation_table import Row, rows_of
 from vomstudio.tables.registration_lines import registrations_of

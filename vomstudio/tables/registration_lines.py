@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.document.records import Feature, Model, OnAModel, Record, Registration, get
+from vomstudio.document.records import Feature, Model, OnAModel, Record, get
 from vomstudio.document.registration_errors import may_be_bowed_deg
+from vomstudio.geometry.registrations import Registration
 
 MARK = "registration:"
 

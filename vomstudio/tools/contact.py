@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.contact import Contact
@@ -78,7 +79,7 @@ class ContactTool(FollowingTool[Contact]):
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Contact:
         return Contact(
-            edits.new_id("contact"), "", self.next.type_id, model.id, model.content_hash, vertices,
+            new_id("contact"), "", self.next.type_id, model.id, model.content_hash, vertices,
             self.next.set_name,
         )  # fmt: skip
 

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.control_point import ControlPoint
@@ -118,9 +119,7 @@ class ControlTool(NothingOpen):
         records = self._context.session.records
         if point is not None:
             return edits.change_feature(records, replace(point, vertices=(hit.position,)), "Place")
-        new = ControlPoint(
-            edits.new_id("control"), "", model.id, model.content_hash, (hit.position,)
-        )
+        new = ControlPoint(new_id("control"), "", model.id, model.content_hash, (hit.position,))
         return edits.add_features(records, [new])
 
     def _keep(self, edit: Edit) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.known_line import CLICKED, KIND, KnownKind, KnownLine
@@ -84,9 +85,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
         return None
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> KnownLine:
-        return KnownLine(
-            edits.new_id("line"), "", self.next_kind, model.id, model.content_hash, vertices
-        )
+        return KnownLine(new_id("line"), "", self.next_kind, model.id, model.content_hash, vertices)
 
     def _append(self, position: Point) -> None:
         self._set_vertices((*self.vertices[:1], position))

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.lineation import Lineation
@@ -96,7 +97,7 @@ class LineTool(PolylineTool[Lineation]):
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Lineation:
         return Lineation(
-            id=edits.new_id("line"),
+            id=new_id("line"),
             name="",
             type_id=self.next.type_id,
             model_id=model.id,

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.lithology import KIND, Lithology, words
@@ -91,7 +92,7 @@ class LithologyTool(FollowingTool[Lithology]):
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Lithology:
         return Lithology(
-            edits.new_id("lithology"), "", model.id, model.content_hash, vertices,
+            new_id("lithology"), "", model.id, model.content_hash, vertices,
             self.next_lithology,
         )  # fmt: skip
 

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.dimension import KIND, Dimension, DimensionKind
@@ -107,7 +108,7 @@ class MeasureTool(PolylineTool[Dimension]):
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Dimension:
         return Dimension(
-            id=edits.new_id("dimension"),
+            id=new_id("dimension"),
             name="",
             kind=self.next_kind,
             model_id=model.id,

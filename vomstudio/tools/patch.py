@@ -16,6 +16,7 @@ from typing import Any, Literal
 import numpy as np
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
 from vomstudio.document import edits
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.measurement import Measurement
@@ -441,7 +442,7 @@ def new_patch(context: ToolContext, model: Model, element: Literal["face", "poin
     """A patch of nothing yet, of the type and set that come next."""
     zero = (0.0, 0.0, 0.0)
     return Patch(
-        id=edits.new_id("patch"),
+        id=new_id("patch"),
         name="",
         type_id=context.next_type_id,
         model_id=model.id,

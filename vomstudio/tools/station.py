@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.station import KIND, WHATS, Station, What
@@ -55,7 +56,7 @@ class StationTool(PolylineTool[Station]):
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Station:
         return Station(
-            edits.new_id("station"), "", model.id, model.content_hash, vertices[:1],
+            new_id("station"), "", model.id, model.content_hash, vertices[:1],
             self.next.what, self.next.number, self.next.photo,
         )  # fmt: skip
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.trace import Trace
@@ -78,7 +79,7 @@ class TraceTool(FollowingTool[Trace]):
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Trace:
         return Trace(
-            id=edits.new_id("trace"),
+            id=new_id("trace"),
             name="",
             type_id=self._context.next_type_id,
             model_id=model.id,

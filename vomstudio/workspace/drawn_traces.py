@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding, Message, cause_of
+from vomstudio.core.identifiers import new_id
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit, change
 from vomstudio.document.kinds.trace import Trace
@@ -104,7 +105,7 @@ def trace_through(
     """points : (n, 3) in the frame of the model's file; surface : for resolution and face"""
     vertices: tuple[Point, ...] = tuple((float(x), float(y), float(z)) for x, y, z in points)
     trace = Trace(
-        id=edits.new_id("trace"), name=name, type_id=type_id, model_id=model.id,
+        id=new_id("trace"), name=name, type_id=type_id, model_id=model.id,
         model_hash=model.content_hash, vertices=vertices, set_name=set_name, axis="auto",
     )  # fmt: skip
     if surface is None:

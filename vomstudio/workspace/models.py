@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
 from vomstudio.document import edits
 from vomstudio.document.photo_edits import reconstruction_in, registration_by
 from vomstudio.document.records import Frame, Model, Record, Registration
@@ -271,7 +272,7 @@ def new_model(
     placement: Frame | Registration,
 ) -> Model:
     """The record of a model that is not in the project yet; stored : its path as it is kept."""
-    return Model(edits.new_id("model"), name, stored, kind, content_hash, placement)
+    return Model(new_id("model"), name, stored, kind, content_hash, placement)
 
 
 def standing_model(projects: Projects, model_id: str) -> StandingModel | None:

@@ -11,11 +11,11 @@ import numpy.typing as npt
 from vomstudio.core.findings import Finding, Message
 from vomstudio.core.options import given_options
 from vomstudio.document.records import Model, Registration
-from vomstudio.document.registration_frames import change_file_frame
 from vomstudio.errors import UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moving import moved
+from vomstudio.geometry.registration_frames import change_file_frame
 from vomstudio.geometry.units import Axes
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gis.crs import world_crs

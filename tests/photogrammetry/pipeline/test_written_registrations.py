@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vomstudio.document.registration_frames import is_same_registration
+from vomstudio.geometry.registration_frames import is_same_registration
 from vomstudio.io.models.reconstruction_file import read_registration_of_result
 from vomstudio.io.models.registration_file import find_registration
 from vomstudio.photogrammetry.pipeline.outputs import Outputs

@@ -19,8 +19,9 @@ from vomstudio.document.measurement import (
     is_metric,
     world_lines,
 )
-from vomstudio.document.records import Logged, Point, Repeatable, Typed
+from vomstudio.document.records import Logged, Repeatable, Typed
 from vomstudio.geometry.lines import path_length
+from vomstudio.geometry.matrices import Point
 from vomstudio.words import to_translate as _
 
 

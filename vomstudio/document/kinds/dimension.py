@@ -45,10 +45,11 @@ from vomstudio.document.measurement import (
     is_metric,
     world_points,
 )
-from vomstudio.document.records import Logged, Point, get_feature
+from vomstudio.document.records import Logged, get_feature
 from vomstudio.document.registration_errors import model_of
 from vomstudio.geology.intersections import stray95, t95
 from vomstudio.geometry.lines import path_length, ring_area
+from vomstudio.geometry.matrices import Point
 from vomstudio.words import to_translate as _
 
 DimensionKind = Literal["distance", "polyline", "area", "thickness"]

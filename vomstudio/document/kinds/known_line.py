@@ -23,9 +23,10 @@ from vomstudio.document.measurement import (
     nothing_measured,
     world_points,
 )
-from vomstudio.document.records import Feature, Picked, Point, get_feature
+from vomstudio.document.records import Feature, Picked, get_feature
 from vomstudio.geology.notation import format_azimuth, format_line, format_plane
 from vomstudio.geology.orientation import Line, Plane
+from vomstudio.geometry.matrices import Point
 from vomstudio.words import to_translate as _
 from vomstudio.words import tr
 

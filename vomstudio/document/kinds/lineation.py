@@ -34,7 +34,7 @@ from vomstudio.document.measurement import (
     rows_of,
     world_points,
 )
-from vomstudio.document.records import Picked, Point, Repeatable, Typed, get_feature
+from vomstudio.document.records import Picked, Repeatable, Typed, get_feature
 from vomstudio.document.registration_errors import model_of, turns_of
 from vomstudio.document.slip_figures import SLIP
 from vomstudio.errors import GeometryError
@@ -45,6 +45,7 @@ from vomstudio.geology.orientation import Line, Plane, slip_from_rake
 from vomstudio.geology.quality import judge_line
 from vomstudio.geology.slip import CONFIDENCES, SENSES, SlipConfidence, SlipSense, slip_rake
 from vomstudio.geometry.lines import LineFit, fit_line
+from vomstudio.geometry.matrices import Point
 from vomstudio.words import to_translate as _
 from vomstudio.words import tr
 

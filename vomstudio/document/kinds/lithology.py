@@ -29,10 +29,11 @@ from vomstudio.document.measurement import (
     rows_of,
     world_lines,
 )
-from vomstudio.document.records import Model, Picked, Point, Repeatable
+from vomstudio.document.records import Model, Picked, Repeatable
 from vomstudio.geology.beds.lithologies import WORDS, color_of_rock
 from vomstudio.geometry import transform
 from vomstudio.geometry.lines import path_length, ring_area
+from vomstudio.geometry.matrices import Point
 from vomstudio.geometry.units import area_text
 from vomstudio.words import to_translate as _
 from vomstudio.words import tr

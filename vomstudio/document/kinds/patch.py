@@ -24,11 +24,12 @@ from vomstudio.document.measurement import (
     rows_of,
     told_of_rule,
 )
-from vomstudio.document.records import Painted, Point, Repeatable, Surrounded, Typed
+from vomstudio.document.records import Painted, Repeatable, Surrounded, Typed
 from vomstudio.errors import GeometryError
 from vomstudio.geology.quality import judge
 from vomstudio.geometry import transform
 from vomstudio.geometry.heights.levels import bend_findings, level_findings
+from vomstudio.geometry.matrices import Point
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.units import area_text
 from vomstudio.words import to_translate as _

@@ -13,8 +13,9 @@ from vomstudio.document import kind
 from vomstudio.document.figures import Subject, degrees
 from vomstudio.document.kind import Kind, Lookup, NetLook, Sketch, centre
 from vomstudio.document.measurement import Measurement, Measuring, NearestPick
-from vomstudio.document.records import Point, Typed
+from vomstudio.document.records import Typed
 from vomstudio.geology.orientation import Line, Plane
+from vomstudio.geometry.matrices import Point
 from vomstudio.geometry.units import length_text
 from vomstudio.words import to_translate as _
 from vomstudio.words import tr

@@ -17,7 +17,8 @@ from vomstudio.document.measurement import (
     is_metric,
     world_lines,
 )
-from vomstudio.document.records import Picked, Point
+from vomstudio.document.records import Picked
+from vomstudio.geometry.matrices import Point
 from vomstudio.words import to_translate as _
 from vomstudio.words import tr
 

@@ -32,18 +32,12 @@ from vomstudio.document.measurement import (
     told_of_rule,
     world_lines,
 )
-from vomstudio.document.records import (
-    SURROUNDINGS_RULE,
-    Logged,
-    Point,
-    Repeatable,
-    Surrounded,
-    Typed,
-)
+from vomstudio.document.records import SURROUNDINGS_RULE, Logged, Repeatable, Surrounded, Typed
 from vomstudio.geology.doubtful_stretches import rest_of
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.quality import judge
 from vomstudio.geometry.lines import path_lengths
+from vomstudio.geometry.matrices import Point
 from vomstudio.geometry.plane_figures import Method
 from vomstudio.geometry.planes import Axis, PlaneFit, fit_planes
 from vomstudio.words import to_translate

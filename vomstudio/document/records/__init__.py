@@ -7,8 +7,7 @@ Model and moves everything with it. The record of each kind of feature is in `do
 
 from __future__ import annotations
 
-from vomstudio.document.records.basics import IDENTITY, Matrix, Point
-from vomstudio.document.records.compasses import Compass, NorthKind, ReadNorth, compass_id
+from vomstudio.document.records.compasses import Compass, compass_id
 from vomstudio.document.records.face_grids import FaceGrid
 from vomstudio.document.records.feature_types import DEFAULT_TYPES, FeatureType
 from vomstudio.document.records.features import (
@@ -25,7 +24,6 @@ from vomstudio.document.records.features import (
     get,
     get_feature,
 )
-from vomstudio.document.records.frames import UNDECLARED, Frame, FrameKind, UpAxis
 from vomstudio.document.records.models import Model
 from vomstudio.document.records.photos import (
     Asset,
@@ -36,8 +34,12 @@ from vomstudio.document.records.photos import (
     Reconstruction,
 )
 from vomstudio.document.records.profiles import PROFILE_ID, VerdictProfile, limits_of
-from vomstudio.document.records.registrations import (
+from vomstudio.geometry.frames import UNDECLARED, Frame, FrameKind, UpAxis
+from vomstudio.geometry.matrices import IDENTITY, Matrix, Point
+from vomstudio.geometry.registrations import (
+    NorthKind,
     ObservationGroup,
+    ReadNorth,
     Registration,
     RegistrationPoint,
 )

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
-NorthKind = Literal["grid", "true", "magnetic"]
+from vomstudio.geometry.registrations import NorthKind
 
 
 @dataclass(frozen=True)
@@ -31,23 +30,6 @@ class Compass:
     def name(self) -> str:
         """Of every record there is one."""
         return "compass"
-
-
-@dataclass(frozen=True)
-class ReadNorth:
-    """How azimuths were counted by which a model was placed.
-
-    turned_deg: what was added to them, to count them from the north of the map. declination_deg:
-    that was used, None where none was needed; stated: it was not taken from a model of the Earth's
-    field. day: as of `Compass`. doubt_deg: one sigma, of all alike.
-    """
-
-    north: NorthKind
-    turned_deg: float = 0.0
-    declination_deg: float | None = None
-    stated: bool = False
-    day: str = ""
-    doubt_deg: float = 0.0
 
 
 def compass_id(model_id: str) -> str:

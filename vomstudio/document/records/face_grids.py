@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vomstudio.document.records.basics import Point
+from vomstudio.geometry.matrices import Point
 
 
 @dataclass(frozen=True)

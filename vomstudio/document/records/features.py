@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import Field, dataclass, replace
 from typing import Any, ClassVar, Literal, Self, TypeVar
 
-from vomstudio.document.records.basics import Point
+from vomstudio.geometry.matrices import Point
 
 R = TypeVar("R")
 

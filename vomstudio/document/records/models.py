@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from vomstudio.document.records.basics import Matrix
-from vomstudio.document.records.frames import UNDECLARED, Frame
-from vomstudio.document.records.registrations import Registration
+from vomstudio.geometry.frames import UNDECLARED, Frame
+from vomstudio.geometry.matrices import Matrix
+from vomstudio.geometry.registrations import Registration
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import IDENTITY, Frame, Matrix, Registration, UpAxis
-from vomstudio.document.registration_frames import change_file_frame, change_world
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry import transform
+from vomstudio.geometry.frames import Frame, UpAxis
+from vomstudio.geometry.matrices import IDENTITY, Matrix
+from vomstudio.geometry.registration_frames import change_file_frame, change_world
+from vomstudio.geometry.registrations import Registration
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.axes import assumed_frame, choose_axes
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions

@@ -8,10 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import Registration
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.inside import check_in_project, make_folder, place_inside
 from vomstudio.files.regular import open_regular, require_regular
+from vomstudio.geometry.registrations import Registration
 from vomstudio.io.models.formats._gltf_document import files_beside
 from vomstudio.io.models.mtl import decode, find_beside, read_library
 from vomstudio.io.models.registration_file import registration_path, write_registration

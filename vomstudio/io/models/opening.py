@@ -15,11 +15,11 @@ import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.threads import run_in_thread
-from vomstudio.document.records import Frame
 from vomstudio.errors import InputError
 from vomstudio.files.memory_limit import limited_by
 from vomstudio.files.regular import open_regular
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moving import moved
 from vomstudio.geometry.resolution import COUNTS, FewPoints, effective_resolution, resolving_points

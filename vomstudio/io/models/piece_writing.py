@@ -12,11 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import Registration
 from vomstudio.errors import GeometryError, InputError, TargetError
 from vomstudio.files.inside import check_in_project
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.registrations import Registration
 from vomstudio.geometry.units import UNPLACED, WORLD
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.models.writing import write_model

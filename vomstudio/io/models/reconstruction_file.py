@@ -7,15 +7,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-from vomstudio.document.edits import new_id
-from vomstudio.document.records import (
-    Frame,
-    ObservationGroup,
-    Registration,
-    RegistrationPoint,
-)
-from vomstudio.document.records.basics import Point
+from vomstudio.core.identifiers import new_id
 from vomstudio.files.regular import is_regular, read_json
+from vomstudio.geometry.frames import Frame
+from vomstudio.geometry.matrices import Point
+from vomstudio.geometry.registrations import ObservationGroup, Registration, RegistrationPoint
 from vomstudio.io.photos.cameras_file import FILE_NAME
 
 RESULT = "reconstruction.json"

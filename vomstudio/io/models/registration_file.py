@@ -1,8 +1,8 @@
 """`NAME.registration.json`: how the model NAME was placed in World, and how well that is known.
 
 The file lies beside a model and belongs to those files of the name NAME whose SHA-256 it lists. It
-contains the record of a registration (`document.records.Registration`), no second form of it: the
-matrix from the coordinates of the file to World and the 7 x 7 covariance of that similarity.
+contains the fields of a `geometry.registrations.Registration`: the matrix from the coordinates of
+the file to World and the 7 x 7 covariance of that similarity.
 
 A model that was written in World, as by ``register -o`` and ``reconstruct``, is where it belongs:
 its matrix is the identity, and the covariance is that of its place. The matrix differs from the
@@ -12,6 +12,7 @@ model that a project has registered.
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 from collections.abc import Iterable, Mapping, Sequence
@@ -22,13 +23,19 @@ from typing import Any
 import numpy as np
 
 from vomstudio.core.findings import Finding
-from vomstudio.document import codec
-from vomstudio.document.edits import new_id
-from vomstudio.document.records import Frame, Registration
-from vomstudio.document.registration_frames import is_same_registration
+from vomstudio.core.identifiers import new_id
+from vomstudio.core.plain_data import NestedFields, decode_fields, encode_fields
 from vomstudio.errors import DocumentError, InputError, TargetError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.files.regular import SIDECAR_BYTES, is_there, open_regular, read_json
+from vomstudio.geometry.frames import Frame
+from vomstudio.geometry.registration_frames import is_same_registration
+from vomstudio.geometry.registrations import (
+    ObservationGroup,
+    ReadNorth,
+    Registration,
+    RegistrationPoint,
+)
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.io.models.reconstruction_file import (
     RESULT,
@@ -61,6 +68,10 @@ _SIMILAR = 1e-6
 """Relative deviation of a matrix from a similarity, and of a covariance from a symmetric one."""
 _MAX_ERROR = 1e9
 """One sigma, rad, m, or a share."""
+_NESTED = NestedFields(
+    parts={"frame": Frame, "read_north": ReadNorth},
+    lists={"control": RegistrationPoint, "observations": ObservationGroup},
+)
 _EVIDENCE = ("control", "observations", "rms_control_m", "rms_check_m", "read_north")
 _SHAPE = ("reach_m", "normal", "lens_bowing95_deg", "lens_stretch95")
 
@@ -161,7 +172,10 @@ def _files_of_same(path: Path, registration: Registration) -> Mapping[str, str] 
 
 
 def _to_plain(registration: Registration, files: Mapping[str, str]) -> dict[str, Any]:
-    plain = codec.encode(registration)
+    fields = {
+        each.name: getattr(registration, each.name) for each in dataclasses.fields(registration)
+    }
+    plain = encode_fields(fields, _NESTED)
     frame = registration.frame
     north = "grid" if frame.kind == "crs" else "local" if frame.has_north else None
     covariance = None
@@ -266,16 +280,16 @@ def read_registration(path: Path) -> StoredRegistration:
     if not isinstance(files, dict) or not all(isinstance(each, str) for each in files.values()):
         raise _damaged(path, tr("“files” is not a list of names with their SHA-256"))
     try:
-        registration = codec.decode(_record_of(plain))
+        values = decode_fields(Registration, _values_of(plain), _NESTED)
+        registration = Registration(**values)
     except (DocumentError, KeyError, TypeError, AttributeError) as error:
         raise _damaged(path, str(error)) from error
-    assert isinstance(registration, Registration)
     _require_valid(path, registration)
     return StoredRegistration(registration, {str(name): hash_ for name, hash_ in files.items()})
 
 
-def _record_of(plain: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the record's JSON values, as in a project. Raises KeyError, TypeError."""
+def _values_of(plain: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the JSON values of a registration's fields. Raises KeyError, TypeError."""
     covariance = plain["covariance"]
     if covariance is not None and (
         tuple(covariance["parameters"]) != PARAMETERS or tuple(covariance["units"]) != UNITS
@@ -287,7 +301,6 @@ def _record_of(plain: Mapping[str, Any]) -> dict[str, Any]:
     ]
     frame = Frame(plain["frame"], plain["crs"])
     return {
-        "record": "registration",
         "id": new_id("registration"),
         "name": plain["name"],
         "method": plain["method"],

@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import Registration
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.files.atomic import check_target
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.registrations import Registration
 from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.io.models.registration_file import (
     check_registration_target,

@@ -14,16 +14,17 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding, Message
-from vomstudio.document import edits
+from vomstudio.core.identifiers import new_id
 from vomstudio.document.kinds.contact import Contact
 from vomstudio.document.kinds.lithology import Lithology
 from vomstudio.document.kinds.station import WHATS, Station, What
-from vomstudio.document.records import Feature, FeatureType, Model, Point, Record
+from vomstudio.document.records import Feature, FeatureType, Model, Record
 from vomstudio.errors import InputError
 from vomstudio.files.regular import read_small
 from vomstudio.files.spreadsheet_cells import unguarded
 from vomstudio.geometry import transform
 from vomstudio.geometry.lines import ring_area
+from vomstudio.geometry.matrices import Point
 from vomstudio.geometry.places import why_no_coordinate, why_not_at
 from vomstudio.io.gate.points import ModelFrame, points_to_world
 from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
@@ -150,16 +151,16 @@ def _feature(
         said = row.word("kind", "what", "type").casefold()
         what: What = next((known for known, _ in WHATS if known == said), "station")
         return Station(
-            edits.new_id("station"), name, model.id, model.content_hash, places[:1], what,
+            new_id("station"), name, model.id, model.content_hash, places[:1], what,
             row.word("number"), row.word("photo"), notes,
         )  # fmt: skip
     if row.layer == "contacts":
         return Contact(
-            edits.new_id("contact"), name, type_id, model.id, model.content_hash, places,
+            new_id("contact"), name, type_id, model.id, model.content_hash, places,
             row.word("set"), notes,
         )  # fmt: skip
     made = Lithology(
-        edits.new_id("lithology"), name, model.id, model.content_hash, places,
+        new_id("lithology"), name, model.id, model.content_hash, places,
         row.word("lithology", "rock"), None, notes,
     )  # fmt: skip
     area = None if area_inside is None else area_inside(np.asarray(places, np.float64))

@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vomstudio.core.findings import Finding, Message, finding_of
-from vomstudio.document.edits import new_id
+from vomstudio.core.identifiers import new_id
 from vomstudio.document.kinds.reading import Reading
-from vomstudio.document.records import Point
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.notation import parse_line, parse_plane
 from vomstudio.geology.orientation import Line
+from vomstudio.geometry.matrices import Point
 from vomstudio.geometry.places import why_no_coordinate, why_not_on_earth
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.gate.points import ModelFrame, points_to_world

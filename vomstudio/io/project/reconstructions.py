@@ -11,12 +11,13 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.edits import new_id
-from vomstudio.document.records import Reconstruction, Registration
+from vomstudio.core.identifiers import new_id
+from vomstudio.document.records import Reconstruction
 from vomstudio.errors import InputError, TargetError
 from vomstudio.files.disk_troubles import reason_of
 from vomstudio.files.inside import links_of
 from vomstudio.files.regular import JSON_BYTES, read_small
+from vomstudio.geometry.registrations import Registration
 from vomstudio.io.models.reconstruction_file import RESULT, finite_number, result_registration
 
 RECONSTRUCTIONS = "reconstruction"

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.findings import Message
+from vomstudio.core.identifiers import new_id
 from vomstudio.document import edits
 from vomstudio.document.kinds import group_and_set, has_plane
 from vomstudio.document.kinds.intersection import Intersection
@@ -46,7 +47,7 @@ def of_selected(studio: Studio) -> Intersection | None:
 
 def between(studio: Studio, first: Group, second: Group) -> Intersection:
     """The intersection of two groups of planes, not in the document."""
-    return Intersection(edits.new_id("intersection"), "", line_type(studio), first, second)
+    return Intersection(new_id("intersection"), "", line_type(studio), first, second)
 
 
 def why_not_keep(studio: Studio) -> Message | None:

@@ -24,6 +24,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.identifiers import new_id
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import DEFAULT_TYPES, FeatureType, Typed
@@ -265,4 +266,4 @@ def new_type(studio: Studio) -> FeatureType:
     used = [color for color, _ in looks]
     color = min((c for _, c in theme.COLORS), key=used.count)
     symbol = next((s for s in theme.SYMBOLS if (color, s) not in looks), "circle")
-    return FeatureType(edits.new_id("type"), name, color, symbol)
+    return FeatureType(new_id("type"), name, color, symbol)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.edits import new_id
+from vomstudio.core.identifiers import new_id
 from vomstudio.document.photo_edits import PointState, add_photo_set, locate_photos, take_in
 from vomstudio.document.records import PhotoSet
 from vomstudio.errors import VomError

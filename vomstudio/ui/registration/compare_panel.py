@@ -16,8 +16,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.identifiers import new_id
 from vomstudio.core.options import option_words
-from vomstudio.document.edits import new_id
 from vomstudio.document.records import Model
 from vomstudio.files.arrays import open_arrays
 from vomstudio.geology.notation import format_azimuth

@@ -9,8 +9,8 @@ from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QPushButton, QWidget
 
 from vomstudio.document.records import Frame, Model, Registration
-from vomstudio.document.records.basics import Matrix
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.matrices import Matrix
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.jobs.events import Failed

@@ -9,7 +9,7 @@ from html import escape
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.document import edits
+from vomstudio.core.identifiers import new_id
 from vomstudio.document.records import FaceGrid, Model
 from vomstudio.geology.looked_at.cells import Exposed, grid_around
 from vomstudio.geology.looked_at.shares import LookedAt
@@ -54,7 +54,7 @@ def lay(asked: NewGrid) -> FaceGrid:
     turn = rows[:3, :3].T / scale
     model = asked.model
     return FaceGrid(
-        edits.new_id("grid"), "", model.id, model.content_hash, _tuple(origin),
+        new_id("grid"), "", model.id, model.content_hash, _tuple(origin),
         _tuple(turn @ grid.right), _tuple(turn @ grid.up), grid.cell / scale, grid.columns,
         grid.rows,
     )  # fmt: skip

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
 from vomstudio.core.options import option_words
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
@@ -324,7 +325,7 @@ class ThreePointsPanel(LazyPanel):
             return
         x, y, z = points.mean(axis=0).tolist()
         reading = Reading(
-            edits.new_id("reading"), "", str(self.type.currentData()), "plane",
+            new_id("reading"), "", str(self.type.currentData()), "plane",
             found.dip_direction_deg, found.dip_deg, position=(x, y, z),
             source=tr("three-point problem"), notes=self._plane_text(found),
         )  # fmt: skip

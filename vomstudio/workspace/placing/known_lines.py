@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 from vomstudio.document.kinds.known_line import KnownLine
 from vomstudio.document.records import Frame, Model, Registration
-from vomstudio.document.records.basics import Point
 from vomstudio.geometry import transform
+from vomstudio.geometry.matrices import Point
 from vomstudio.io.control.observation_tables import CompassTable, Pairs
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.photos.cameras_file import scale_known

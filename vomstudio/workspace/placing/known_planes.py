@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.edits import new_id
+from vomstudio.core.identifiers import new_id
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.kinds.known_line import KnownLine, ReadKind, as_read
 from vomstudio.document.measurement import Measurement

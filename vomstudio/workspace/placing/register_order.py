@@ -13,10 +13,10 @@ import numpy as np
 from vomstudio.core.findings import Finding, Message, cause_of
 from vomstudio.core.results import FLAT, HIDDEN, OPTIONAL, Result
 from vomstudio.document.records import IDENTITY, UNDECLARED, Model, ReadNorth, Registration
-from vomstudio.document.registration_frames import change_file_frame
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry import transform
 from vomstudio.geometry.places import why_no_error
+from vomstudio.geometry.registration_frames import change_file_frame
 from vomstudio.progress import Progress
 from vomstudio.registration.evidence import Evidence
 from vomstudio.registration.level_evidence import KnownDirection

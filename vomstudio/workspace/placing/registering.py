@@ -10,8 +10,8 @@ import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
 from vomstudio.document.edit import Edit, change
-from vomstudio.document.edits import new_id
 from vomstudio.document.kinds.control_point import ControlPoint
 from vomstudio.document.kinds.known_line import KnownLine
 from vomstudio.document.measurement import Measurement
@@ -25,12 +25,12 @@ from vomstudio.document.records import (
     Typed,
     get,
 )
-from vomstudio.document.records.basics import Matrix, Point
-from vomstudio.document.records.registrations import Method
 from vomstudio.errors import UsageError
 from vomstudio.geology.statistics import orientation_tensor
 from vomstudio.geometry import transform
+from vomstudio.geometry.matrices import Matrix, Point
 from vomstudio.geometry.places import why_no_error
+from vomstudio.geometry.registrations import Method
 from vomstudio.io.control.observation_tables import CompassTable, Pairs
 from vomstudio.registration.coordinate_checks import (
     check_area,

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.identifiers import new_id
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.patch import Patch
@@ -244,7 +245,7 @@ class FacetProposals(ProposalQueue[Proposals]):
         patches = [
             replace(
                 proposals.patches[row],
-                id=edits.new_id("patch"),
+                id=new_id("patch"),
                 type_id=type_id,
                 set_name=set_name,
                 notes=note,

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding, Message
+from vomstudio.core.identifiers import new_id
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
 from vomstudio.document.kinds.trace import Trace
@@ -177,7 +178,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         note = tr("{found}, and that was accepted.", found=proposals.provenance)
         traces = {
             row: replace(
-                proposals.lines[row].trace, id=edits.new_id("trace"), type_id=type_id,
+                proposals.lines[row].trace, id=new_id("trace"), type_id=type_id,
                 set_name=set_name, notes=note,
             )
             for row in chosen

@@ -1,4 +1,4 @@
-"""Words that all records use: points and matrices as plain tuples."""
+"""Points and 4x4 matrices as plain tuples, which records and files contain."""
 
 from __future__ import annotations
 

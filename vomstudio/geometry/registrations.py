@@ -5,15 +5,32 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from vomstudio.document.records.basics import IDENTITY, Matrix, Point
-from vomstudio.document.records.compasses import ReadNorth
-from vomstudio.document.records.frames import UNDECLARED, Frame
+from vomstudio.geometry.frames import UNDECLARED, Frame
+from vomstudio.geometry.matrices import IDENTITY, Matrix, Point
 
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+NorthKind = Literal["grid", "true", "magnetic"]
 Method = Literal["gps", "control", "local", "points", "attitudes", "lines", "reference"]
+
+
+@dataclass(frozen=True)
+class ReadNorth:
+    """How azimuths were counted by which a model was placed.
+
+    turned_deg: what was added to them, to count them from the north of the map. declination_deg:
+    that was used, None where none was needed; stated: it was not taken from a model of the Earth's
+    field. day: as of `Compass`. doubt_deg: one sigma, of all alike.
+    """
+
+    north: NorthKind
+    turned_deg: float = 0.0
+    declination_deg: float | None = None
+    stated: bool = False
+    day: str = ""
+    doubt_deg: float = 0.0
 
 
 @dataclass(frozen=True)

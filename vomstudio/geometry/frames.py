@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
 
-from vomstudio.document.records.basics import Matrix
+from vomstudio.geometry.matrices import Matrix
 from vomstudio.geometry.units import Axes
 from vomstudio.words import tr
 

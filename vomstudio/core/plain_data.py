@@ -1,0 +1,276 @@
+"""Dataclasses as plain JSON values and back, checked against the annotations of their fields.
+
+A file may come from anybody, so a name that is a number or a corner with two coordinates is
+refused where it is read and not by the code that uses it later.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import types
+import typing
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from itertools import chain
+from typing import Any, NamedTuple
+
+from vomstudio.core.findings import Finding
+from vomstudio.errors import DocumentError
+
+Plain = dict[str, Any]
+Reader = Callable[[Any], Any]
+"""Function from a JSON value to the value of a field. Raises ValueError for another type."""
+
+_LARGEST = 1e300
+_NUMBERS = frozenset((float, int))
+
+
+class NestedFields(NamedTuple):
+    """Fields that contain dataclasses.
+
+    Parameters
+    ----------
+    parts : mapping of str to type
+        Fields with one object, or None.
+    lists : mapping of str to type
+        Fields with a tuple of objects.
+    """
+
+    parts: Mapping[str, type]
+    lists: Mapping[str, type]
+
+
+class FieldTypes(NamedTuple):
+    """Readers of the fields of a class; fields with neither are taken as they are.
+
+    Parameters
+    ----------
+    simple : dict of str to frozenset of type
+        Fields of text, booleans and None, with their permitted types.
+    readers : dict of str to Reader
+    """
+
+    simple: dict[str, frozenset[type]]
+    readers: dict[str, Reader]
+
+
+def encode_fields(values: Mapping[str, Any], nested: NestedFields) -> Plain:
+    """Return the values of fields as JSON values."""
+    plain: Plain = {}
+    for name, value in values.items():
+        if name in nested.parts and dataclasses.is_dataclass(value):
+            plain[name] = dataclasses.asdict(typing.cast(Any, value))
+        elif name in nested.lists:
+            plain[name] = [dataclasses.asdict(each) for each in value]
+        else:
+            plain[name] = value
+    return plain
+
+
+def decode_fields(cls: type, values: Mapping[str, Any], nested: NestedFields) -> Plain:
+    """Return JSON values as the values of the fields of a class.
+
+    Raises
+    ------
+    DocumentError
+        If a value does not have the type of its field; names the field.
+    """
+    decoded: Plain = {}
+    simple, readers = field_types(cls)
+    for name, value in values.items():
+        permitted = simple.get(name)
+        if permitted is not None:
+            if type(value) not in permitted:
+                raise wrong_value(name)
+            decoded[name] = value
+        elif name in readers:
+            decoded[name] = _read_field(readers[name], name, value)
+        elif value is None and name in _optional_fields(cls):
+            decoded[name] = None
+        elif name in nested.parts and value is not None:
+            decoded[name] = _decode_object(nested.parts[name], name, value, nested)
+        elif name in nested.lists and isinstance(value, list):
+            item = nested.lists[name]
+            decoded[name] = tuple(_decode_object(item, name, each, nested) for each in value)
+        elif name in nested.parts or name in nested.lists:
+            raise wrong_value(name)
+        else:
+            decoded[name] = _tuples(value)
+    return decoded
+
+
+def known_fields(cls: type, values: Mapping[str, Any], kind: str) -> Plain:
+    """Return the values if they are fields of a class.
+
+    Raises
+    ------
+    DocumentError
+        With the code ``record.unknown-field``.
+    """
+    unknown = values.keys() - _fields(cls)
+    if unknown:
+        raise DocumentError(Finding("record.unknown-field", kind=kind), field=sorted(unknown)[0])
+    return dict(values)
+
+
+def wrong_value(name: str) -> DocumentError:
+    """Return the error of a value that a field cannot contain."""
+    return DocumentError(Finding("record.wrong-value"), field=name)
+
+
+@lru_cache(maxsize=64)
+def field_types(cls: type) -> FieldTypes:
+    """Return the readers of the fields of a class by their annotations."""
+    simple: dict[str, frozenset[type]] = {}
+    readers: dict[str, Reader] = {}
+    for name, annotation in typing.get_type_hints(cls).items():
+        is_union = isinstance(annotation, types.UnionType)
+        options = typing.get_args(annotation) if is_union else (annotation,)
+        if set(options) <= {str, bool, types.NoneType}:
+            simple[name] = frozenset(options)
+        else:
+            reader = _reader(options)
+            if reader is not None:
+                readers[name] = reader
+    return FieldTypes(simple, readers)
+
+
+@lru_cache(maxsize=64)
+def _fields(cls: type) -> frozenset[str]:
+    return frozenset(field.name for field in dataclasses.fields(cls))
+
+
+@lru_cache(maxsize=64)
+def _optional_fields(cls: type) -> frozenset[str]:
+    return frozenset(field.name for field in dataclasses.fields(cls) if field.default is None)
+
+
+def _read_field(read: Reader, name: str, value: Any) -> Any:
+    try:
+        return read(value)
+    except ValueError as error:
+        raise wrong_value(name) from error
+
+
+def _decode_object(cls: type, name: str, value: Any, nested: NestedFields) -> Any:
+    if not isinstance(value, Mapping):
+        raise wrong_value(name)
+    try:
+        return cls(**decode_fields(cls, known_fields(cls, value, cls.__name__), nested))
+    except TypeError as error:
+        raise DocumentError(
+            Finding("record.missing-field", error=error, kind=cls.__name__), field=name
+        ) from error
+
+
+def _are_rows_of_numbers(values: list[Any]) -> bool:
+    return set(map(type, values)) == {list} and set(map(type, chain(*values))) <= _NUMBERS
+
+
+def _tuples(value: Any) -> Any:
+    if isinstance(value, list | tuple):
+        if value and type(value[0]) is list and _are_rows_of_numbers(list(value)):
+            return tuple(map(tuple, value))
+        # Most of a journal are coordinates, so numbers are not visited one by one.
+        return tuple([_tuples(v) if isinstance(v, list | tuple) else v for v in value])
+    return value
+
+
+def _reader(options: tuple[Any, ...]) -> Reader | None:
+    readers = {option: _reader_of(option) for option in options if option is not types.NoneType}
+    if len(readers) != 1 or None in readers.values():
+        return None
+    (read,) = readers.values()
+    if types.NoneType not in options:
+        return read
+    return lambda value: None if value is None else typing.cast(Reader, read)(value)
+
+
+def _reader_of(annotation: Any) -> Reader | None:
+    origin, inside = typing.get_origin(annotation), typing.get_args(annotation)
+    if annotation is float:
+        return _number
+    if annotation is int:
+        return _whole
+    if annotation is str:
+        return _text
+    if origin is typing.Literal:
+        return _one_of(inside)
+    if origin is not tuple:
+        return None
+    if inside[-1:] == (Ellipsis,):
+        count, kinds = None, {inside[0]}
+    else:
+        count, kinds = len(inside), set(inside)
+    if len(kinds) != 1:
+        return None
+    (kind,) = kinds
+    width = typing.get_args(kind)
+    if typing.get_origin(kind) is tuple and set(width) <= {float, Ellipsis}:
+        return _rows(count, None if Ellipsis in width else len(width))
+    read = _reader_of(kind)
+    return None if read is None else _list(count, read)
+
+
+def _number(value: Any) -> float | int:
+    if type(value) not in _NUMBERS or not -_LARGEST < value < _LARGEST:
+        raise ValueError
+    return typing.cast(float, value)
+
+
+def _whole(value: Any) -> int:
+    if type(value) is not int or abs(value) >= 2**62:
+        raise ValueError
+    return value
+
+
+def _text(value: Any) -> str:
+    if type(value) is not str:
+        raise ValueError
+    return value
+
+
+def _one_of(words: tuple[Any, ...]) -> Reader:
+    known = frozenset(words)
+
+    def read(value: Any) -> Any:
+        if type(value) is not str or value not in known:
+            raise ValueError
+        return value
+
+    return read
+
+
+def _list(count: int | None, inside: Reader) -> Reader:
+    def read(value: Any) -> tuple[Any, ...]:
+        if not isinstance(value, list | tuple) or (count is not None and len(value) != count):
+            raise ValueError
+        return tuple(map(inside, value))
+
+    return read
+
+
+def _rows(count: int | None, width: int | None) -> Reader:
+    """Return the reader of rows of numbers, such as vertices, which make up most of a journal."""
+
+    def read(value: Any) -> tuple[tuple[float, ...], ...]:
+        if not isinstance(value, list | tuple) or (count is not None and len(value) != count):
+            raise ValueError
+        if (
+            not set(map(type, value)) <= {list, tuple}
+            or not set(map(type, chain.from_iterable(value))) <= _NUMBERS
+        ):
+            raise ValueError
+        if width is not None and value and set(map(len, value)) != {width}:
+            raise ValueError
+        try:
+            total = sum(chain.from_iterable(value))
+        except OverflowError:
+            raise ValueError from None
+        # NaN stays NaN in a sum.
+        if not -math.inf < total < math.inf:
+            raise ValueError
+        return tuple(map(tuple, value))
+
+    return read
