@@ -139,6 +139,8 @@ def _pattern(sentence: str) -> str:
         names.add(name)
         return f"(?P<{name}>{value})" if is_first else value
 
+    # The point after "1.5" ends a sentence, that within it does not.
     pattern = re.sub(r"\\\{(\w+)(.*?)\\\}", group, re.escape(sentence))
     # A value at the end may be empty.
-    return re.sub(r"\\ \(\?P<(\w+)>\.\+\?\)$", r"(?: (?P<\1>.+))?$", pattern)
+    pattern = re.sub(r"\\ \(\?P<(\w+)>\.\+\?\)$", r"(?: (?P<\1>.+))?$", pattern)
+    return pattern + r"(?!\d)"

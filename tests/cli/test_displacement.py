@@ -82,7 +82,7 @@ def test_an_oblique_slip_goes_the_way_of_its_lineation(run, write) -> None:
         (["--fault", "90/60", "--bed", "0/0", "--rake", "-30"], "option.out-of-range", "--rake"),
         (["--fault", "90/60", "--rake", "9", "--slip", "9/9"], "option.conflict", "--slip"),
         (["--fault", "90/60", "--sigma", "-1"], "option.out-of-range", "--sigma"),
-        ([], "command.invalid", "--fault"),
+        ([], "command.arguments-missing", "--fault"),
     ],
 )
 def test_wrong_wishes_are_refused(

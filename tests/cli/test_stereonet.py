@@ -79,7 +79,7 @@ def test_contours_of_a_few_and_of_nothing_dense_are_warned_of(run, write, tmp_pa
         (["-o", "net.svg", "--contour", "magic"], "option.not-a-choice", {"value": "magic"}),
         (["-o", "net.svg", "--projection", "mercator"], "option.not-a-choice",
          {"value": "mercator", "field": "--projection"}),
-        ([], "command.invalid", {"field": "--output"}),
+        ([], "command.arguments-missing", {"names": ["--output"], "field": "--output"}),
     ],
 )  # fmt: skip
 def test_wrong_wishes_are_refused_and_nothing_is_drawn(

@@ -106,12 +106,16 @@ class Parser(argparse.ArgumentParser):
             raise UsageError(finding, field=_name_of(action)) from None
 
     def error(self, message: str) -> NoReturn:
-        found = re.match(r"argument ([^:]+): (.*)", message, re.DOTALL)
-        field, problem = found.groups() if found else (_last_words(message), message)
+        if missing := re.search(r"arguments are required: (.+)$", message):
+            names = [_long_name(name) for name in missing[1].split(", ")]
+            finding = Finding("command.arguments-missing", names=names, program=self.prog)
+            raise UsageError(finding, field=names[0])
+        match = re.match(r"argument ([^:]+): (.*)", message, re.DOTALL)
+        field, problem = match.groups() if match else (_alternatives(message), message)
         problem = " ".join(problem.split())
         problem = problem[:1].upper() + problem[1:]
         finding = Finding("command.invalid", problem=problem, program=self.prog)
-        raise UsageError(finding, field=field)
+        raise UsageError(finding, field=None if field is None else _long_name(field))
 
     def _misspelt(self, value: str, nearest: str, field: str | None) -> UsageError:
         finding = Finding("command.misspelt", value=value, nearest=nearest, program=self.prog)
@@ -126,13 +130,19 @@ class Parser(argparse.ArgumentParser):
 
 
 def _name_of(action: argparse.Action) -> str | None:
-    return argparse._get_action_name(action)
+    name = argparse._get_action_name(action)
+    return None if name is None else _long_name(name)
 
 
-def _last_words(message: str) -> str | None:
-    """Which arguments are missing, or not known, or exclude each other."""
-    found = re.search(r"(?:required|arguments): (.+)$|^one of the arguments (.+) is", message)
-    return None if found is None else found[1] or found[2]
+def _alternatives(message: str) -> str | None:
+    """Return the arguments of which one is required."""
+    match = re.search(r"^one of the arguments (.+) is", message)
+    return None if match is None else match[1]
+
+
+def _long_name(names: str) -> str:
+    """Return ``--output`` for ``-o/--output``."""
+    return names.rpartition("/")[2]
 
 
 def add_command(subparsers: Subparsers, name: str, run: Run, *, help_: str) -> Parser:

@@ -27,6 +27,10 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("“{value}” is not an argument of this command. See {program} --help."),
     ),
+    "command.arguments-missing": (
+        "error",
+        to_translate("Required: {names}. See {program} --help."),
+    ),
     "command.invalid": ("error", to_translate("{problem}. See {program} --help.")),
     "command.window-options": (
         "error",
