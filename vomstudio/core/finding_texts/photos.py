@@ -195,6 +195,13 @@ TEXTS: dict[str, Entry] = {
             " again."
         ),
     ),
+    "camera.clicked": ("info", to_translate("This is the camera of photo {photo}.")),
+    "cameras.none-beside-models": (
+        "info",
+        to_translate(
+            "No open model has its cameras (cameras.json) beside it. Open them with “Open cameras”."
+        ),
+    ),
     "cameras.none-in-folder": (
         "error",
         to_translate(

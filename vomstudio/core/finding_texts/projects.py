@@ -181,6 +181,10 @@ TEXTS: dict[str, Entry] = {
             "The project has no features yet, so there is nothing to export. Measure some first."
         ),
     ),
+    "export.written": (
+        "info",
+        to_translate("Exported to {file}."),
+    ),
     "export.nothing-to-write": (
         "error",
         to_translate(

@@ -34,7 +34,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "model.not-open": (
         "error",
-        to_translate("The model is not open. Open it first."),
+        to_translate("The model is not open. Open it, or locate its file first."),
     ),
     "feature.open": (
         "error",

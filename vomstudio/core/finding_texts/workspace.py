@@ -217,10 +217,6 @@ TEXTS: dict[str, Entry] = {
             "{count} features keep their earlier values, since their models are not open."
         ),
     ),
-    "display.no-model": (
-        "info",
-        to_translate("Open a model first."),
-    ),
     "model.not-cached": (
         "error",
         to_translate("The file could not be cached. {reason}"),

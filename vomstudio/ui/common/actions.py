@@ -10,7 +10,7 @@ from PySide6.QtCore import QEvent, QObject, Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QWidget
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.signals import once_told
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.sentences import as_sentence
@@ -38,7 +38,7 @@ class Command:
     icon: str | None = None
     shortcut: str | tuple[str, ...] = ()
     tip: str = ""
-    why_not: Callable[[], Message | None] = lambda: None
+    why_not: Callable[[], Finding | None] = lambda: None
     in_viewport: bool = False
     checked: Callable[[], bool] | None = None
     what: Callable[[], str | None] = lambda: None
@@ -51,7 +51,7 @@ class _State:
     """What an action shows of its command now."""
 
     text: str
-    why_not: Message | None
+    why_not: Finding | None
     what: str | None
     checked: bool | None
 
@@ -119,7 +119,7 @@ class Actions(QObject):
         """The actions of the commands whose plain keys belong to the viewport."""
         return [self.all[name] for name, each in self._commands.items() if each.in_viewport]
 
-    def why_not(self, name: str) -> Message | None:
+    def why_not(self, name: str) -> Finding | None:
         """Return why a command cannot run now; None if it can."""
         return self._commands[name].why_not()
 

@@ -88,7 +88,7 @@ class DrawingImport(QObject):
         model = self._model_of(content_hash)
         standing = None if model is None else standing_model(studio.workspace.projects, model.id)
         if model is None or standing is None:
-            studio.warn(Finding("display.no-model"))
+            studio.warn(Finding("action.no-model"))
             return
         studio.jobs.submit(
             READ_DRAWN_LINES,

@@ -45,7 +45,7 @@ class ListedImport(QObject):
         studio = self._studio
         model = current_model(studio)
         if model is None:
-            studio.warn(Finding("display.no-model"))
+            studio.warn(Finding("action.no-model"))
             return
         shown, records = model, dict(studio.records)
         opened, surface = studio.models.get(model.id), studio.workspace.models.surface(model.id)

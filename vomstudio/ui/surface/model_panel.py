@@ -84,7 +84,7 @@ class ModelPanel(LazyPanel):
     def _why_not(self) -> Message | None:
         """Return why the job cannot start, or None if it can."""
         if self._model is None:
-            return Finding("display.no-model")
+            return Finding("action.no-model")
         return self._studio.fields.why_not(self._model.id)
 
     def _refresh_buttons(self) -> None:

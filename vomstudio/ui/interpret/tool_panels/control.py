@@ -219,7 +219,7 @@ class ControlPanel(QWidget):
 
         def work() -> Placed:
             if model is None:
-                raise GeometryError(Finding("display.no-model"))
+                raise GeometryError(Finding("action.no-model"))
             extent = None if opened is None else some_points(opened.data)
             return placed_by_points(
                 pairs, bounds, model, self.crs, extent, lines, north.doubt_deg, compass,
@@ -383,7 +383,7 @@ class ControlPanel(QWidget):
         """Let the user choose a file with coordinates."""
         model = self.model or current_model(self._studio)
         if model is None:
-            self._studio.warn(Finding("display.no-model"))
+            self._studio.warn(Finding("action.no-model"))
             return
         name, _ = QFileDialog.getOpenFileName(
             self,
