@@ -6,6 +6,34 @@ from vomstudio.core.finding_texts.entry import Entry
 from vomstudio.words import to_translate
 
 TEXTS: dict[str, Entry] = {
+    "action.crs-pending": (
+        "info",
+        to_translate("The coordinate reference system is being looked up."),
+    ),
+    "action.field-without-ends": (
+        "info",
+        to_translate("The colours of this field have no range."),
+    ),
+    "action.first-page": (
+        "info",
+        to_translate("This is the first page."),
+    ),
+    "action.frame-unknown": (
+        "info",
+        to_translate("The unit is not used. Choose above how much of the frame is known."),
+    ),
+    "action.frame-without-crs": (
+        "info",
+        to_translate("The frame has no coordinate system. Choose Projected coordinates above."),
+    ),
+    "action.last-page": (
+        "info",
+        to_translate("This is the last page."),
+    ),
+    "action.line-continued": (
+        "info",
+        to_translate("A continued line is picked point by point."),
+    ),
     "action.model-in-project": (
         "info",
         to_translate("The model is already in the project folder."),
@@ -14,25 +42,65 @@ TEXTS: dict[str, Entry] = {
         "info",
         to_translate("The file of the model has been found."),
     ),
+    "action.no-cameras": (
+        "info",
+        to_translate("The model has no cameras. Open them first."),
+    ),
+    "action.no-clipping-box": (
+        "info",
+        to_translate("The clipping box is off. Switch it on first."),
+    ),
+    "action.no-crs": (
+        "info",
+        to_translate("Enter a code, name or country, such as EPSG:32633, UTM 33N or Iceland."),
+    ),
+    "action.no-direction": (
+        "info",
+        to_translate("The features define no such direction."),
+    ),
     "action.no-feature": (
         "info",
         to_translate("No feature is selected. Select one first."),
+    ),
+    "action.no-field": (
+        "info",
+        to_translate("No field is shown."),
     ),
     "action.no-model": (
         "info",
         to_translate("No model is open. Open one first."),
     ),
-    "action.no-refused-model": (
+    "action.no-name": (
         "info",
-        to_translate("No model was refused because of its CRS."),
+        to_translate("The view has no name. Enter one first."),
+    ),
+    "action.no-open-photo": (
+        "info",
+        to_translate("No photo is open. Open one first."),
     ),
     "action.no-proposals": (
         "info",
         to_translate("Nothing is proposed. Search the model first."),
     ),
+    "action.no-refused-model": (
+        "info",
+        to_translate("No model was refused because of its CRS."),
+    ),
     "action.no-row": (
         "info",
         to_translate("No entry of the list is selected. Select one first."),
+    ),
+    "action.no-saved-view": (
+        "info",
+        to_translate("No saved view is selected. Select one first."),
+    ),
+    "action.no-shown-photo": (
+        "info",
+        to_translate("No photo is shown."),
+    ),
+    "action.no-surface": (
+        "info",
+        to_translate("No model with a surface is open. Open one first."),
     ),
     "action.not-one-row": (
         "info",

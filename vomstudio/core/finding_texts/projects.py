@@ -390,6 +390,22 @@ TEXTS: dict[str, Entry] = {
         to_translate("{count} reading is imported without position ({lines}). {reason}"),
         to_translate("{count} readings are imported without position ({lines}). {reason}"),
     ),
+    "compaction.done": (
+        "info",
+        to_translate("The project is compacted. This can be undone until the project is closed."),
+    ),
+    "compaction.nothing-to-remove": (
+        "info",
+        to_translate(
+            "The project contains nothing to remove: undo and redo can still reach everything."
+        ),
+    ),
+    "compaction.undone": (
+        "info",
+        to_translate(
+            "The journal is complete again, including the edits made since the compaction."
+        ),
+    ),
     "compaction.not-done": (
         "error",
         to_translate(

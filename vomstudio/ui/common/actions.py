@@ -13,7 +13,6 @@ from PySide6.QtWidgets import QWidget
 from vomstudio.core.findings import Finding
 from vomstudio.signals import once_told
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.widgets import as_words
 from vomstudio.words import tr
 
@@ -59,10 +58,10 @@ class _State:
 class Actions(QObject):
     """The commands of a window with the QAction of each, under its name.
 
-    refused : a plain key was pressed whose command cannot run now; the reason as a sentence
+    refused : a plain key was pressed whose command cannot run now; the reason
     """
 
-    refused = Signal(str)
+    refused = Signal(object)  # Finding
 
     def __init__(self, window: QWidget) -> None:
         super().__init__(window)
@@ -112,7 +111,7 @@ class Actions(QObject):
             if command.in_viewport and pressed in self.all[name].shortcuts():
                 reason = command.why_not()
                 if reason is not None:
-                    self.refused.emit(as_sentence(str(reason)))
+                    self.refused.emit(reason)
                     return
 
     def of_viewport(self) -> list[QAction]:
@@ -170,7 +169,7 @@ def _show(action: QAction, command: Command, state: _State) -> None:
     lines = [f"{text} ({keys})" if keys else text]
     lines += [line for line in (command.tip, state.what) if line]
     if state.why_not is not None:
-        lines.append(tr("Not now: {reason}", reason=as_sentence(str(state.why_not))))
+        lines.append(tr("Not now: {reason}", reason=state.why_not))
     action.setToolTip(as_words("\n".join(lines)))
     if state.checked is not None:
         action.setChecked(state.checked)

@@ -254,8 +254,8 @@ class FacetsPanel(ProposalsPanel):
         self._facets.paint(by, "hsv" if by == "dip direction" else None)
 
     def _summary_text(self, proposals: Proposals | None) -> str:
-        if proposals is None or self._facets.message:
-            return str(self._facets.message)
+        if proposals is None or self._facets.findings:
+            return " ".join(map(str, self._facets.findings))
         studio = self._studio
         lines = [share_text(proposals, self._facets.open, self._facets.accepted)]
         lines += map(str, proposals.told.warnings)

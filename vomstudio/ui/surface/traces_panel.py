@@ -241,11 +241,11 @@ class TracesPanel(ProposalsPanel):
         if (proposals, open_rows) != self._filled:
             self._filled = (proposals, open_rows)
             self._fill(proposals, open_rows)
-        message = self._traces.message
-        if not message and proposals is not None:
-            message = summary_text(proposals, len(open_rows))
-        self.summary.setText(str(message))
-        self.summary.setVisible(bool(message))
+        text = " ".join(map(str, self._traces.findings))
+        if not text and proposals is not None:
+            text = summary_text(proposals, len(open_rows))
+        self.summary.setText(text)
+        self.summary.setVisible(bool(text))
         self._show_reason()
         self._refresh_buttons()
 
