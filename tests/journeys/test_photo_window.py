@@ -423,7 +423,7 @@ def test_nothing_is_taken_back_or_closed_while_masks_are_drawn_in_many_photos(lo
     assert not photo.actions_table.all["undo"].isEnabled()
     assert not photo.close()
     assert photo.isVisible()
-    assert photo.masks.busy in photo.bar._text.text()
+    assert photo.masks.busy.message in photo.bar._text.text()
     # Another photo is opened, and drawn on, before the run is at its end.
     last = NAMES[-1]
     photo.masks.open(last)

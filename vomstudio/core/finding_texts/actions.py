@@ -118,4 +118,104 @@ TEXTS: dict[str, Entry] = {
         "info",
         to_translate("The project is not saved yet. Save it first."),
     ),
+    "action.aperture-fixed": (
+        "info",
+        to_translate("The aperture of this camera is fixed."),
+    ),
+    "action.control-unusable": (
+        "info",
+        to_translate("Choose other control points, or none, in Reconstruction settings: {reason}"),
+    ),
+    "action.needs-tool": (
+        "info",
+        to_translate("The tool {tool} is not active. Choose it first."),
+    ),
+    "action.no-edited-traces": (
+        "info",
+        to_translate("No imported drawing has edited traces."),
+    ),
+    "action.no-elements": (
+        "info",
+        to_translate("No face or point is selected. Select some first."),
+    ),
+    "action.no-grid": (
+        "info",
+        to_translate("There is no grid. Lay one over the face first."),
+    ),
+    "action.no-intersection": (
+        "info",
+        to_translate("The two planes have no known line of intersection. Choose other planes."),
+    ),
+    "action.no-mark": (
+        "info",
+        to_translate("The point is not marked in this photo. Mark it first."),
+    ),
+    "action.no-photos": (
+        "info",
+        to_translate("No folder of photos is open. Choose one first."),
+    ),
+    "action.no-point": (
+        "info",
+        to_translate("No point is selected. Select one in the list first."),
+    ),
+    "action.no-reconstruction": (
+        "info",
+        to_translate("No reconstruction is running."),
+    ),
+    "action.no-report": (
+        "info",
+        to_translate("The report is not written yet. Finish the reconstruction first."),
+    ),
+    "action.no-shape": (
+        "info",
+        to_translate("No shape was drawn. Draw the one that all masks need first."),
+    ),
+    "action.no-similar-photo": (
+        "info",
+        to_translate("No other photo has the size of this one."),
+    ),
+    "action.no-vertex": (
+        "info",
+        to_translate("No vertex is marked. Click one of the open feature first."),
+    ),
+    "action.no-video": (
+        "info",
+        to_translate("No video is chosen. Choose one first."),
+    ),
+    "action.not-aligned": (
+        "info",
+        to_translate("The photos are not aligned yet. Reconstruct them first."),
+    ),
+    "action.not-by-control": (
+        "info",
+        to_translate("The model is not placed by control points. Choose them above first."),
+    ),
+    "action.nothing-hidden": (
+        "info",
+        to_translate("Nothing is hidden."),
+    ),
+    "action.nothing-to-continue": (
+        "info",
+        to_translate("Select a trace, line, rock area, station or measurement first."),
+    ),
+    "action.one-group": (
+        "info",
+        to_translate("All planes are of one type and set. Measure another group first."),
+    ),
+    "action.reconstruction-running": (
+        "info",
+        to_translate("A reconstruction is running. Wait until it is finished, or pause it."),
+    ),
+    "action.same-groups": (
+        "info",
+        to_translate("Both groups of planes are the same. Choose two different ones."),
+    ),
+    "action.too-few-photos": (
+        "info",
+        to_translate("A reconstruction needs at least two photos that overlap. Add photos."),
+    ),
+    "action.type-unused": (
+        "info",
+        to_translate("No feature is of this type."),
+    ),
 }

@@ -260,6 +260,13 @@ TEXTS: dict[str, Entry] = {
             " features."
         ),
     ),
+    "domain.on-both-sides": (
+        "info",
+        *to_translate_n(
+            "{count} feature lies on both sides of the plane and was left as it is.",
+            "{count} features lie on both sides of the plane and were left as they are.",
+        ),
+    ),
     "sidecar.other-file": (
         "error",
         to_translate(

@@ -229,6 +229,13 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate("{count} features were left out: {reason}"),
     ),
+    "features.added": (
+        "info",
+        *to_translate_n(
+            "Added {count} feature.",
+            "Added {count} features.",
+        ),
+    ),
     "photo.left-out": (
         "warning",
         to_translate("{photo} was left out: {reason}"),
@@ -356,6 +363,10 @@ TEXTS: dict[str, Entry] = {
     "file.unchanged": (
         "warning",
         to_translate("{reason} The file was left unchanged."),
+    ),
+    "file.reading": (
+        "info",
+        to_translate("Reading {file}…"),
     ),
     "delete.hidden-left": (
         "info",

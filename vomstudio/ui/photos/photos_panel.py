@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.units import length_text
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
@@ -274,7 +275,7 @@ class PhotosPanel(QWidget):
         self._pages.setCurrentIndex(0 if survey.folder is None else 1)
         with QSignalBlocker(self.quality):
             self.quality.setCurrentIndex(self.quality.findData(survey.quality))
-        allow(self.quality, None if job is None else tr("A model is being made."))
+        allow(self.quality, None if job is None else Finding("action.reconstruction-running"))
         self._bar.setVisible(job is not None or survey.reading)
         self._stage.setVisible(job is not None)
         self._pause.setVisible(job is not None)
