@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog, QWidget
 
-from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.document import edits
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
@@ -134,7 +134,8 @@ class DrawingImport(QObject):
 
     def _refuse(self, error: VomError) -> None:
         # The field is an option of the command line.
-        self._studio.warn(finding_of(error), "error")
+        cause = cause_of(error)
+        self._studio.warn(cause if error.file is None else cause.of_file(error.file), "error")
 
     def _arrived(self, drawing: Path, model: Model, found: DrawnTraces) -> None:
         studio = self._studio
