@@ -15,22 +15,19 @@ if TYPE_CHECKING:
     from vomstudio.jobs.survey_tasks import ControlFacts
 
 
-def control_findings(facts: ControlFacts | None, note: str) -> list[tuple[str, str]]:
-    """Severity and text of each finding about the control points. note : why control points beside
-    the photos are not used, "" where they are; it is said where there are no facts."""
+def control_findings(facts: ControlFacts | None, note: Finding | None) -> list[Finding]:
+    """Return the findings about the control points. note : why control points beside the photos
+    are not used, None if they are; it is reported if there are no facts."""
     if facts is None:
-        return [("warning", note)] if note else []
-    if facts.problem:
-        return [("error", as_sentence(facts.problem.message))]
+        return [] if note is None else [note]
+    if facts.problem is not None:
+        return [facts.problem]
     summary = as_sentence(str(facts.summary))
     if facts.crs:
         first = Finding("control.registers", crs=facts.crs, summary=summary)
     else:
         first = Finding("control.registers-locally", summary=summary)
-    return [
-        ("info", first.message),
-        *(("warning", as_sentence(str(text))) for text in facts.warnings),
-    ]
+    return [first, *facts.warnings]
 
 
 def placement_text(model: Model, resolution: float | None) -> str:

@@ -364,7 +364,7 @@ class PhotoPage(QWidget):
         used = self.masks.used(self.photo)
         if self.masks.busy is not None:
             words = self.masks.busy.message
-        elif self.survey.exports.problem:
+        elif self.survey.exports.problem is not None:
             words = tr("Saved in the project, but not beside the photos.")
         elif used is None:
             words = tr("Reading…") if self.photo else ""

@@ -70,10 +70,10 @@ class PhotoSurvey(QObject):
         self.rows: list[PhotoRow] = []
         self.findings: tuple[Finding, ...] = ()
         self.verdict = ""
-        self.left_out: list[str] = []
+        self.left_out: list[Finding] = []
         self.problem = ""
         self.has_north = True
-        self.control_note = ""
+        self.control_note: Finding | None = None
         self.result: Reconstruction | None = None
         self._reading: RunningJob | None = None
         self._making: RunningJob | None = None
@@ -219,7 +219,7 @@ class PhotoSurvey(QObject):
 
     def _listed(self, listed: PhotoList) -> None:
         self.rows = [PhotoRow(**vars(row), found_mask=row.mask) for row in listed.rows]
-        self.left_out = list(map(str, listed.left_out))
+        self.left_out = list(listed.left_out)
         self.rows_changed.emit()
         self.update_forecast()
         self._take_in()
@@ -255,8 +255,8 @@ class PhotoSurvey(QObject):
                 self.control_note = Finding(
                     "control.not-used",
                     table=Path(str(settings.control)).name,
-                    reason=facts.problem.message,
-                ).message
+                    reason=facts.problem,
+                )
                 found = replace(found, control=None)
             self.forecast = found
             self.rows_changed.emit()
@@ -269,7 +269,7 @@ class PhotoSurvey(QObject):
                     self._studio.warn(event.to_error())
                 self.changed.emit()
 
-        self.control_note = ""
+        self.control_note = None
         job = self._studio.jobs.submit(
             *forecast(self.folder, self.rows, settings),
             title=tr("Checking control points and memory"),
@@ -290,8 +290,8 @@ class PhotoSurvey(QObject):
         self.update_forecast()
         self.changed.emit()
 
-    def control_findings(self) -> list[tuple[str, str]]:
-        """Severity and text of what the control points allow."""
+    def control_findings(self) -> list[Finding]:
+        """Return what the control points allow."""
         return control_findings(self.control_facts, self.control_note)
 
     def placed_models(self) -> list[Model]:
@@ -473,7 +473,7 @@ class PhotoSurvey(QObject):
         self._stop_reading()
         self.exports.end()
         self.folder, self.rows, self.findings, self.result = None, [], (), None
-        self.verdict = self.problem = self.control_note = ""
+        self.verdict, self.problem, self.control_note = "", "", None
         self.forecast = None
         self.document.look_at(None)
         self.rows_changed.emit()

@@ -227,10 +227,8 @@ class PhotosPanel(QWidget):
             verdict.setIcon(QIcon())
         for finding in survey.findings:
             self._add_finding(finding.severity, finding.message, list(finding.values["photos"]))
-        for severity, text in survey.control_findings():
-            self._add_finding(severity, text, [])
-        for text in survey.left_out:
-            self._add_finding("warning", text, [])
+        for finding in (*survey.control_findings(), *survey.left_out):
+            self._add_finding(finding.severity, as_sentence(finding.message), [])
         self._chosen()
         self._refresh()
 

@@ -418,7 +418,11 @@ class FitDialog(QDialog):
 
     def accept(self) -> None:
         """Register the model by what was found."""
-        from vomstudio.workspace.placing.registering import set_words, sets_turned_deg, turned_deg
+        from vomstudio.workspace.placing.registering import (
+            sets_turned_deg,
+            sets_turned_finding,
+            turned_deg,
+        )
 
         studio, before, reference = self._studio, self._model(), self.reference
         if before is None or reference is None or self.fitted is None:
@@ -436,8 +440,8 @@ class FitDialog(QDialog):
             other=reference.name,
             turn=turned_deg(before, after),
         )
-        sets = set_words(sets_turned_deg(studio.records, before, after, measured))
-        studio.warn(f"{said} {sets}".strip(), "info")
+        sets = sets_turned_finding(sets_turned_deg(studio.records, before, after, measured))
+        studio.warn(f"{said} {sets or ''}".strip(), "info")
         super().accept()
 
     def done(self, result: int) -> None:

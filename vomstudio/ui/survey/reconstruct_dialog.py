@@ -292,7 +292,8 @@ class ReconstructDialog(QDialog):
         if self._survey.forecasting:
             return tr("Checking the control points…")
         if facts is None:
-            return html.escape(self._survey.control_note)
+            note = self._survey.control_note
+            return "" if note is None else html.escape(note.message)
         first = facts.problem or facts.summary
         said = [as_sentence(str(text)) for text in (first, *facts.warnings)]
         return rich_lines(said, said[:1])
