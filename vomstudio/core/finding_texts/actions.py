@@ -218,4 +218,120 @@ TEXTS: dict[str, Entry] = {
         "info",
         to_translate("No feature is of this type."),
     ),
+    "action.all-traces-counted": (
+        "info",
+        to_translate("All traces are counted. Choose a window, circle or scanline."),
+    ),
+    "action.busy": (
+        "info",
+        to_translate("The result is being computed. Wait a moment."),
+    ),
+    "action.cells-are-window": (
+        "info",
+        to_translate("The done and empty cells of the grid are the window."),
+    ),
+    "action.clouds-only": (
+        "info",
+        to_translate("This applies to point clouds only. Choose one as the model."),
+    ),
+    "action.direction-by-domain": (
+        "info",
+        to_translate("Each domain has its own direction. Switch the domains off first."),
+    ),
+    "action.line-too-short": (
+        "info",
+        to_translate("Select a trace or line of at least {minimum} points first."),
+    ),
+    "action.net-empty": (
+        "info",
+        to_translate("The stereonet is empty. Measure or import something first."),
+    ),
+    "action.net-loading": (
+        "info",
+        to_translate("The stereonet is being loaded. Wait a moment."),
+    ),
+    "action.nets-of-one-face": (
+        "info",
+        to_translate("The nets show one face. Choose One face."),
+    ),
+    "action.no-area": (
+        "info",
+        to_translate("No measured area is selected. Select one first."),
+    ),
+    "action.no-bins": (
+        "info",
+        to_translate("A net has no bins. Choose a rose as the view."),
+    ),
+    "action.no-contours": (
+        "info",
+        to_translate("The net shows no contours. Choose some first."),
+    ),
+    "action.no-line": (
+        "info",
+        to_translate("No trace or measured polyline is selected. Select one first."),
+    ),
+    "action.no-other-model": (
+        "info",
+        to_translate("Choose the other model first, from the project or a file."),
+    ),
+    "action.no-pick-left": (
+        "info",
+        to_translate("All picks were repeated already. Pick more first."),
+    ),
+    "action.no-result": (
+        "info",
+        to_translate("There is no result yet. Complete the form first."),
+    ),
+    "action.no-round": (
+        "info",
+        to_translate("No pick is offered. Choose Offer picks again first."),
+    ),
+    "action.no-sheet": (
+        "info",
+        to_translate("Only a sheet has a legend. Write a sheet too."),
+    ),
+    "action.no-window": (
+        "info",
+        to_translate("Only a window or a scanline can be taken. Choose one."),
+    ),
+    "action.not-computed": (
+        "info",
+        to_translate("There is no result yet. Start the computation first."),
+    ),
+    "action.not-magnetic": (
+        "info",
+        to_translate("Only azimuths from magnetic north need a declination."),
+    ),
+    "action.not-smoothed": (
+        "info",
+        to_translate("Only Kamb contours are smoothed. Choose them first."),
+    ),
+    "action.not-two-traces": (
+        "info",
+        to_translate("Select two traces of one bed first (Ctrl adds one)."),
+    ),
+    "action.other-model-placed": (
+        "info",
+        to_translate("The other model was moved in this project. Choose a saved copy of it."),
+    ),
+    "action.points-are-boundaries": (
+        "info",
+        to_translate("The points of the line are the boundaries."),
+    ),
+    "action.points-of-trace": (
+        "info",
+        to_translate("The points belong to a trace, which is in the project."),
+    ),
+    "action.round-running": (
+        "info",
+        to_translate("Picks are being repeated. Finish or stop this first."),
+    ),
+    "action.slope-is-facet": (
+        "info",
+        to_translate("The slope is each facet. Choose One face first."),
+    ),
+    "action.stable-part-without-file": (
+        "info",
+        to_translate("A command needs polygons or a model as the stable part."),
+    ),
 }

@@ -192,6 +192,10 @@ TEXTS: dict[str, Entry] = {
             "first, or choose another format."
         ),
     ),
+    "export.not-tif": (
+        "error",
+        to_translate("The name of a GeoTIFF ends in .tif. Add this ending."),
+    ),
     "export.not-shp": (
         "error",
         to_translate("The name of a shapefile ends in .shp. Add this ending."),

@@ -785,6 +785,17 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("“{text}” is not a day. Write it as 2024-05-12."),
     ),
+    "comparison.model-moved": (
+        "warning",
+        to_translate("The model has been placed anew. Compare it again."),
+    ),
+    "comparison.outdated": (
+        "warning",
+        to_translate(
+            "The comparison with {benchmark} of {day} is outdated: the model has changed or was "
+            "placed anew. Compare again."
+        ),
+    ),
     "comparison.no-unit": (
         "warning",
         to_translate(
@@ -862,6 +873,20 @@ TEXTS: dict[str, Entry] = {
         to_translate(
             "With the registration of the other model it may be turned by "
             "{rotation95_deg:.2f}° (95 %)."
+        ),
+    ),
+    "registration.reference-undeclared": (
+        "error",
+        to_translate(
+            "The frame of {model} is not declared, so it cannot place another model. Register it "
+            "first, or declare its frame."
+        ),
+    ),
+    "registration.fitted": (
+        "info",
+        to_translate(
+            "{model} was fitted to {other}. It turned by {turn_deg:.2f} degrees, and what was "
+            "measured on it with it."
         ),
     ),
     "registration.sets-turned": (

@@ -166,11 +166,18 @@ TEXTS: dict[str, Entry] = {
             " {limit} million pixels."
         ),
     ),
+    "ortho.written": (
+        "info",
+        to_translate(
+            "{file} was written: {width} × {height} pixels of {gsd:g} {unit}, coverage "
+            "{coverage_percent:.0f} %."
+        ),
+    ),
     "gsd.too-many-pixels": (
         "error",
         to_translate(
             "A ground sampling distance of {gsd_m:g} m needs {megapixels:.0f} million pixels (limit"
-            " {limit} million). Use --gsd {least_m:g} or larger."
+            " {limit} million). Use {least_m:g} m or more."
         ),
     ),
     "raster.no-crs": (

@@ -225,6 +225,10 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate("{feature} was left out: {reason}"),
     ),
+    "features.no-orientation": (
+        "info",
+        to_translate("None of these features has an orientation. Choose others."),
+    ),
     "features.left-out": (
         "warning",
         to_translate("{count} features were left out: {reason}"),
@@ -399,9 +403,21 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("Select one patch first."),
     ),
+    "selection.unsuitable": (
+        "info",
+        to_translate("Nothing selected fits here. Select something else, or choose a group above."),
+    ),
     "selection.no-plane": (
         "error",
         to_translate("Select one plane first."),
+    ),
+    "net.copied": (
+        "info",
+        to_translate("The stereonet is on the clipboard."),
+    ),
+    "net.no-preview": (
+        "info",
+        to_translate("A preview shows at most {maximum:,} orientations."),
     ),
     "net.only": (
         "info",
