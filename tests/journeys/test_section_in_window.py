@@ -152,7 +152,7 @@ def test_what_cannot_be_cut_is_said(window, model_id) -> None:
     settle(panel)
     assert panel.result is None
     said = shown_values(panel.message.text(), "section.along-direction")
-    assert said == {"limit_deg": "2", "recommended_deg": "15"}
+    assert said == {"limit_deg": "2", "recommended_deg": "20"}
 
 
 def test_an_elevation_model_is_made_shown_and_is_that_of_the_command(
