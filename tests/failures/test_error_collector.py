@@ -61,7 +61,8 @@ def test_a_mistake_that_comes_back_after_a_pause_is_told_of_with_its_number(
     clock.now += QUIET_S + 0.1
     collector.report(mistake())
     assert [failure.count for failure in heard] == [1, 5]
-    assert "5 times" in heard[1].text
+    assert heard[0].repetitions == ()
+    assert heard[1].repetitions == (Finding("program.repeated", count=5),)
 
 
 @pytest.mark.expects_log
@@ -115,4 +116,4 @@ def test_an_error_that_cannot_be_put_into_words_is_told_of(collector, heard):
 def test_the_failure_states_what_is_known(collector, heard, error, code, words):
     collector.report(error)
     assert heard[0].finding.code == code
-    assert words in heard[0].text
+    assert words in heard[0].finding.message

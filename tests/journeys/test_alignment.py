@@ -17,6 +17,7 @@ from tests.driver import wait
 from tests.messages import figures, shown_codes
 from tests.photogrammetry import made_reconstruction
 from tests.photogrammetry.made_reconstruction import NAMES
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.records import Frame, Model
 from vomstudio.ui.alignment.alignment_dialog import AlignmentDialog
@@ -130,17 +131,18 @@ def test_cameras_outlive_the_window(window, made, opened, tmp_path) -> None:
 
 @pytest.mark.full
 def test_without_photos_the_reasons_are_told(window, outcrop) -> None:
-    for name, words in (
-        ("display_cameras", "Open a model"),
-        ("show_alignment", "reconstruct them first"),
-        ("show_tie_points", "reconstruct them first"),
-        ("open_report", "when the reconstruction is finished"),
+    for name, code in (
+        ("display_cameras", "action.no-model"),
+        ("show_alignment", "action.no-photos"),
+        ("show_tie_points", "action.no-photos"),
+        ("open_report", "action.no-report"),
     ):
         action = window.actions_table.all[name]
         assert not action.isEnabled()
-        assert words in action.toolTip()
+        assert code in shown_codes(action.toolTip())
     driver.open_outcrop(window, outcrop)
-    assert "cameras.json" in window.actions_table.all["display_cameras"].toolTip()
+    reason = Finding("cameras.none-beside-models")
+    assert window.actions_table.why_not("display_cameras") == reason
 
 
 @pytest.mark.full

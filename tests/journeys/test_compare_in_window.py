@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests import driver
+from tests.messages import shown_codes
 from vomstudio.core.identifiers import new_id
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
@@ -41,7 +42,7 @@ def test_distances_are_figures_and_colours_and_a_file(window, outcrop, higher, t
     id_ = driver.open_outcrop(window, outcrop)
     panel = panel_of(window)
     assert not panel.start.isEnabled()
-    assert "benchmark" in panel.start.toolTip()
+    assert shown_codes(panel.start.toolTip()) == {"action.no-other-model"}
     panel.other.take(higher)
     driver.wait(panel.start.isEnabled, "the benchmark")
     driver.click(panel.start, panel.start.rect().center())

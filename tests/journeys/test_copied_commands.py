@@ -18,6 +18,7 @@ from PySide6.QtWidgets import QFileDialog
 from tests import driver
 from tests.driver import LEFT, NONE, wait
 from vomstudio.cli.common.entry import main
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
@@ -198,7 +199,7 @@ def test_an_orthophoto_of_a_registered_model(window, model_id, told, tmp_path, p
 def test_fits_and_an_export(window, model_id, told, tmp_path, picks) -> None:
     run = window.actions_table.run
     studio = window.studio
-    assert window.actions_table.why_not("copy_export")
+    assert window.actions_table.why_not("copy_export") == Finding("action.nothing-exported")
     names = list(picks)[:3]
     studio.selection.set(names)
     run("copy_fit")

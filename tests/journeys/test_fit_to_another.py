@@ -52,7 +52,7 @@ def dialog_of(window, moved: Path) -> FitDialog:
     driver.wait(lambda: window.findChildren(FitDialog), "the dialog")
     (dialog,) = window.findChildren(FitDialog)
     assert not dialog.fit.isEnabled()
-    assert "Choose" in dialog.fit.toolTip()
+    assert shown_codes(dialog.fit.toolTip()) == {"action.no-other-model"}
     dialog.other.take(moved)
     driver.wait(lambda: dialog.reference is not None, "the reference")
     for view in (dialog.here, dialog.there):
@@ -144,7 +144,7 @@ def test_points_in_both_then_the_surfaces(
     assert far < 0.03
     dialog.stable.which.setCurrentIndex(1)
     dialog.stable.changed.emit()
-    assert "polygons" in dialog.copy.toolTip()
+    assert shown_codes(dialog.copy.toolTip()) == {"action.stable-part-without-file"}
     dialog.stable.which.setCurrentIndex(0)
     dialog.stable.changed.emit()
     driver.click(dialog.fit, dialog.fit.rect().center())
@@ -186,7 +186,7 @@ def test_what_the_views_hold_is_freed_and_a_fit_can_be_stopped(window, outcrop, 
     driver.click(dialog.fit, dialog.fit.rect().center())
     driver.wait(lambda: dialog.fit.text() != "Stop", "its end", 60.0)
     assert dialog.fitted is None
-    assert dialog.said.text()
+    assert shown_codes(dialog.said.text()) == {"job.stopped"}
     dialog.close()
     assert all(view.scene is None for view in views)
     driver.wait(lambda: not window.findChildren(FitDialog), "the end of the dialog")
@@ -208,7 +208,8 @@ def test_a_model_without_north_places_no_other(window, outcrop, moved) -> None:
     (dialog,) = window.findChildren(FitDialog)
     assert dialog.other.models.currentText() == "lidar"
     assert dialog.reference is None
-    assert "not declared" in dialog.said.text()
+    undeclared = "registration.reference-undeclared"
+    assert shown_values(dialog.said.text(), undeclared) == {"model": "lidar"}
     assert not dialog.fit.isEnabled()
     dialog.close()
     driver.wait(lambda: not window.findChildren(FitDialog), "the end of the dialog")

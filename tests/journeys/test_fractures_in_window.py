@@ -197,7 +197,7 @@ def test_a_drag_on_the_map_marks_where_is_counted(
     panel = wall
     panel.counted_in.setCurrentIndex(panel.counted_in.findText(kind))
     settle(panel)
-    assert "Drag" in panel.message.text()
+    assert shown_codes(panel.message.text()) == {"fractures.no-mark"}
     assert not panel.copy.isEnabled()
     origin = corner(panel)
     ends = origin + ([[3, 2], [3, 3.5]] if kind == "Circle" else [[4, 0.5], [4, 3.5]])
@@ -234,18 +234,21 @@ def test_a_window_around_all_traces_cuts_off_none(window, wall) -> None:
 @pytest.mark.full
 def test_what_cannot_be_counted_is_said(window, wall) -> None:
     panel = wall
-    for typed, words in (("1, 2, 3", "two corners"), ("a, b", "numbers"),
-                         ("100, 100, 101, 101", "trace")):  # fmt: skip
+    for typed, code in (
+        ("1, 2, 3", "fractures.not-a-window"),
+        ("a, b", "fractures.not-numbers"),
+        ("100, 100, 101, 101", "fractures.area-elsewhere"),
+    ):
         type_in(panel.place, typed)
         settle(panel)
-        assert words in panel.message.text(), panel.message.text()
+        assert code in shown_codes(panel.message.text()), panel.message.text()
         assert not panel.copy.isEnabled()
     panel.place.clear()
     window.studio.selection.set([])
     panel.of.setCurrentIndex(panel.of.findText("Selection"))
     panel.of.activated.emit(panel.of.currentIndex())
     settle(panel)
-    assert "Select traces" in panel.message.text()
+    assert shown_codes(panel.message.text()) == {"selection.unsuitable"}
 
 
 # --- displacement ------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ from PySide6.QtTest import QTest
 
 from tests import driver
 from tests.driver import LEFT, NONE, wait
-from tests.messages import figures
+from tests.messages import figures, shown_codes
 from vomstudio.cli.common.entry import main
 from vomstudio.document import grid_edits
 from vomstudio.document.grid_edits import marks_of
@@ -60,7 +60,7 @@ def laid(window, outcrop):
     panel = window.findChild(LookedAtPanel)
     assert not panel.visibleRegion().isEmpty()
     settle(panel)
-    assert "Lay a grid" in panel.figures.empty
+    assert shown_codes(panel.figures.empty) == {"grid.not-begun"}
     assert not panel.figures.toPlainText()
     press(panel.lay)
     wait(lambda: window.studio.session.of(FaceGrid), "the grid")

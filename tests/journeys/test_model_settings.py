@@ -78,7 +78,9 @@ def test_control_beside_the_photos_is_found_and_its_frame_proposed(window, sampl
     assert dialog.by_control.isChecked()
     assert dialog.control.text() == str(sample.parent / "control.csv")
     assert dialog.points.rowCount() == 8
-    assert "EPSG:32633 stated in control.csv" in dialog._crs_words.text()
+    crs, _, reason = dialog._crs_words.text().partition(" ")
+    assert crs == "EPSG:32633"
+    assert shown_values(reason, "control.crs-stated") == {"file": "control.csv"}
     assert "check point" in dialog.verdict.text()
     assert dialog.start.isEnabled()
     assert "GB of free memory" in dialog.memory.text()

@@ -333,7 +333,7 @@ def test_a_photo_whose_masks_are_being_drawn_comes_forward_and_stays(both):
     window.actions_table.all["close_photo"].trigger()
     assert window.photo_opening.opened is page
     assert page.isVisible()
-    assert page.masks.busy in page.bar.text
+    assert page.masks.busy.message in page.bar.text
     wait(lambda: not page.masks.busy, "the masks")
     window.actions_table.all["close_photo"].trigger()
     assert window.photo_opening.opened is None

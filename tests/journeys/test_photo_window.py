@@ -247,7 +247,7 @@ def test_parts_are_joined_by_points_and_a_polygon_is_closed_by_a_double_click(lo
     assert {"join.few-markers", "join.begun-markers"} <= shown_codes(said)
     markers = shown_values(said, "join.begun-markers")["markers"]
     assert markers.startswith("tie1 ")
-    assert figures(markers) == [1, 0, 1, 2]
+    assert figures(markers) == [0, 1, 2]
     rows = [photo.list.item(i).text() for i in range(4)]
     assert sum("component 2" in text for text in rows) == 2
     # One mark leaves a line in the other photo of its part.
@@ -357,7 +357,8 @@ def test_control_points_are_imported_and_what_is_missing_is_said(looked_at, phot
     chosen[0] = str(resource("sample", "marks.csv"))
     photo.actions_table.run("import_marks")
     assert "control.too-few" not in shown_codes(photo.points.missing.text())
-    assert "marks.other-photos" in shown_codes(photo._status.text())
+    assert "marks.imported" in shown_codes(photo._status.text())
+    assert photo.bar.notice.code == "marks.other-photos"
     assert window.survey.tables() == (photos / "control.csv", photos / "marks.csv")
     photo.points.choose(known[0].label)
     driver.pause(100)
@@ -423,7 +424,7 @@ def test_nothing_is_taken_back_or_closed_while_masks_are_drawn_in_many_photos(lo
     assert not photo.actions_table.all["undo"].isEnabled()
     assert not photo.close()
     assert photo.isVisible()
-    assert photo.masks.busy in photo.bar._text.text()
+    assert photo.masks.busy.message in photo.bar._text.text()
     # Another photo is opened, and drawn on, before the run is at its end.
     last = NAMES[-1]
     photo.masks.open(last)

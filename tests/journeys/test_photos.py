@@ -12,6 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QListWidget, QToolButton
 
 from tests import driver
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Model
 from vomstudio.io.photos.cameras_file import read_cameras
 
@@ -32,7 +33,7 @@ def press(window, action: str) -> None:
 def test_dropped_photos_are_judged_and_shown(window, photos) -> None:
     (photos / "notes.txt").write_text("weather: fine")
     (photos / "broken.jpg").write_bytes((photos / "IMGP4167.JPG").read_bytes()[:5000])
-    assert "Choose a folder" in window.survey.why_not_make()
+    assert window.survey.why_not_make() == Finding("action.no-photos")
     driver.drop(window, [photos])
     looked_at(window)
     table = window.photos_panel.table

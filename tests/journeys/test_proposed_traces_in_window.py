@@ -205,7 +205,7 @@ def test_nothing_found_is_said(window, panel) -> None:
     assert panel._traces.proposals.lines == ()
     assert figures(panel.summary.text()) == [500]
     assert not panel.accept.isEnabled()
-    assert "Choose lines" in panel.accept.toolTip()
+    assert "action.no-row" in shown_codes(panel.accept.toolTip())
 
 
 @pytest.mark.full

@@ -9,6 +9,7 @@ from PySide6.QtTest import QTest
 
 from tests import driver
 from tests.driver import drag, wait
+from tests.messages import shown_codes
 from vomstudio.ui.scene.saved_views_box import SavedViewsBox
 
 pytestmark = pytest.mark.full
@@ -29,7 +30,7 @@ def test_a_named_view_returns_with_its_box(window, outcrop, tmp_path):
     rest(window)
     box = window.findChild(SavedViewsBox)
     assert not box.save.isEnabled()
-    assert "name" in box.save.toolTip()
+    assert "action.no-name" in shown_codes(box.save.toolTip())
     QTest.keyClicks(box.names, "Main face")
     QTest.mouseClick(box.save, Qt.MouseButton.LeftButton)
     first = view(window)

@@ -78,7 +78,7 @@ def test_a_section_along_a_plane_is_drawn_and_its_command_says_the_same(
     panel = section_of(window)
     settle(panel)
     assert not panel.write.isEnabled()
-    assert "plane" in panel.message.text()
+    assert shown_codes(panel.message.text()) == {"field.plane-missing"}
     type_in(panel.plane.line, "110/90")
     settle(panel)
     assert panel.result is not None, panel.message.text()
@@ -135,16 +135,16 @@ def test_a_line_drawn_on_the_outcrop_is_the_line_of_the_section(
 @pytest.mark.full
 def test_what_cannot_be_cut_is_said(window, model_id) -> None:
     panel = section_of(window)
-    for typed, through, said in (
-        ("110/95", "", "90"),
-        ("steep", "", "steep"),
-        ("110/90", "1, 2", "x, y, z"),
-        ("110/90", "1, 2, 3", "does not meet"),
+    for typed, through, code in (
+        ("110/95", "", "notation.dip-out-of-range"),
+        ("steep", "", "notation.unknown-word"),
+        ("110/90", "1, 2", "section.not-a-point"),
+        ("110/90", "1, 2, 3", "section.misses-model"),
     ):
         type_in(panel.plane.line, typed)
         type_in(panel.through, through)
         settle(panel)
-        assert said in panel.message.text()
+        assert shown_codes(panel.message.text()) == {code}
         assert panel.result is None
         assert not panel.copy.isEnabled()
     type_in(panel.through, "")
@@ -152,7 +152,7 @@ def test_what_cannot_be_cut_is_said(window, model_id) -> None:
     settle(panel)
     assert panel.result is None
     said = shown_values(panel.message.text(), "section.along-direction")
-    assert said == {"limit_deg": "2", "recommended_deg": "15"}
+    assert said == {"limit_deg": "2", "recommended_deg": "20"}
 
 
 def test_an_elevation_model_is_made_shown_and_is_that_of_the_command(
@@ -198,7 +198,7 @@ def test_an_elevation_model_can_be_stopped(window, model_id, tmp_path) -> None:
     assert panel.start.text() == "Stop"
     press(panel.start)
     wait(lambda: panel.start.text() == "Make", "the end")
-    assert "Stopped" in panel.message.text()
+    assert shown_codes(panel.said.text()) == {"job.stopped"}
     assert not target.exists()
     type_in(panel.plane.line, "95")
     assert not panel.start.isEnabled()

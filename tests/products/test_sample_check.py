@@ -262,7 +262,7 @@ def test_checks_are_counted_and_written_with_their_units() -> None:
         Check("three", 2.0, 2.5, 0.5, None, None, "m"),
     ]
     assert tally(checks) == Finding("sample.tally", held=1, count=2)
-    note = Finding("display.no-model")
+    note = Finding("action.no-model")
     lines = as_text(checks, [note]).splitlines()
     assert lines[3].split() == ["one", "<a>", "010.0/04.0", "120.0/45.5", "1.23°", "2.35°", "yes"]
     assert lines[4].split()[-2:] == ["2.00°", "NO"]

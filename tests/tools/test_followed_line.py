@@ -265,7 +265,7 @@ def test_why_a_piece_is_not_followed_in_the_photo_is_said_once(tool, context):
     tool.pointer(in_photo("a.jpg", B))
     ((_, _, ends, _, answer),) = context.paths.asked
     finding = Finding("photo.not-showing", photo="a.jpg")
-    answer(Way(bowed(ends), said=finding))
+    answer(Way(bowed(ends), warnings=(finding,)))
     assert context.said == [finding]
     assert tool.votes is None
 

@@ -95,7 +95,7 @@ def test_a_mode_that_a_model_cannot_show_says_why(tmp_path):
     assert why_not_mode("vertex_colors", [mesh()]) == Finding("display.no-colours")
     assert why_not_mode("textured", [mesh(), cloud()]) == Finding("display.no-textures")
     assert why_not_mode("wireframe", [cloud()]) == Finding("display.cloud-without-faces")
-    assert why_not_mode("points", []) == Finding("display.no-model")
+    assert why_not_mode("points", []) == Finding("action.no-model")
     with_texture = textured(tmp_path)
     for mode in ("textured", "vertex_colors", "plain shaded", "wireframe", "points", "field"):
         assert why_not_mode(mode, [with_texture]) is None

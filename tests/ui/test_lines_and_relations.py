@@ -189,7 +189,7 @@ def test_two_selected_planes_show_how_they_lie_and_their_line_is_kept(window, pl
     planes.selection.set(["b1"])
     assert panel._relation.isHidden()
     assert not action.isEnabled()
-    assert "two planes" in action.toolTip()
+    assert "selection.not-two-planes" in shown_codes(action.toolTip())
     planes.selection.set(["b1", "f1"])
     assert not panel._relation.isHidden()
     assert "B01 and F01" in panel._relation.text()
@@ -283,7 +283,7 @@ def test_sets_are_chosen_in_a_dialog_bedding_and_fault_first(window, planes):
     assert "Intersection: " in dialog.result_text.text()
     dialog.second.setCurrentIndex(0)
     assert not dialog.keep_button.isEnabled()
-    assert "two different" in dialog.result_text.text()
+    assert "action.same-groups" in shown_codes(dialog.result_text.text())
     dialog.first.setCurrentIndex(1)
     dialog.second.setCurrentIndex(2)
     name = "upper on fault"

@@ -235,7 +235,7 @@ def test_circles_and_lines_that_are_typed_are_drawn_as_one_types(net, window) ->
 def test_untilting_by_the_selected_plane_lays_it_flat(net, window, studio) -> None:
     dialog = typed(window)
     assert not dialog.take.isEnabled()
-    assert dialog.take.toolTip()
+    assert shown_codes(dialog.take.toolTip()) == {"selection.no-plane"}
     studio.selection.set(["J0"])
     QTest.mouseClick(dialog.take, LEFT)
     drawn(window)

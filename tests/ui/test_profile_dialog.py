@@ -10,7 +10,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from tests.messages import figures
+from tests.messages import figures, shown_codes
 from vomstudio.document import edits
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import PROFILE_ID, Model
@@ -61,7 +61,7 @@ def test_the_textbook_is_chosen_in_one_step_that_undo_takes_back(
 ) -> None:
     before = qualities(studio)
     assert not dialog.apply.isEnabled()
-    assert "already" in dialog.apply.toolTip()
+    assert shown_codes(dialog.apply.toolTip()) == {"edit.no-change"}
     choose(dialog, "textbook")
     assert dialog.apply.isEnabled()
     assert dialog.form.isRowVisible(dialog.boxes["least_coplanarity"])

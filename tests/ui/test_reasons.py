@@ -15,9 +15,11 @@ from PySide6.QtWidgets import (
 )
 
 from tests import driver
+from tests.messages import shown_codes
 from tests.samples import ZIGZAG
 from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.kinds.dimension import Dimension
 from vomstudio.document.kinds.station import Station
@@ -96,14 +98,14 @@ def test_a_reason_goes_and_the_own_tooltip_comes_back(qtbot) -> None:
     field = QLineEdit()
     qtbot.addWidget(field)
     field.setToolTip("A length.")
-    for reason in ("nothing is open", "it runs"):
+    for reason in (Finding("action.no-model"), Finding("job.stopped")):
         allow(field, reason)
         assert not field.isEnabled()
-        assert field.toolTip() == f"Not now: {reason}"
+        assert shown_codes(field.toolTip()) == {reason.code}
     allow(field, None)
     assert field.isEnabled()
     assert field.toolTip() == "A length."
     field.setToolTip("Another length.")
-    allow(field, "it runs")
+    allow(field, Finding("job.stopped"))
     allow(field, None)
     assert field.toolTip() == "Another length."

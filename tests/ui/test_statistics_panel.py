@@ -6,6 +6,7 @@ import pytest
 from PySide6.QtGui import QGuiApplication
 
 from tests import driver
+from tests.messages import shown_codes
 from tests.ui.conftest import add_cliff
 from vomstudio.document import edits
 from vomstudio.document.kinds.reading import Reading
@@ -74,7 +75,7 @@ def test_each_set_has_its_own_verdict(panel) -> None:
 
 
 def test_the_selection_is_followed_and_what_is_pooled_is_said(panel, studio) -> None:
-    assert "Select planes" in choose(panel, "Selection")
+    assert shown_codes(choose(panel, "Selection")) == {"selection.unsuitable"}
     studio.selection.set(["r0", "r12", "r24"])
     driver.wait(lambda: "3 poles" in panel.figures.toPlainText(), "the selection")
     assert "2 types are pooled" in panel.figures.toPlainText()

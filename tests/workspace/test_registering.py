@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.kinds.control_point import ControlPoint
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement_cache import measure_all
@@ -18,8 +19,8 @@ from vomstudio.registration.turn_checks import worst_turn95_deg
 from vomstudio.workspace.placing.registering import (
     add_reference_error,
     expected,
-    set_words,
     sets_turned_deg,
+    sets_turned_finding,
     turned_deg,
 )
 
@@ -62,10 +63,14 @@ def test_poles_turn_on_small_circles_about_the_axis(dip: float, angle: float) ->
 
 
 def test_sets_are_told_the_farthest_first_and_few_of_them() -> None:
-    assert set_words({}) == ""
-    said = set_words({"Bedding": 0.4, "Joint: J1": 12.0})
-    assert said == "Mean planes turned: Joint: J1 by 12.0°; Bedding by 0.4°."
-    assert set_words({str(i): float(i) for i in range(9)}).endswith("4 by 4.0°; others by less.")
+    assert sets_turned_finding({}) is None
+    two = sets_turned_finding({"Bedding": 0.4, "Joint: J1": 12.0})
+    assert two == Finding(
+        "registration.sets-turned", sets=["Joint: J1 by 12.0°", "Bedding by 0.4°"]
+    )
+    nine = sets_turned_finding({str(i): float(i) for i in range(9)})
+    assert nine is not None
+    assert nine.values["sets"][-2:] == ("4 by 4.0°", "others by less")
 
 
 def test_two_points_of_an_upright_model_foretell_the_others() -> None:

@@ -214,7 +214,7 @@ def _register(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.cli.register import placement_text
     from vomstudio.io.control.observation_tables import read_pairs
     from vomstudio.io.gis.crs import metric_crs
-    from vomstudio.workspace.placing.registering import set_words
+    from vomstudio.workspace.placing.registering import sets_turned_finding
 
     options = options_from(args, PlacementOptions)
     if options.reference is None and args.pairs is None:
@@ -246,7 +246,7 @@ def _register(args: argparse.Namespace, out: Output) -> None:
     turn_text = tr(
         "{model} was placed; it turned by {turn:.2f} degrees.", model=model.name, turn=turned
     )
-    texts = [placement_text(placed), turn_text, set_words(sets)]
+    texts = [placement_text(placed), turn_text, str(sets_turned_finding(sets) or "")]
     _report(args, out, result, "\n".join(filter(None, texts)))
 
 

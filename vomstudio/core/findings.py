@@ -130,7 +130,7 @@ class Finding:
         return cls(row["code"], row["severity"], **values)
 
 
-Message = Finding | str
+Message = Finding
 """A finding, or a sentence that has no code yet."""
 
 

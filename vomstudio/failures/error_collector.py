@@ -13,7 +13,6 @@ from pathlib import Path
 
 from vomstudio.core.findings import Finding, finding_of
 from vomstudio.errors import VomError
-from vomstudio.words import tr_n
 
 _log = logging.getLogger(__name__)
 
@@ -35,12 +34,9 @@ class Failure:
     count: int
 
     @property
-    def text(self) -> str:
-        """The finding, and how often it has happened, as text."""
-        if self.count == 1:
-            return self.finding.message
-        again = tr_n("It has happened {count} time.", "It has happened {count} times.", self.count)
-        return f"{self.finding.message} {again}"
+    def repetitions(self) -> tuple[Finding, ...]:
+        """How often it has happened, if more than once."""
+        return (Finding("program.repeated", count=self.count),) if self.count > 1 else ()
 
 
 Listener = Callable[[Failure], None]

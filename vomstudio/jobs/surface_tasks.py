@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.core.findings import Finding, Message, as_finding
+from vomstudio.core.findings import Finding
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.jobs.job import Job, Lane
@@ -46,7 +46,7 @@ class ComputedFields:
 
     out: Path
     typical_count: int
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 def _compute(asked: FieldsOrder, progress: Progress) -> ComputedFields:
@@ -63,7 +63,7 @@ def _compute(asked: FieldsOrder, progress: Progress) -> ComputedFields:
     arrays |= {
         "mark": np.array(mark),
         "count": np.array(found.typical_count),
-        "warnings": np.array(json.dumps([as_finding(each).to_dict() for each in found.warnings])),
+        "warnings": np.array(json.dumps([each.to_dict() for each in found.warnings])),
     }
     asked.out.parent.mkdir(parents=True, exist_ok=True)
     part = asked.out.with_name(f"{asked.out.stem}.part.npz")
@@ -107,10 +107,10 @@ class MeasurableOrder:
 
 @dataclass(frozen=True)
 class MappedMeasurable:
-    """said : messages about the measurable shares of the surface"""
+    """findings : about the measurable shares of the surface"""
 
     out: Path
-    said: tuple[Message, ...]
+    findings: tuple[Finding, ...]
 
 
 def _map_measurable(request: MeasurableOrder, progress: Progress) -> MappedMeasurable:
@@ -125,16 +125,12 @@ def _map_measurable(request: MeasurableOrder, progress: Progress) -> MappedMeasu
         request.options,
         progress,
     )
-    messages = (*share_findings(fields), *fields.warnings)
-    arrays: dict[str, Any] = {
-        **fields.as_fields(),
-        "said": np.array([str(each) for each in messages], np.str_),
-    }
+    arrays: dict[str, Any] = fields.as_fields()
     request.out.parent.mkdir(parents=True, exist_ok=True)
     part = request.out.with_name(f"{request.out.stem}.part.npz")
     np.savez(part, **arrays)
     os.replace(part, request.out)
-    return MappedMeasurable(request.out, messages)
+    return MappedMeasurable(request.out, (*share_findings(fields), *fields.warnings))
 
 
 MAP_MEASURABLE = Job(
@@ -175,7 +171,7 @@ class FoundFacets:
     exposed_m2: float
     vegetation_share: float
     debris_share: float
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     out: Path
 
 

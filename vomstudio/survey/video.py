@@ -339,12 +339,15 @@ def _add_verdict(report: FrameReport, fps: float) -> FrameReport:
         report.warnings.append(Finding("video.still"))
     if fps > 4.0 or fps < 1.0:
         report.warnings.append(Finding("video.unusual-rate", fps=fps))
-    if reasons:
-        sentences = " ".join(reason.message for reason in reasons)
-        verdict = Finding("video.not-good-enough", reasons=sentences)
-    else:
-        verdict = Finding("video.usable", count=n_frames)
-    return replace(report, good_enough=not reasons, verdict=verdict.message)
+    return replace(report, good_enough=not reasons, verdict=verdict_of(report).message)
+
+
+def verdict_of(report: FrameReport) -> Finding:
+    """Return whether a video is suitable for a reconstruction."""
+    if not report.reasons:
+        return Finding("video.usable", count=len(report.frames))
+    sentences = " ".join(reason.message for reason in report.reasons)
+    return Finding("video.not-good-enough", reasons=sentences)
 
 
 # ------------------------------------------------------------------------------------------------

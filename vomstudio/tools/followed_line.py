@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.extraction.path_costs import OF_COLOURS
 from vomstudio.tools.interaction_types import Point
 from vomstudio.words import tr, tr_n
@@ -29,7 +29,7 @@ class Way:
     photo : the one in which it was followed; "" over the surface
     voters : the other photos that had a say; judged, confirmed : how many of the points these could
     judge, and on how many at least half of them show the same
-    said : what the user should know of it
+    warnings : about the way and the photos that judged it
     costs : (n,) of a metre at each point, in medians of what is around; None where not known
     final : False for a way to the cursor, in which other photos had no say yet
     """
@@ -39,7 +39,7 @@ class Way:
     voters: tuple[str, ...] = ()
     judged: int = 0
     confirmed: int = 0
-    said: Message = ""
+    warnings: tuple[Finding, ...] = ()
     final: bool = True
     costs: Array | None = None
 
@@ -89,7 +89,7 @@ class FollowedLine:
         self,
         finder: PathFinder,
         found: Callable[[], None],
-        said: Callable[[Message], None],
+        said: Callable[[Finding], None],
         rank: Callable[[str, Array, Sequence[Point], str], Rank],
     ) -> None:
         self._finder, self._found, self._said, self._rank = finder, found, said, rank
@@ -257,8 +257,9 @@ class FollowedLine:
         else:
             if found.final or not self._has(key):
                 self._legs[key] = found
-            if awaited and found.said and self._tells(key):
-                self._said(found.said)
+            if awaited and self._tells(key):
+                for warning in found.warnings:
+                    self._said(warning)
         if awaited or self._live == key:
             self._found()
 

@@ -24,7 +24,6 @@ MODES = {
     "field": to_translate("Scalar field"),
 }
 POINT_SIZES = (1.0, 2.0, 3.0, 5.0, 8.0)
-_NO_MODEL = to_translate("Open a model first.")
 
 _KEEP_S = 0.4
 
@@ -192,7 +191,7 @@ def has_textures(data: Data) -> bool:
 def why_not_mode(mode: str, models: list[Data]) -> Finding | None:
     """Return why these models cannot be shown in a mode; None if one of them can."""
     if not models:
-        return Finding("display.no-model")
+        return Finding("action.no-model")
     textured = any(has_textures(m) for m in models)
     if mode == "textured" and not textured:
         return Finding("display.no-textures")
@@ -226,7 +225,7 @@ def usual_look(models: list[Data]) -> str:
 def why_not_lit(models: list[Data]) -> Finding | None:
     """Return why these models cannot be lit; None if one of them can."""
     if not models:
-        return Finding("display.no-model")
+        return Finding("action.no-model")
     if not any(isinstance(m, Mesh) for m in models):
         return Finding("display.cloud-not-lit")
     return None
@@ -235,7 +234,7 @@ def why_not_lit(models: list[Data]) -> Finding | None:
 def why_not_eye_dome(models: list[Data]) -> Finding | None:
     """Return why these models have no eye-dome lighting; None if one of them has."""
     if not models:
-        return Finding("display.no-model")
+        return Finding("action.no-model")
     if not any(isinstance(m, PointCloud) for m in models):
         return Finding("display.no-cloud")
     return None

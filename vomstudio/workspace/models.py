@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -219,9 +219,7 @@ class Models:
             else:
                 self._notices.fail(error)
             return
-        if findings:
-            # One notice: the bar shows the newest only.
-            self._notices.warn("\n".join(str(each.of_file(path.name)) for each in findings))
+        self._warn_of(path, findings)
         model = new_model(name, stored, opened.kind, opened.content_hash, placement)
         # The data first: an edit that brings a model without data would read the file again.
         self.open[model.id] = opened
@@ -258,10 +256,14 @@ class Models:
 
     def _attach(self, model_id: str, path: Path, opened: OpenModel) -> None:
         self.open[model_id] = opened
-        if opened.warnings:
-            # One notice: the bar shows the newest only.
-            self._notices.warn(f"{path.name}: " + "\n".join(map(str, opened.warnings)))
+        self._warn_of(path, opened.warnings)
         self.loaded.emit(model_id)
+
+    def _warn_of(self, path: Path, findings: Sequence[Finding]) -> None:
+        """Show the findings about a file in one notice."""
+        if findings:
+            first, *others = (each.of_file(path.name) for each in findings)
+            self._notices.tell(Notice(first, "warning", more=tuple(others)))
 
 
 def new_model(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vomstudio.core.findings import UNCODED, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import VomError
 from vomstudio.io.project.journal_failures import NotWritten
 from vomstudio.signals import Signal
@@ -23,21 +23,23 @@ class Notice:
 
     level : "info", "hint" (disappears by itself), "warning" or "error"
     action : name of a command that helps, offered beside the message
+    more : findings that are shown below the message, since the bar shows the newest notice only
     """
 
-    message: Message | VomError
+    message: Finding | VomError
     level: str = "info"
     action: str = ""
+    more: tuple[Finding, ...] = ()
 
     @property
     def text(self) -> str:
-        """The translated sentences."""
-        return str(self.message)
+        """The translated sentences, each on its line."""
+        return "\n".join(map(str, (self.message, *self.more)))
 
     @property
     def code(self) -> str:
-        """The code of the finding or error; ``uncoded`` for a sentence."""
-        return UNCODED if isinstance(self.message, str) else self.message.code
+        """The code of the finding or error."""
+        return self.message.code
 
 
 class Notices:
@@ -50,15 +52,15 @@ class Notices:
         """Pass a notice on."""
         self.told.emit(notice)
 
-    def info(self, message: Message) -> None:
+    def info(self, message: Finding) -> None:
         """Report what was done."""
         self.told.emit(Notice(message))
 
-    def hint(self, message: Message) -> None:
+    def hint(self, message: Finding) -> None:
         """Show a notice that disappears by itself."""
         self.told.emit(Notice(message, "hint"))
 
-    def warn(self, message: Message | VomError, level: str = "warning") -> None:
+    def warn(self, message: Finding | VomError, level: str = "warning") -> None:
         """Show a warning, or a notice of another level."""
         self.told.emit(Notice(message, level))
 

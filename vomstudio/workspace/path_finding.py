@@ -111,7 +111,7 @@ class PathFinding:
         except VomError as error:
             # Over the surface if the photo gives no path, with the reason.
             way = self._over_surface(search)
-            return replace(way, said=finding_of(error), final=not search.live)
+            return replace(way, warnings=(finding_of(error),), final=not search.live)
 
     def _over_surface(self, search: _Search) -> Way:
         from vomstudio.extraction.following import Follower

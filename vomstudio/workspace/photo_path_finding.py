@@ -49,7 +49,7 @@ class PhotoPaths:
         path = follower.follow(views.pixels(row, world), alone=live)
         points = transform.apply(transform.invert(views.to_world), path.points)
         return Way(
-            points, photo, path.voters, path.judged, path.confirmed, "" if live else _said(path),
+            points, photo, path.voters, path.judged, path.confirmed, () if live else path.warnings,
             final=not live, costs=path.costs,
         )  # fmt: skip
 
@@ -82,10 +82,3 @@ def _opened(photos: ModelPhotos) -> CalibratedPhotos:
     cameras = replace(views.cameras, views=near)
     own = PhotoViews(cameras, views.tree, views.to_world, views.resolution)
     return CalibratedPhotos(own, 0, files, views.cameras.photos / FILE_NAME)
-
-
-def _said(path: object) -> str:
-    from vomstudio.extraction.photo_following import PhotoPath
-
-    assert isinstance(path, PhotoPath)
-    return " ".join(map(str, path.warnings))

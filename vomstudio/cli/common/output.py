@@ -18,7 +18,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import PurePath
 from typing import Any, TextIO
 
-from vomstudio.core.findings import Finding, Message, as_finding
+from vomstudio.core.findings import Finding
 from vomstudio.errors import TargetError
 from vomstudio.words import to_translate, tr
 
@@ -57,10 +57,10 @@ class Output:
         self._errors.append(text)
         self._notes.append(text)
 
-    def warn(self, warnings: Sequence[Message]) -> None:
+    def warn(self, warnings: Sequence[Finding]) -> None:
         """Store messages for people, each with the word for its severity."""
-        for message in map(as_finding, warnings):
-            self.note(tr(_SEVERITIES[message.severity], message=message))
+        for finding in warnings:
+            self.note(tr(_SEVERITIES[finding.severity], message=finding))
 
     def for_stdout(self) -> str:
         if self.as_json:
@@ -101,10 +101,7 @@ def to_json(value: object) -> str:
 def _plain(value: object) -> object:
     """Numpy's numbers and arrays, paths and tuples as JSON knows them."""
     if isinstance(value, Mapping):
-        return {
-            str(key): _findings(item) if key == "warnings" else _plain(item)
-            for key, item in value.items()
-        }
+        return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, Finding):
         return _plain(value.to_dict())
     if isinstance(value, str | PurePath):
@@ -118,16 +115,6 @@ def _plain(value: object) -> object:
     if isinstance(value, Sequence | set | frozenset):
         return [_plain(item) for item in value]
     raise TypeError(f"{type(value).__name__} has no place in JSON")
-
-
-def _findings(messages: object) -> object:
-    """Return warnings as objects with a code, whether they are findings or sentences."""
-    if not isinstance(messages, list | tuple):
-        return _plain(messages)
-    return [
-        _plain(as_finding(each).to_dict() if isinstance(each, Finding | str) else each)
-        for each in messages
-    ]
 
 
 _STEERING = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")

@@ -32,6 +32,11 @@ TEXTS: dict[str, Entry] = {
         to_translate("Required: {names}. See {program} --help."),
     ),
     "command.invalid": ("error", to_translate("{problem}. See {program} --help.")),
+    "command.copied": ("info", to_translate("The command is on the clipboard.")),
+    "command.copied-with-file": (
+        "info",
+        to_translate("The command is on the clipboard. Its input is in {file}."),
+    ),
     "command.window-options": (
         "error",
         to_translate("The window takes files and folders, not options. See vomstudio --help."),

@@ -441,6 +441,10 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate("{table} beside the photos is not used: {reason}"),
     ),
+    "control.pending": (
+        "info",
+        to_translate("The control points are being checked. Wait for the result."),
+    ),
     "control.no-file": (
         "error",
         to_translate("Choose the file of the control points."),

@@ -32,6 +32,13 @@ TEXTS: dict[str, Entry] = {
             " (--update) changes them in the project."
         ),
     ),
+    "drawing.added": (
+        "info",
+        *to_translate_n(
+            "Added {count} trace on {model}.",
+            "Added {count} traces on {model}.",
+        ),
+    ),
     "drawing.no-lines": (
         "warning",
         to_translate(

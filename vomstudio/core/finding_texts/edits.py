@@ -172,6 +172,10 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("A grid needs cells with a positive size. Enter one."),
     ),
+    "grid.not-begun": (
+        "info",
+        to_translate("Lay a grid over the face, then mark its cells as you inspect them."),
+    ),
     "grid.no-cell": (
         "error",
         to_translate("The grid has no such cell. Choose one inside it."),

@@ -6,6 +6,25 @@ from vomstudio.core.finding_texts.entry import Entry
 from vomstudio.words import to_translate, to_translate_n
 
 TEXTS: dict[str, Entry] = {
+    "fractures.not-a-window": (
+        "error",
+        to_translate(
+            "“{text}” is not a window. Write two corners as x, y, x, y, or the corners of a "
+            "polygon."
+        ),
+    ),
+    "fractures.not-a-scanline": (
+        "error",
+        to_translate(
+            "“{text}” is not a scanline. Write x, y of its beginning, of its bends and of its end."
+        ),
+    ),
+    "fractures.not-numbers": (
+        "error",
+        to_translate(
+            "“{text}” is not a list of numbers. Put commas between them, such as 0, 0, 5, 2.5."
+        ),
+    ),
     "fractures.not-a-circle": (
         "error",
         to_translate(

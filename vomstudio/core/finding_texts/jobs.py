@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vomstudio.core.finding_texts.entry import Entry
-from vomstudio.words import to_translate
+from vomstudio.words import to_translate, to_translate_n
 
 TEXTS: dict[str, Entry] = {
     "job.worker-died": (
@@ -109,6 +109,46 @@ TEXTS: dict[str, Entry] = {
             "An internal error occurred ({error}). Only your last action may be missing. "
             "Please save a report, so that the fault can be found."
         ),
+    ),
+    "screen.missing": (
+        "error",
+        to_translate(
+            "There is no screen for the window (DISPLAY is not set). Use the commands instead:"
+            " vomstudio --help lists them."
+        ),
+    ),
+    "screen.unreachable": (
+        "error",
+        to_translate(
+            "The screen {display} cannot be reached. Check DISPLAY, or use the commands: vomstudio"
+            " --help lists them."
+        ),
+    ),
+    "screen.library-failed": (
+        "error",
+        to_translate("The libraries of the window cannot be loaded: {error}. Install them again."),
+    ),
+    "screen.no-opengl": (
+        "error",
+        to_translate(
+            "This screen has no OpenGL, so the window cannot draw. Install the graphics driver, or"
+            " on Linux the package libgl1-mesa-dri."
+        ),
+    ),
+    "screen.old-opengl": (
+        "error",
+        to_translate(
+            "This screen has OpenGL {version}, but drawing needs {needed}. Update the graphics"
+            " driver, or on Linux set LIBGL_ALWAYS_SOFTWARE=1."
+        ),
+    ),
+    "program.repeated": (
+        "info",
+        *to_translate_n("It has happened {count} time.", "It has happened {count} times."),
+    ),
+    "program.report-written": (
+        "info",
+        to_translate("The report was written to {file}. Read it before you pass it on."),
     ),
     "program.memory-full": (
         "error",

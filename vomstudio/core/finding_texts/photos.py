@@ -195,6 +195,13 @@ TEXTS: dict[str, Entry] = {
             " again."
         ),
     ),
+    "camera.clicked": ("info", to_translate("This is the camera of photo {photo}.")),
+    "cameras.none-beside-models": (
+        "info",
+        to_translate(
+            "No open model has its cameras (cameras.json) beside it. Open them with “Open cameras”."
+        ),
+    ),
     "cameras.none-in-folder": (
         "error",
         to_translate(
@@ -278,6 +285,20 @@ TEXTS: dict[str, Entry] = {
             "kept as {copy}."
         ),
     ),
+    "points.imported": (
+        "info",
+        *to_translate_n(
+            "{count} point was imported.",
+            "{count} points were imported.",
+        ),
+    ),
+    "marks.imported": (
+        "info",
+        *to_translate_n(
+            "{count} mark was imported.",
+            "{count} marks were imported.",
+        ),
+    ),
     "mask.files-outdated": (
         "warning",
         to_translate("The masks are saved in the project, but not beside the photos. {reason}"),
@@ -318,6 +339,21 @@ TEXTS: dict[str, Entry] = {
             "The shape was drawn in {count} more photo.",
             "The shape was drawn in {count} more photos.",
         ),
+    ),
+    "mask.repeating": (
+        "info",
+        *to_translate_n(
+            "Masks are being drawn: {done} of {count} photo is done. Wait for the rest.",
+            "Masks are being drawn: {done} of {count} photos are done. Wait for the rest.",
+        ),
+    ),
+    "mask.pending": (
+        "info",
+        to_translate("The mask is being read. Wait until it is shown."),
+    ),
+    "photos.pending": (
+        "info",
+        to_translate("The photos are being read. Wait until they are listed."),
     ),
     "mask.size-differs": (
         "info",

@@ -181,12 +181,20 @@ TEXTS: dict[str, Entry] = {
             "The project has no features yet, so there is nothing to export. Measure some first."
         ),
     ),
+    "export.written": (
+        "info",
+        to_translate("Exported to {file}."),
+    ),
     "export.nothing-to-write": (
         "error",
         to_translate(
             "Nothing of the project can be written for {program}: {reason}. Measure one "
             "first, or choose another format."
         ),
+    ),
+    "export.not-tif": (
+        "error",
+        to_translate("The name of a GeoTIFF ends in .tif. Add this ending."),
     ),
     "export.not-shp": (
         "error",
@@ -385,6 +393,22 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate("{count} reading is imported without position ({lines}). {reason}"),
         to_translate("{count} readings are imported without position ({lines}). {reason}"),
+    ),
+    "compaction.done": (
+        "info",
+        to_translate("The project is compacted. This can be undone until the project is closed."),
+    ),
+    "compaction.nothing-to-remove": (
+        "info",
+        to_translate(
+            "The project contains nothing to remove: undo and redo can still reach everything."
+        ),
+    ),
+    "compaction.undone": (
+        "info",
+        to_translate(
+            "The journal is complete again, including the edits made since the compaction."
+        ),
     ),
     "compaction.not-done": (
         "error",

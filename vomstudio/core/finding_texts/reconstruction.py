@@ -42,6 +42,17 @@ TEXTS: dict[str, Entry] = {
             " and lengths (vomstudio register, or Model > Register by points)."
         ),
     ),
+    "reconstruction.finished": (
+        "info",
+        to_translate(
+            "The reconstruction of {name} is finished: {registered} of {photos} photos are"
+            " aligned, and the mesh has {faces:,} faces. {fit}"
+        ),
+    ),
+    "reconstruction.other-project": (
+        "info",
+        to_translate("The model belongs to another project: {file}"),
+    ),
     "region.not-a-box": (
         "error",
         to_translate("A region is six numbers: x0,y0,z0,x1,y1,z1, its lowest and highest corner."),

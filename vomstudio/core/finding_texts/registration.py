@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vomstudio.core.finding_texts.entry import Entry
-from vomstudio.words import to_translate
+from vomstudio.words import to_translate, to_translate_n
 
 TEXTS: dict[str, Entry] = {
     "registration.other-model": (
@@ -192,6 +192,36 @@ TEXTS: dict[str, Entry] = {
     "registration.without": (
         "info",
         to_translate("Left out as requested: {labels}."),
+    ),
+    "registration.pending": (
+        "info",
+        to_translate("The registration is being computed. Wait for the result."),
+    ),
+    "registration.applied": (
+        "info",
+        *to_translate_n(
+            "{model} was placed by {count} observation and turned by {turn_deg:.1f}°, with all"
+            " measurements on it.",
+            "{model} was placed by {count} observations and turned by {turn_deg:.1f}°, with"
+            " all measurements on it.",
+        ),
+    ),
+    "registration.control-rms": (
+        "info",
+        to_translate(
+            "The RMS of the control points is {control_m:.3g} m. There are no check points."
+        ),
+    ),
+    "registration.check-rms": (
+        "info",
+        to_translate(
+            "The RMS of the control points is {control_m:.3g} m, of the check points"
+            " {check_m:.3g} m."
+        ),
+    ),
+    "registration.positions-rms": (
+        "info",
+        to_translate("The RMS of the camera positions is {positions_m:.3g} m."),
     ),
     "registration.left-out": (
         "warning",
@@ -755,6 +785,17 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("“{text}” is not a day. Write it as 2024-05-12."),
     ),
+    "comparison.model-moved": (
+        "warning",
+        to_translate("The model has been placed anew. Compare it again."),
+    ),
+    "comparison.outdated": (
+        "warning",
+        to_translate(
+            "The comparison with {benchmark} of {day} is outdated: the model has changed or was "
+            "placed anew. Compare again."
+        ),
+    ),
     "comparison.no-unit": (
         "warning",
         to_translate(
@@ -833,6 +874,24 @@ TEXTS: dict[str, Entry] = {
             "With the registration of the other model it may be turned by "
             "{rotation95_deg:.2f}° (95 %)."
         ),
+    ),
+    "registration.reference-undeclared": (
+        "error",
+        to_translate(
+            "The frame of {model} is not declared, so it cannot place another model. Register it "
+            "first, or declare its frame."
+        ),
+    ),
+    "registration.fitted": (
+        "info",
+        to_translate(
+            "{model} was fitted to {other}. It turned by {turn_deg:.2f} degrees, and what was "
+            "measured on it with it."
+        ),
+    ),
+    "registration.sets-turned": (
+        "info",
+        to_translate("Mean planes turned: {sets}."),
     ),
     "registration.without-reference": (
         "info",

@@ -22,6 +22,12 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("A line of section needs at least two points. Give x and y of each in a row."),
     ),
+    "section.line-missing": (
+        "error",
+        to_translate(
+            "Draw a line on the outcrop, or select a trace or a measured polyline and take it."
+        ),
+    ),
     "section.not-a-point": (
         "error",
         to_translate("“{text}” is not a point. Write x,y,z: World coordinates in metres."),

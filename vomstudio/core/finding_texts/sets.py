@@ -222,6 +222,10 @@ TEXTS: dict[str, Entry] = {
         "info",
         to_translate("Where all planes of a set are parallel, κ has no limit."),
     ),
+    "sets.accepted": (
+        "info",
+        to_translate("Accepted: {sets}."),
+    ),
     "sets.planes-changed": (
         "info",
         to_translate("The planes have changed. Propose sets again."),

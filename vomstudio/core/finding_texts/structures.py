@@ -38,6 +38,12 @@ TEXTS: dict[str, Entry] = {
             " the slip."
         ),
     ),
+    "slope.no-face": (
+        "error",
+        to_translate(
+            "Type the attitude of the face, or select a plane that dips as it does and take it."
+        ),
+    ),
     "slope.horizontal-face": (
         "error",
         to_translate("The face is horizontal, so nothing slides out of it. Give its dip."),

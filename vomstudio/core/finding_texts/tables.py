@@ -171,6 +171,13 @@ TEXTS: dict[str, Entry] = {
             "{count} repeated picks are left out (see vomstudio repeats).",
         ),
     ),
+    "table.rows-copied": (
+        "info",
+        *to_translate_n(
+            "Copied {count} row of the table.",
+            "Copied {count} rows of the table.",
+        ),
+    ),
     "orientation.no-columns": (
         "error",
         to_translate(

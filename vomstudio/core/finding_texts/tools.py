@@ -34,7 +34,7 @@ TEXTS: dict[str, Entry] = {
     ),
     "model.not-open": (
         "error",
-        to_translate("The model is not open. Open it first."),
+        to_translate("The model is not open. Open it, or locate its file first."),
     ),
     "feature.open": (
         "error",
@@ -174,9 +174,15 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("First choose the plane on which the line lies."),
     ),
-    "line.continued": (
+    "feature.continued": (
         "error",
-        to_translate("Change the attributes of a continued line in Properties."),
+        to_translate("Change the attributes of a continued feature in Properties."),
+    ),
+    "measurement.continued": (
+        "info",
+        to_translate(
+            "A continued measurement keeps its kind and plane. Begin a new one to change them."
+        ),
     ),
     "follow.continued": (
         "error",

@@ -166,11 +166,18 @@ TEXTS: dict[str, Entry] = {
             " {limit} million pixels."
         ),
     ),
+    "ortho.written": (
+        "info",
+        to_translate(
+            "{file} was written: {width} × {height} pixels of {gsd:g} {unit}, coverage "
+            "{coverage_percent:.0f} %."
+        ),
+    ),
     "gsd.too-many-pixels": (
         "error",
         to_translate(
             "A ground sampling distance of {gsd_m:g} m needs {megapixels:.0f} million pixels (limit"
-            " {limit} million). Use --gsd {least_m:g} or larger."
+            " {limit} million). Use {least_m:g} m or more."
         ),
     ),
     "raster.no-crs": (
@@ -258,6 +265,13 @@ TEXTS: dict[str, Entry] = {
         to_translate(
             "No fault separates domain {domain} from {others}: it ends half way to their nearest"
             " features."
+        ),
+    ),
+    "domain.on-both-sides": (
+        "info",
+        *to_translate_n(
+            "{count} feature lies on both sides of the plane and was left as it is.",
+            "{count} features lie on both sides of the plane and were left as they are.",
         ),
     ),
     "sidecar.other-file": (

@@ -217,10 +217,6 @@ TEXTS: dict[str, Entry] = {
             "{count} features keep their earlier values, since their models are not open."
         ),
     ),
-    "display.no-model": (
-        "info",
-        to_translate("Open a model first."),
-    ),
     "model.not-cached": (
         "error",
         to_translate("The file could not be cached. {reason}"),
@@ -229,9 +225,20 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate("{feature} was left out: {reason}"),
     ),
+    "features.no-orientation": (
+        "info",
+        to_translate("None of these features has an orientation. Choose others."),
+    ),
     "features.left-out": (
         "warning",
         to_translate("{count} features were left out: {reason}"),
+    ),
+    "features.added": (
+        "info",
+        *to_translate_n(
+            "Added {count} feature.",
+            "Added {count} features.",
+        ),
     ),
     "photo.left-out": (
         "warning",
@@ -361,6 +368,10 @@ TEXTS: dict[str, Entry] = {
         "warning",
         to_translate("{reason} The file was left unchanged."),
     ),
+    "file.reading": (
+        "info",
+        to_translate("Reading {file}…"),
+    ),
     "delete.hidden-left": (
         "info",
         *to_translate_n(
@@ -392,9 +403,21 @@ TEXTS: dict[str, Entry] = {
         "error",
         to_translate("Select one patch first."),
     ),
+    "selection.unsuitable": (
+        "info",
+        to_translate("Nothing selected fits here. Select something else, or choose a group above."),
+    ),
     "selection.no-plane": (
         "error",
         to_translate("Select one plane first."),
+    ),
+    "net.copied": (
+        "info",
+        to_translate("The stereonet is on the clipboard."),
+    ),
+    "net.no-preview": (
+        "info",
+        to_translate("A preview shows at most {maximum:,} orientations."),
     ),
     "net.only": (
         "info",

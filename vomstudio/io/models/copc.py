@@ -295,7 +295,7 @@ def nodes(path: str | Path, levels: range | None = None, bounds: Array | None = 
         return file.nodes(levels, bounds)
 
 
-def crs_of(path: str | Path) -> tuple[str | None, tuple[str, ...]]:
+def crs_of(path: str | Path) -> tuple[str | None, tuple[Finding, ...]]:
     """The reference system of a COPC file, or of `NAME.prj` beside it, and what is to be said of
     it. Raises InputError where x and y are in degrees."""
     with CopcFile(path) as file:

@@ -153,7 +153,7 @@ class _Run:
     def _checked(self) -> PhotoFolder:
         found = self.photos
         for name, reason in found.skipped:
-            self.log.note(tr("{photo} was left out: {reason}", photo=name, reason=reason))
+            self.log.note(Finding("photo.left-out", photo=name, reason=reason))
         for warning in found.warnings:
             self.log.note(warning)
         self.hashes: dict[str, str] = {}

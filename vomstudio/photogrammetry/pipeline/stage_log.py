@@ -6,7 +6,7 @@ import time
 from datetime import datetime
 from pathlib import Path
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.progress import Progress
 
 
@@ -17,9 +17,9 @@ class StageLog:
     def __init__(self, path: Path, progress: Progress) -> None:
         self._path, self._progress = path, progress
         self._stage, self._begun = "", 0.0
-        self.notes: list[Message] = []
+        self.notes: list[Finding] = []
 
-    def note(self, message: Message) -> None:
+    def note(self, message: Finding) -> None:
         """Store a message for the user, once, and log it."""
         if message not in self.notes:
             self.notes.append(message)

@@ -11,6 +11,7 @@ from PySide6.QtCore import QTimer
 from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.edit import Edit
 from vomstudio.errors import VomError
 from vomstudio.ui.common.command_targets import ask_for_target
@@ -110,17 +111,20 @@ class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
         if not self._studio.has_project:
             return
         self._list()
-        why = self._requests.answer(self._question(), self._answer)
-        if why is None:
-            self._refresh()
+        try:
+            question = self._question()
+        except VomError as error:
+            self._requests.drop()
+            self._show_error(error)
         else:
-            self._show(None, why)
+            self._requests.ask(partial(self._answer, question))
+            self._refresh()
 
     def _list(self) -> None:
         """Update the lists of the form."""
 
-    def _question(self) -> Question | str:
-        """Return the question in the form, or a sentence that states which input is missing."""
+    def _question(self) -> Question:
+        """Return the question in the form. Raises VomError, which states what is missing."""
         raise NotImplementedError
 
     def _answer(self, question: Question) -> Answer:
@@ -159,12 +163,10 @@ class AnalysisPanel(LazyPanel, Generic[Question, Answer]):
         """Write the current result to a file in a worker thread."""
         raise NotImplementedError
 
-    def _write(
-        self, write: Callable[[Any, Path], object], result: Any, path: Path, message: str
-    ) -> None:
-        studio = self._studio
+    def _write(self, write: Callable[[Any, Path], object], result: Any, path: Path) -> None:
+        studio, written = self._studio, Finding("export.written", file=path)
         self._background.run(
-            partial(write, result, path), lambda _: studio.info(message), studio.fail
+            partial(write, result, path), lambda _: studio.info(written), studio.fail
         )
 
     def _close(self) -> None:

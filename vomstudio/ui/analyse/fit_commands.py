@@ -8,6 +8,7 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.kind import may_have_plane, planes_among
 from vomstudio.document.records import Picked
 from vomstudio.errors import VomError
@@ -22,10 +23,10 @@ from vomstudio.words import tr
 def commands(studio: Studio, parent: QWidget) -> list[Command]:
     """parent : of the dialogs"""
 
-    def why_not() -> str | None:
+    def why_not() -> Finding | None:
         # Of thousands the first one tells: every edit asks this.
         some = any(isinstance(r, Picked) and may_have_plane(r) for r in studio.records.values())
-        return None if some else tr("There are no planes of picked points yet.")
+        return None if some else Finding("planes.none")
 
     return [
         Command("fit_figure", tr("Figure of plane s&hapes…"), lambda: _figure(studio, parent),
@@ -64,7 +65,7 @@ def write_figure(studio: Studio, path: Path) -> None:
     except VomError as error:
         studio.fail(error)
     else:
-        studio.info(tr("Exported to {file}.", file=path))
+        studio.info(Finding("export.written", file=path))
 
 
 def copy_fit(studio: Studio, parent: QWidget) -> None:

@@ -5,9 +5,11 @@ from __future__ import annotations
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Feature
 from vomstudio.products.ortho.interpretation import LEGEND, PARTS
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import allow
 from vomstudio.words import tr
 
 
@@ -39,7 +41,6 @@ class InterpretationBox(QWidget):
             box.toggled.connect(lambda _: self._changed())
             row.addWidget(box)
         row.addStretch()
-        self._tips = {part: tip for part, (_, tip) in shown.items()}
         self._features = any(isinstance(r, Feature) for r in studio.records.values())
         self._sheet = True
         self._refresh()
@@ -63,11 +64,9 @@ class InterpretationBox(QWidget):
         for part, box in self.boxes.items():
             why = None
             if not self._features:
-                why = tr("the project has no features yet")
+                why = Finding("export.no-features")
             elif part == LEGEND and not self._sheet:
-                why = tr("only a sheet has a legend")
+                why = Finding("action.no-sheet")
             elif part == LEGEND and not self.drawn:
-                why = tr("nothing is drawn")
-            box.setEnabled(why is None)
-            said = self._tips[part] if why is None else tr("Not now: {reason}", reason=why)
-            box.setToolTip(said)
+                why = Finding("interpretation.legend-alone")
+            allow(box, why)

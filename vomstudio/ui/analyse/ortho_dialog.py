@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from html import escape
 from pathlib import Path
@@ -44,7 +45,7 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.long_boxes import make_room_for_text
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import parse_number
-from vomstudio.ui.common.widgets import ComboBox, Label, file_field, rich_label
+from vomstudio.ui.common.widgets import ComboBox, Label, allow, file_field, rich_label
 from vomstudio.ui.forms.copied_command import (
     CopyCommandButton,
     copy_command,
@@ -228,9 +229,9 @@ class OrthoDialog(QDialog):
         width, height = self._extent()
         why = None
         if gsd is None or gsd <= 0:
-            why = tr("Enter the pixel size as a number, such as 0.005.")
+            why = Finding("number.not-a-length", text=self.gsd.text().strip())
         elif not (width and height):
-            why = tr("The view does not show this model.")
+            why = Finding("view.part-empty")
         else:
             pixels = (width / gsd) * (height / gsd)
             size = [length(v, metric=self._model().frame.has_metres) for v in (width, height)]
@@ -244,17 +245,19 @@ class OrthoDialog(QDialog):
                 )
             )
             if pixels > planning.MAX_PIXELS:
-                why = tr(
-                    "{count:,.0f} million pixels are too many. Enter a larger pixel size.",
-                    count=pixels / 1e6,
+                why = Finding(
+                    "gsd.too-many-pixels",
+                    gsd_m=gsd,
+                    megapixels=pixels / 1_000_000,
+                    limit=planning.MAX_PIXELS // 1_000_000,
+                    least_m=math.sqrt(width * height / planning.MAX_PIXELS),
                 )
         if why is None and not self.target.text().lower().endswith((".tif", ".tiff")):
-            why = tr("The file name must end in .tif.")
+            why = Finding("export.not-tif")
         if why is not None and gsd is not None:
-            self._size.setText(why)
-        self._start.setEnabled(why is None)
+            self._size.setText(why.message)
+        allow(self._start, why)
         self.copy.allow(why)
-        self._start.setToolTip("" if why is None else tr("Not now: {reason}", reason=why))
 
     def _browse(self) -> None:
         name, _ = QFileDialog.getSaveFileName(
@@ -350,24 +353,19 @@ class OrthoDialog(QDialog):
 
 
 def _show_result(studio: Studio, made: WrittenOrthophoto) -> None:
-    text = tr(
-        "The orthophoto was written to {file}: {width} × {height} pixels of {gsd:g} {unit}, "
-        "coverage {coverage:.0f} %.",
+    beside = [file for file in (made.sheet, *made.drawing) if file]
+    findings = [*(Finding("export.written", file=file) for file in beside), *made.warnings]
+    written = Finding(
+        "ortho.written",
         file=made.image,
         width=made.width,
         height=made.height,
         gsd=made.gsd_m,
         unit=made.unit,
-        coverage=100 * made.coverage,
+        coverage_percent=100 * made.coverage,
     )
-    if made.sheet:
-        text = f"{text} {tr('The sheet was written to {file}.', file=made.sheet)}"
-    if made.drawing:
-        names = ", ".join(file.name for file in made.drawing)
-        text = f"{text} {tr('The interpretation is in {files}.', files=names)}"
-    studio.info(text)
-    if made.warnings:
-        studio.info("\n".join(map(str, made.warnings)))
+    for finding in (written, *findings):
+        studio.info(finding)
 
 
 def _show_failure(studio: Studio, event: Failed) -> None:

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import PROFILE_ID, Feature, limits_of
@@ -26,7 +27,7 @@ from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label
+from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label, allow
 from vomstudio.words import to_translate, tr
 
 _PREVIEWED = 5_000
@@ -108,6 +109,7 @@ class ProfileDialog(QDialog):
         self.apply = buttons.addButton(
             tr("Judge all features"), QDialogButtonBox.ButtonRole.ApplyRole
         )
+        self.apply.setToolTip(tr("One step, which can be undone."))
         self.apply.clicked.connect(self._apply)
         buttons.rejected.connect(self.close)
         column = QVBoxLayout(self)
@@ -177,12 +179,7 @@ class ProfileDialog(QDialog):
         """What the limits would change."""
         limits, records = self.limits(), self._studio.records
         same = limits == self._current
-        self.apply.setEnabled(not same)
-        self.apply.setToolTip(
-            tr("The project is judged by these limits already.")
-            if same
-            else tr("One step, which can be undone.")
-        )
+        allow(self.apply, Finding("edit.no-change") if same else None)
         ids = [id_ for id_, record in records.items() if isinstance(record, Feature)]
         if len(ids) > _PREVIEWED:
             self.effect.clear()

@@ -365,8 +365,7 @@ class ReadingsDialog(QDialog):
 
     def _say(self) -> None:
         magnetic = self._north.currentData() == "magnetic"
-        other = tr("Only azimuths from magnetic north are turned by the declination.")
-        allow(self._declination, None if magnetic else other)
+        allow(self._declination, None if magnetic else Finding("action.not-magnetic"))
         turn, n = self.turn(), len(self._understood.rows)
         ok = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
         ok.setText(tr_n("Add {count} reading", "Add {count} readings", n))

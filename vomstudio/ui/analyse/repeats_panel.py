@@ -13,7 +13,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import FeatureType, Repeatable, Typed, get
 from vomstudio.document.repeats import set_interpreter
-from vomstudio.errors import VomError
+from vomstudio.errors import InputError, VomError
 from vomstudio.geology.looked_at.table_repeats import TableRepeats, table_repeats
 from vomstudio.io.project.feature_table import feature_table
 from vomstudio.io.text.orientation_reading import OrientationTable
@@ -59,7 +59,7 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         self.stop = QPushButton(tr("Stop"))
         self.offered = hint_label()
         self.offered.setObjectName("repeats_offered")
-        self.figures = FiguresPage(_first_step())
+        self.figures = FiguresPage(Finding("repeats.not-begun").message)
         self.figures.setAccessibleName(tr("Spread of the repeats"))
         self._arrange()
         self._connect()
@@ -172,16 +172,13 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
     def _answer(self, question: OrientationTable) -> TableRepeats:
         return table_repeats(question)
 
-    def _question(self) -> OrientationTable | str:
+    def _question(self) -> OrientationTable:
         studio = self._studio
         features = studio.session.of(Repeatable)
         if not any(f.repeat_of for f in features):
-            return _first_step()
-        try:
-            measured = studio.measured(f.id for f in features)
-            return feature_table(studio.records, features, measured, repeats=True)
-        except VomError as error:
-            return error.message
+            raise InputError(Finding("repeats.not-begun"))
+        measured = studio.measured(f.id for f in features)
+        return feature_table(studio.records, features, measured, repeats=True)
 
     def _result_text(self, result: TableRepeats) -> str:
         return "\n".join(map(str, result.reasons))
@@ -198,14 +195,15 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         if not self._studio.has_project:
             return
         going = self._round.current is not None
-        why = tr("A round is going on.") if going else None
+        why = Finding("action.round-running") if going else None
         if why is None and not self._round.available():
-            why = tr("There are no picks that were not repeated yet.")
+            why = Finding("action.no-pick-left")
         if why is None and self._share() is None:
-            why = tr("A share lies between 0 and 100 percent.")
+            text = self.share.text().strip()
+            why = Finding("option.out-of-range", value=text, minimum=0, maximum=100)
         allow(self.begin, why)
         for button in (self.look, self.skip, self.stop):
-            allow(button, None if going else tr("No pick is offered."))
+            allow(button, None if going else Finding("action.no-round"))
         self._refresh_name()
 
     def _refresh_name(self) -> None:
@@ -213,10 +211,6 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
         if not self._studio.has_project:
             return
         allow(self.name, why_none_chosen(self._studio))
-
-
-def _first_step() -> str:
-    return Finding("repeats.not-begun").message
 
 
 def figures_html(found: TableRepeats, names: dict[str, str]) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import FeatureType, Model, Typed
 from vomstudio.document.registration_errors import model_of, models_of, turns_of
@@ -34,7 +34,7 @@ Choice = tuple[str, str]
 class Candidates:
     """n planes that may be put in sets. poles (n, 3), World; places (n, 3) in metres, NaN where
     unknown; turns : how the poles turn with the registrations of their models; taken : names of
-    sets that stay, remarks : sentences; replacing : planes that have a set already are among them
+    sets that stay; replacing : planes that have a set already are among them
     """
 
     ids: tuple[str, ...]
@@ -42,7 +42,7 @@ class Candidates:
     places: npt.NDArray[np.float64]
     turns: Turns
     taken: frozenset[str]
-    remarks: tuple[Message, ...]
+    remarks: tuple[Finding, ...]
     replacing: bool
 
 
@@ -190,7 +190,7 @@ def _cone(of: Candidates, found: SetProposal, one: ProposedSet) -> float | None:
     return None if total is None else total.largest_deg
 
 
-def remarks_on(made: Proposed, options: SetOptions) -> list[Message]:
+def remarks_on(made: Proposed, options: SetOptions) -> list[Finding]:
     """Return warnings about the proposed sets and their candidates."""
     from vomstudio.geology.sets.axial_mixture import LEAST_MEMBERS
 

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.core.findings import Finding
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.options import option_words
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
@@ -189,7 +189,7 @@ class SetsPanel(QWidget):
         try:
             of = candidates(self._studio, self._choice(), replacing=self.also.isChecked())
         except VomError as error:
-            self.drop(error.message)
+            self.drop(cause_of(error))
             return
         seeded = {"exactly": None} if self.seeds.text().strip() else {}
         self._options = self.options.options(**seeded)
@@ -206,15 +206,15 @@ class SetsPanel(QWidget):
         self._preview()
 
     def _failed(self, error: VomError) -> None:
-        self.drop(error.message)
+        self.drop(cause_of(error))
 
-    def drop(self, why: str = "") -> None:
-        """Forget the proposal: nothing is changed. why : a sentence to show"""
+    def drop(self, why: Finding | None = None) -> None:
+        """Forget the proposal: nothing is changed. why : shown in its place"""
         self._newest.drop()
         self.proposed = None
         with QSignalBlocker(self.table):
             self.table.setRowCount(0)
-        self._show_state(why)
+        self._show_state("" if why is None else why.message)
         self._preview()
 
     def _accept(self) -> None:
@@ -229,13 +229,13 @@ class SetsPanel(QWidget):
             self.proposed = made
             return
         told = [tr("{set}: {count:,}", set=s, count=len(ids)) for s, ids in made.groups(names) if s]
-        self.drop(tr("Accepted: {sets}.", sets=", ".join(told)))
+        self.drop(Finding("sets.accepted", sets=told))
 
     # --- what has happened meanwhile -----------------------------------------------------------
     def _edited(self, edit: Edit) -> None:
         touched = set(self._studio.affected(edit))
         if self.proposed is not None and not touched.isdisjoint(self.proposed.of.ids):
-            self.drop(Finding("sets.planes-changed").message)
+            self.drop(Finding("sets.planes-changed"))
         elif self._newest.waiting and touched:
             self.propose()
         if self.isVisible():
@@ -287,9 +287,10 @@ class SetsPanel(QWidget):
         self.said.setVisible(bool(said))
         self.table.setVisible(made is not None)
         some = made is not None and bool(made.sets) and not self._newest.waiting
-        allow(self.accept, None if some else Finding("sets.no-proposal"))
-        allow(self.reject, None if made is not None else Finding("sets.no-proposal"))
-        self.copy.allow(None if made is not None else tr("propose sets first"))
+        none = Finding("sets.no-proposal")
+        allow(self.accept, None if some else none)
+        allow(self.reject, None if made is not None else none)
+        self.copy.allow(None if made is not None else none)
         self._show_count()
 
     def _copy_command(self) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.core.options import option_words
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Feature, Matrix, Model, Record
@@ -170,7 +171,7 @@ class FacetSlopesView(QWidget):
             rows.append(((int(each.id) + 1, said, *shares, each.area_m2), why))
         self.table.fill(rows)
         for widget in (self.mode, self.off):
-            allow(widget, None if rows else tr("No facet has been judged as a slope."))
+            allow(widget, None if rows else Finding("action.no-result"))
 
 
 def shares_of(result: FacetsAnswer, mode: str) -> dict[int, float]:

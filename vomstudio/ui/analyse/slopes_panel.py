@@ -17,9 +17,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Model, Typed
-from vomstudio.errors import VomError
+from vomstudio.errors import InputError, VomError
 from vomstudio.geology.notation import format_plane, parse_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.slope_options import SlopeOptions
@@ -83,6 +84,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         self.face.setToolTip(tr("Attitude of the slope, in the notation of the project."))
         self.face.textChanged.connect(self._soon)
         self.take = QPushButton(tr("Take selected"))
+        self.take.setToolTip(tr("The face dips as the selected plane does."))
         self.take.clicked.connect(self._take_selected)
         self.angles = OptionFields(SlopeOptions, "slope", SlopeOptions(_FRICTION_DEG))
         self.angles.changed.connect(self._soon)
@@ -195,8 +197,11 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
     def _at_facets(self) -> bool:
         return bool(self.at.currentData() == "facets")
 
-    def _planes(self) -> tuple[list[Typed], dict[str, Measurement]] | str:
-        """Those that are looked at, with their measurements; or why there are none."""
+    def _planes(self) -> tuple[list[Typed], dict[str, Measurement]]:
+        """Return the planes of the choice with their measurements.
+
+        Raises InputError if the choice has none.
+        """
         studio = self._studio
         if self._chosen_here is None:
             self._features = self.of.features()
@@ -204,41 +209,30 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         measured = studio.measured(f.id for f in features)
         features = [f for f in features if measured[f.id].plane is not None]
         if not features:
-            if self.of.choice() == SELECTED:
-                return tr("Select planes, or choose others above.")
-            return tr("There are no planes here. Pick some, or import field measurements.")
+            is_selection = self.of.choice() == SELECTED
+            raise InputError(Finding("selection.unsuitable" if is_selection else "planes.none"))
         return features, dict(measured)
 
-    def _question(self) -> SlopeQuestion | FacetsQuestion | str:
+    def _question(self) -> SlopeQuestion | FacetsQuestion:
         if self._at_facets:
             return self._facets_question()
         planes = self._planes()
-        if isinstance(planes, str):
-            return planes
         text = self.face.text().strip()
         if not text:
-            return tr(
-                "Type the attitude of the face, or select a plane that dips as it does and take it."
-            )
-        try:
-            face = SlopeFace(parse_plane(text, self._notation), self._options())
-        except VomError as error:
-            return error.message
+            raise InputError(Finding("slope.no-face"))
+        face = SlopeFace(parse_plane(text, self._notation), self._options())
         return SlopeQuestion(dict(self._studio.records), *planes, face)
 
     def _options(self) -> SlopeOptions:
         return replace(self.angles.options(), limits=self.limits.currentData())
 
-    def _facets_question(self) -> FacetsQuestion | str:
-        """Or why there is none."""
+    def _facets_question(self) -> FacetsQuestion:
         studio, proposals = self._studio, self._studio.facets.proposals
         planes = self._planes()
-        if isinstance(planes, str):
-            return planes
         opened = None if proposals is None else studio.models.get(proposals.model_id)
         model = None if proposals is None else studio.records.get(proposals.model_id)
         if proposals is None or opened is None or not isinstance(model, Model):
-            return tr("Find the facets of the model first: Interpret > Propose facets.")
+            raise InputError(Finding("action.no-proposals"))
         rows = sorted(studio.facets.open | studio.facets.accepted)
         return FacetsQuestion(
             dict(studio.records), *planes, proposals, rows,
@@ -248,8 +242,7 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
     def _at_chosen(self, *_: object) -> None:
         if not self._at_facets:
             self._studio.facets.unpaint()
-        facets = tr("The slope is each facet by itself. Choose One face to type its attitude.")
-        allow(self.face, facets if self._at_facets else None)
+        allow(self.face, Finding("action.slope-is-facet") if self._at_facets else None)
         self._refresh_take()
         self._soon()
 
@@ -298,15 +291,12 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         return self._studio.measured([current])[current].plane
 
     def _refresh_take(self) -> None:
-        plane = None if self._at_facets else self._selected_plane()
-        self.take.setEnabled(plane is not None)
-        self.take.setToolTip(
-            tr("The slope is each facet.")
-            if self._at_facets
-            else tr("Select a plane that dips as the face does first.")
-            if plane is None
-            else tr("The face dips as the selected plane does.")
-        )
+        why = None
+        if self._at_facets:
+            why = Finding("action.slope-is-facet")
+        elif self._selected_plane() is None:
+            why = Finding("selection.no-plane")
+        allow(self.take, why)
 
     def _take_selected(self) -> None:
         plane = self._selected_plane()
@@ -317,18 +307,14 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
     def _refresh(self) -> None:
         why = None
         if self._requests.waiting:
-            why = tr("the planes are being looked at")
+            why = Finding("action.busy")
         elif self.result is None:
-            why = (
-                tr("find the facets first")
-                if self._at_facets
-                else tr("choose planes and a face first")
-            )
+            why = Finding("action.no-proposals" if self._at_facets else "action.no-result")
         elif self._writing:
-            why = tr("the figure is being written")
+            why = Finding("action.busy")
         self.copy.allow(why)
         if why is None and self._at_facets:
-            why = tr("the nets are of one face")
+            why = Finding("action.nets-of-one-face")
         self.figure.setEnabled(why is None)
         more = tr("the nets of the four modes as SVG, PDF or PNG")
         self.figure.setToolTip(
@@ -370,10 +356,10 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             return
         self._writing = True
         self._refresh()
-        studio, message = self._studio, tr("Exported to {file}.", file=path)
+        studio, written = self._studio, Finding("export.written", file=path)
         self._background.run(
             partial(write_figure, self.face_result, path),
-            lambda _: self._written(partial(studio.info, message)),
+            lambda _: self._written(partial(studio.info, written)),
             lambda error: self._written(partial(studio.fail, error)),
         )
 

@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QHBoxLayout, QTextBrowser, QToolButton, QVBoxLayout
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import FeatureType, Typed
 from vomstudio.document.registration_errors import models_of, turns_of
 from vomstudio.errors import VomError
 from vomstudio.ui.analyse.analysis_panel import LazyPanel
-from vomstudio.ui.analyse.group_box import SELECTED, Choice, GroupBox
+from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
 from vomstudio.ui.analyse.statistics_words import Rows, domain_rows, fold_rows, statistics_rows
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
@@ -86,13 +87,15 @@ class StatisticsPanel(LazyPanel):
         pages = [*self._of_kind(features, "plane"), *self._of_kind(features, "line")]
         if not pages:
             self._plain = ""
-            self.figures.setPlainText(_empty(self.of.choice()))
+            is_selection = self.of.choice() == SELECTED
+            code = "selection.unsuitable" if is_selection else "features.no-orientation"
+            self.figures.setPlainText(Finding(code).message)
         else:
             said = self.of.left_out()
             self._plain = "\n\n".join([*(_plain(title, rows) for title, rows in pages), *said])
             told = "".join(f"<p>{escape(sentence)}</p>" for sentence in said)
             self.figures.setHtml("".join(_html(title, rows) for title, rows in pages) + told)
-        none = None if pages else tr("there is nothing to describe")
+        none = None if pages else Finding("action.no-result")
         allow(self.copy, none)
         self.command.allow(none)
 
@@ -183,12 +186,6 @@ def _domains(planes: FoldPlanes, axis: FoldAxis) -> tuple[FoldAxis, list[tuple[s
     figures, one_axis = domain_axes(beds, axis)
     axis = apply_domain_verdict(axis, one_axis) if stated else axis
     return axis, [(title, domain_rows(figures, one_axis))]
-
-
-def _empty(choice: Choice) -> str:
-    if choice == SELECTED:
-        return tr("Select planes or lines, or choose a type above.")
-    return tr("None of these features has an orientation.")
 
 
 def _html(title: str, rows: Rows) -> str:

@@ -10,10 +10,9 @@ from PySide6.QtCore import QEvent, QObject, Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QWidget
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.signals import once_told
 from vomstudio.ui.common import theme
-from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.widgets import as_words
 from vomstudio.words import tr
 
@@ -38,7 +37,7 @@ class Command:
     icon: str | None = None
     shortcut: str | tuple[str, ...] = ()
     tip: str = ""
-    why_not: Callable[[], Message | None] = lambda: None
+    why_not: Callable[[], Finding | None] = lambda: None
     in_viewport: bool = False
     checked: Callable[[], bool] | None = None
     what: Callable[[], str | None] = lambda: None
@@ -51,7 +50,7 @@ class _State:
     """What an action shows of its command now."""
 
     text: str
-    why_not: Message | None
+    why_not: Finding | None
     what: str | None
     checked: bool | None
 
@@ -59,10 +58,10 @@ class _State:
 class Actions(QObject):
     """The commands of a window with the QAction of each, under its name.
 
-    refused : a plain key was pressed whose command cannot run now; the reason as a sentence
+    refused : a plain key was pressed whose command cannot run now; the reason
     """
 
-    refused = Signal(str)
+    refused = Signal(object)  # Finding
 
     def __init__(self, window: QWidget) -> None:
         super().__init__(window)
@@ -112,14 +111,14 @@ class Actions(QObject):
             if command.in_viewport and pressed in self.all[name].shortcuts():
                 reason = command.why_not()
                 if reason is not None:
-                    self.refused.emit(as_sentence(str(reason)))
+                    self.refused.emit(reason)
                     return
 
     def of_viewport(self) -> list[QAction]:
         """The actions of the commands whose plain keys belong to the viewport."""
         return [self.all[name] for name, each in self._commands.items() if each.in_viewport]
 
-    def why_not(self, name: str) -> Message | None:
+    def why_not(self, name: str) -> Finding | None:
         """Return why a command cannot run now; None if it can."""
         return self._commands[name].why_not()
 
@@ -170,7 +169,7 @@ def _show(action: QAction, command: Command, state: _State) -> None:
     lines = [f"{text} ({keys})" if keys else text]
     lines += [line for line in (command.tip, state.what) if line]
     if state.why_not is not None:
-        lines.append(tr("Not now: {reason}", reason=as_sentence(str(state.why_not))))
+        lines.append(tr("Not now: {reason}", reason=state.why_not))
     action.setToolTip(as_words("\n".join(lines)))
     if state.checked is not None:
         action.setChecked(state.checked)

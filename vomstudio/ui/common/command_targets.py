@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 from PySide6.QtCore import QStandardPaths
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Feature, Model, OnAModel, Picked, Typed, get_feature
 from vomstudio.files.regular import is_folder
 from vomstudio.paths import resource
@@ -28,17 +29,17 @@ def chosen_features(studio: Studio) -> list[str]:
     return [i for i in studio.selection.ids if get_feature(records, i) is not None]
 
 
-def why_none_chosen(studio: Studio) -> str | None:
-    """None where a feature is selected, else the sentence that says so."""
+def why_none_chosen(studio: Studio) -> Finding | None:
+    """Return that no feature is selected; None if one is."""
     records = studio.records
     # Asked at every click, and nearly always told by the first one.
     chosen = any(get_feature(records, i) is not None for i in studio.selection.ids)
-    return None if chosen else tr("Select a feature first.")
+    return None if chosen else Finding("action.no-feature")
 
 
-def why_no_model(studio: Studio) -> str | None:
-    """None where a model is open, else the sentence that says so."""
-    return None if studio.models else tr("Open a model first.")
+def why_no_model(studio: Studio) -> Finding | None:
+    """Return that no model is open; None if one is."""
+    return None if studio.models else Finding("action.no-model")
 
 
 def current_model(studio: Studio) -> Model | None:

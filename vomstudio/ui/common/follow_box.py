@@ -6,10 +6,11 @@ from typing import Any
 
 from PySide6.QtCore import QSignalBlocker
 
+from vomstudio.core.findings import Finding
 from vomstudio.tools.followed_line import AUTO
 from vomstudio.tools.following import FollowingTool
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, allow
 from vomstudio.words import to_translate, tr
 
 COSTS = (
@@ -31,6 +32,7 @@ class FollowBox(ComboBox):
         self.setObjectName(f"{tool.name}_follow")
         self._studio, self._tool = studio, tool
         self._shown: tuple[str, ...] | None = None
+        self.setToolTip(tr("What the line follows over the surface from click to click (Shift+T)."))
         self.refresh()
         self.currentIndexChanged.connect(lambda _: self._tool.follow(self.currentData()))
 
@@ -54,9 +56,4 @@ class FollowBox(ComboBox):
                 best = tr("the best of all: {cost}", cost=tr(called[now]))
             self.setItemText(self.findData(AUTO), best)
             self.setCurrentIndex(max(0, self.findData(self._tool.cost)))
-        self.setEnabled(not self._tool.continued)
-        self.setToolTip(
-            tr("Not now: what is continued is picked point by point.")
-            if self._tool.continued
-            else tr("What the line follows over the surface from click to click (Shift+T).")
-        )
+        allow(self, Finding("action.line-continued") if self._tool.continued else None)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any
 
 from PySide6.QtCore import QObject, QTimer
 from shiboken6 import isValid
@@ -14,7 +14,6 @@ from vomstudio.errors import VomError
 from vomstudio.rendering.qt.posting import poster
 from vomstudio.studio.background import Background
 
-Question = TypeVar("Question")
 Work = Callable[[], Any]
 
 _SLOW_MS = 200
@@ -75,18 +74,6 @@ class NewestResult:
             self._fail(error)
         else:
             self._then(result)
-
-    def answer(self, question: Question | str, work: Callable[[Question], object]) -> str | None:
-        """Request the answer to a question.
-
-        A sentence in place of a question states why it cannot be answered: earlier requests are
-        then dropped, and the sentence is returned.
-        """
-        if isinstance(question, str):
-            self.drop()
-            return question
-        self.ask(partial(work, question))
-        return None
 
     def ask(self, work: Work) -> None:
         """Run a function in a thread, in place of earlier requests."""

@@ -28,7 +28,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.words import tr
 
 # Of what scrolls: some rows, and the arrows of the bar.
@@ -123,7 +123,7 @@ class Slider(QSlider):
         event.ignore()
 
 
-def allow(widget: QWidget, why_not: Message | None) -> None:
+def allow(widget: QWidget, why_not: Finding | None) -> None:
     """Enable a widget, or disable it and have its tooltip say why; then its own one comes back.
     why_not : None where it can be used now, else the reason"""
     now = widget.toolTip()

@@ -11,7 +11,7 @@ from pathlib import Path
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QToolButton, QWidget
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
 from vomstudio.ui.common import theme
@@ -38,7 +38,7 @@ class CopyCommandButton(QToolButton):
         self.clicked.connect(lambda _=False: clicked())
         self.allow(None)
 
-    def allow(self, why_not: Message | None) -> None:
+    def allow(self, why_not: Finding | None) -> None:
         """why_not : None where it can be copied now"""
         self.setEnabled(why_not is None)
         self.setToolTip(
@@ -73,9 +73,9 @@ def copy_command(studio: Studio, words: Words, file: Path | None = None) -> None
     """Put `vomstudio` and these words on the clipboard. file : what was written for it"""
     QGuiApplication.clipboard().setText(shell_line(["vomstudio", *words]))
     if file is None:
-        studio.info(tr("The command is on the clipboard."))
+        studio.info(Finding("command.copied"))
     else:
-        studio.info(tr("The command is on the clipboard; what it reads is in {file}.", file=file))
+        studio.info(Finding("command.copied-with-file", file=file))
 
 
 def copy_with_file(

@@ -5,11 +5,13 @@ from __future__ import annotations
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QToolButton, QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.geology.notation import format_line, parse_line
 from vomstudio.geology.orientation import Line
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import current_measurement
 from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import allow
 from vomstudio.words import tr
 
 
@@ -26,6 +28,7 @@ class LineField(QWidget):
         self.line.setPlaceholderText(empty)
         self.line.textChanged.connect(lambda _: self.changed.emit())
         self.take = QToolButton()
+        self.take.setToolTip(tr("Trend and plunge of the selected line."))
         self.take.setIcon(theme.icon("cursor-default-click-outline"))
         self.take.setAccessibleName(tr("Take selected"))
         self.take.clicked.connect(lambda _=False: self._take_selected())
@@ -51,11 +54,7 @@ class LineField(QWidget):
         return None if measured is None else measured.line
 
     def _refresh(self) -> None:
-        there = self.selected() is not None
-        self.take.setEnabled(there)
-        self.take.setToolTip(
-            tr("Trend and plunge of the selected line.") if there else tr("Select a line first.")
-        )
+        allow(self.take, Finding("selection.no-line") if self.selected() is None else None)
 
     def _take_selected(self) -> None:
         if (line := self.selected()) is not None:

@@ -9,13 +9,14 @@ from contextlib import suppress
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import VomError
 from vomstudio.geology.notation import format_plane, parse_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.ui.common.command_targets import current_measurement
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import icon_button
+from vomstudio.ui.common.widgets import allow, icon_button
 from vomstudio.words import tr
 
 ViewDirection = Callable[[], tuple[float, float] | None]
@@ -38,6 +39,7 @@ class PlaneField(QWidget):
         self.line.setObjectName(name)
         self.line.textChanged.connect(lambda _: self.changed.emit())
         self.take = icon_button("cursor-default-click-outline", tr("Take selected"))
+        self.take.setToolTip(tr("The attitude of the selected plane."))
         self.take.clicked.connect(lambda _=False: self._take_selected())
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -78,11 +80,7 @@ class PlaneField(QWidget):
                 self.show_plane(plane, 0 if whole else 2)
 
     def _refresh(self) -> None:
-        there = self._selected() is not None
-        self.take.setEnabled(there)
-        self.take.setToolTip(
-            tr("The attitude of the selected plane.") if there else tr("Select a plane first.")
-        )
+        allow(self.take, Finding("selection.no-plane") if self._selected() is None else None)
 
     def _selected(self) -> Plane | None:
         measured = current_measurement(self._studio)

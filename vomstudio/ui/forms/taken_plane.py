@@ -5,11 +5,12 @@ from __future__ import annotations
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QToolButton, QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.kinds import has_plane
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import orientation_text
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ElidedLabel
+from vomstudio.ui.common.widgets import ElidedLabel, allow
 from vomstudio.words import tr
 
 
@@ -26,6 +27,7 @@ class TakenPlane(QWidget):
         self.id = ""
         self.shown = ElidedLabel()
         self.take = QToolButton()
+        self.take.setToolTip(tr("The selected plane."))
         self.take.setIcon(theme.icon("cursor-default-click-outline"))
         self.take.setAccessibleName(tr("Take selected"))
         self.take.clicked.connect(lambda _=False: self.take_selected())
@@ -73,7 +75,5 @@ class TakenPlane(QWidget):
             measured = self._studio.measured([self.id])[self.id]
             said = orientation_text(measured, self._studio.settings.notation)
             self.shown.setText(f"{record.name or self.id}  {said}")
-        there = bool(self._selected())
-        self.take.setEnabled(there)
-        self.take.setToolTip(tr("The selected plane.") if there else tr("Select a plane first."))
+        allow(self.take, None if self._selected() else Finding("selection.no-plane"))
         self.clear.setVisible(record is not None)

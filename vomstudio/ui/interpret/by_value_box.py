@@ -13,11 +13,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Model, get
 from vomstudio.geometry import transform
 from vomstudio.tools.select import SelectTool
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label
+from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label, allow
 from vomstudio.words import tr
 
 _COLOUR = ""
@@ -50,6 +51,7 @@ class ByValue(QWidget):
         self._to = Label(tr("to"))
         self.take = QPushButton(tr("Choose"))
         self.take.setObjectName("by_value_take")
+        self.take.setToolTip(tr("What has such a value, as New, Add, Subtract and Intersect say."))
         self.take.clicked.connect(self._take)
         first, second = QHBoxLayout(), QHBoxLayout()
         first.addWidget(self.what, 1)
@@ -69,15 +71,8 @@ class ByValue(QWidget):
 
         changes = self._tool.changes
         data = changes.data()
-        reason = ""
-        if data is None:
-            reason = tr("Not now: Choose something first, to say which model is meant.")
-        elif not self.what.currentData() and not self._tool.count:
-            reason = tr("Not now: Choose something that has the colour first.")
-        self.take.setEnabled(not reason)
-        self.take.setToolTip(
-            reason or tr("What has such a value, as New, Add, Subtract and Intersect say.")
-        )
+        lacks_color = not self.what.currentData() and not self._tool.count
+        allow(self.take, Finding("action.no-elements") if data is None or lacks_color else None)
         names = () if data is None else fields_of(data)
         if (data, names) == self._of:
             return

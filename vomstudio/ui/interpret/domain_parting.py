@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.domains import part_by_plane
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import Typed, get
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr, tr_n
 
 
-def why_not(studio: Studio) -> str | None:
+def why_not(studio: Studio) -> Finding | None:
     current = studio.selection.current if studio.has_project else None
     if (
         len(studio.selection.ids) == 1
@@ -17,7 +17,7 @@ def why_not(studio: Studio) -> str | None:
         and studio.measured([feature.id])[feature.id].plane is not None
     ):
         return None
-    return tr("Select the plane that parts them, such as a fault, and nothing else.")
+    return Finding("selection.no-plane")
 
 
 def part(studio: Studio) -> None:
@@ -33,10 +33,4 @@ def part(studio: Studio) -> None:
         return edit
 
     if studio.attempt(made) and crossing:
-        studio.info(
-            tr_n(
-                "{count} feature lies on both sides and was left as it is.",
-                "{count} features lie on both sides and were left as they are.",
-                crossing,
-            )
-        )
+        studio.info(Finding("domain.on-both-sides", count=crossing))

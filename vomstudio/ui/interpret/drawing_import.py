@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog, QWidget
 
-from vomstudio.core.findings import Finding, as_finding, finding_of
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.document import edits
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
@@ -26,7 +26,7 @@ from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import current_model, start_folder, why_no_model
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 from vomstudio.workspace.models import standing_model
 from vomstudio.workspace.notices import UPDATE_DRAWN, Notice
 
@@ -46,7 +46,7 @@ class DrawingImport(QObject):
         self._drawing = ""
         studio.project_opened.connect(self._forget)
 
-    def why_not(self) -> str | None:
+    def why_not(self) -> Finding | None:
         return why_no_model(self._studio)
 
     def choose(self) -> None:
@@ -88,7 +88,7 @@ class DrawingImport(QObject):
         model = self._model_of(content_hash)
         standing = None if model is None else standing_model(studio.workspace.projects, model.id)
         if model is None or standing is None:
-            studio.warn(Finding("display.no-model"))
+            studio.warn(Finding("action.no-model"))
             return
         studio.jobs.submit(
             READ_DRAWN_LINES,
@@ -134,7 +134,8 @@ class DrawingImport(QObject):
 
     def _refuse(self, error: VomError) -> None:
         # The field is an option of the command line.
-        self._studio.warn(finding_of(error), "error")
+        cause = cause_of(error)
+        self._studio.warn(cause if error.file is None else cause.of_file(error.file), "error")
 
     def _arrived(self, drawing: Path, model: Model, found: DrawnTraces) -> None:
         studio = self._studio
@@ -147,28 +148,19 @@ class DrawingImport(QObject):
         self._edited, self._drawing = found.edited, drawing.name
         if found.traces:
             studio.selection.set([trace.id for trace in found.traces])
-        added = tr_n(
-            "Added {count} trace on {model}.",
-            "Added {count} traces on {model}.",
-            len(found.traces),
-            model=model.name,
-        )
-        messages = [*found.messages, *found.edited_findings]
-        text = " ".join(map(str, [added, *messages] if found.traces else messages))
-        if found.edited:
-            studio.notice.emit(Notice(text, "warning", UPDATE_DRAWN))
-        elif any(as_finding(each).severity != "info" for each in messages):
-            studio.warn(text)
-        else:
-            studio.info(text)
+            studio.info(Finding("drawing.added", count=len(found.traces), model=model.name))
+        for message in found.messages:
+            studio.warn(message, message.severity)
+        for edited in found.edited_findings:
+            studio.notice.emit(Notice(edited, "warning", UPDATE_DRAWN))
 
     def _forget(self, *_: object) -> None:
         """Another project does not have the edited traces."""
         self._edited = ()
 
-    def why_no_update(self) -> str | None:
+    def why_no_update(self) -> Finding | None:
         """Return why there are no edited traces to update, None if there are."""
-        return None if self._edited else tr("no imported drawing has edited traces")
+        return None if self._edited else Finding("action.no-edited-traces")
 
     def update(self) -> None:
         """Give the traces that were edited in the last drawing their new vertices."""

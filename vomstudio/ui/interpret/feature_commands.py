@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import chosen_features, why_none_chosen
 from vomstudio.ui.common.open_dialogs import OpenDialogs
@@ -34,11 +35,11 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
     def chosen() -> list[str]:
         return chosen_features(studio)
 
-    def none_chosen() -> str | None:
+    def none_chosen() -> Finding | None:
         return why_none_chosen(studio)
 
-    def nothing_hidden() -> str | None:
-        return None if studio.hidden else tr("Nothing is hidden.")
+    def nothing_hidden() -> Finding | None:
+        return None if studio.hidden else Finding("action.nothing-hidden")
 
     def planes(value: str) -> Callable[[], None]:
         def choose() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import why_no_model
 from vomstudio.ui.common.long_boxes import fit_to_screen
@@ -19,10 +20,10 @@ from vomstudio.workspace.notices import UPDATE_DRAWN
 def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Command]:
     """parent : of the dialogs."""
 
-    def too_few_groups() -> str | None:
+    def too_few_groups() -> Finding | None:
         if len(plane_relations.groups_of(studio)) > 1:
             return None
-        return tr("Pick planes of two feature types or sets first.")
+        return Finding("action.one-group")
 
     def ask_for_sets() -> None:
         dialog = plane_relations.IntersectionDialog(studio, parent)

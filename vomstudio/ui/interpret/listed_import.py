@@ -15,7 +15,7 @@ from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import current_model, start_folder
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.io.project.listed_import import ImportedFeatures
@@ -45,7 +45,7 @@ class ListedImport(QObject):
         studio = self._studio
         model = current_model(studio)
         if model is None:
-            studio.warn(Finding("display.no-model"))
+            studio.warn(Finding("action.no-model"))
             return
         shown, records = model, dict(studio.records)
         opened, surface = studio.models.get(model.id), studio.workspace.models.surface(model.id)
@@ -60,7 +60,7 @@ class ListedImport(QObject):
                 None if surface is None else surface.area_inside, bounds,
             )  # fmt: skip
 
-        studio.info(tr("Reading {file}…", file=path.name))
+        studio.info(Finding("file.reading", file=path.name))
         self._background.run(work, lambda found: self._arrived(shown, found), studio.fail)
 
     def _arrived(self, model: Model, found: ImportedFeatures) -> None:
@@ -72,12 +72,8 @@ class ListedImport(QObject):
         if not studio.attempt(edits.add_features, found.features):
             return
         studio.selection.set([feature.id for feature in found.features])
-        said = [
-            tr_n("Added {count} feature.", "Added {count} features.", len(found.features)),
-            *found.warnings,
-            *(
-                tr("{feature} was left out: {reason}", feature=n, reason=r)
-                for n, r in found.skipped
-            ),
-        ]
-        (studio.warn if found.skipped or found.warnings else studio.info)(" ".join(map(str, said)))
+        studio.info(Finding("features.added", count=len(found.features)))
+        for warning in found.warnings:
+            studio.warn(warning, warning.severity)
+        for name, reason in found.skipped:
+            studio.warn(Finding("feature.left-out", feature=name, reason=reason))

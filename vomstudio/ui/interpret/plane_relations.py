@@ -14,7 +14,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.document import edits
 from vomstudio.document.kinds import group_and_set, has_plane
@@ -25,9 +25,7 @@ from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import degrees, natural
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, allow, rich_label
-from vomstudio.words import to_translate, tr, tr_n
-
-_NOT_TWO = to_translate("Select two planes first.")
+from vomstudio.words import tr, tr_n
 
 
 def line_type(studio: Studio) -> str:
@@ -50,10 +48,17 @@ def between(studio: Studio, first: Group, second: Group) -> Intersection:
     return Intersection(new_id("intersection"), "", line_type(studio), first, second)
 
 
-def why_not_keep(studio: Studio) -> Message | None:
+def why_not_keep(studio: Studio) -> Finding | None:
     """Return why the intersection of the selected planes cannot be kept; None if it can."""
     relation = of_selected(studio)
-    return tr(_NOT_TWO) if relation is None else studio.measure(relation).problem
+    if relation is None:
+        return Finding("selection.not-two-planes")
+    return studio.measure(relation).problem
+
+
+def why_no_line(measured: Measurement) -> Finding | None:
+    """Return that the line of intersection is not known; None if it is."""
+    return None if measured.line is not None else Finding("action.no-intersection")
 
 
 def keep(studio: Studio) -> None:
@@ -151,14 +156,13 @@ class IntersectionDialog(QDialog):
     def _refresh(self, *_: object) -> None:
         relation = self.relation()
         if relation is None:
-            why = tr("Choose two different groups of planes.")
-            self.result_text.setText(why)
-            allow(self.keep_button, why)
+            same = Finding("action.same-groups")
+            self.result_text.setText(same.message)
+            allow(self.keep_button, same)
             return
         measured = self._studio.measure(relation)
         self.result_text.setText("<br>".join(relation_lines(measured)))
-        parallel = tr("The two planes have no line in common that is known.")
-        allow(self.keep_button, None if measured.line is not None else parallel)
+        allow(self.keep_button, why_no_line(measured))
 
     def _keep(self) -> None:
         relation = self.relation()

@@ -199,8 +199,7 @@ class PropertiesPanel(QWidget):
             *parallel,
         ]
         self._relation.setText("<br>".join([f"<b>{escape(names)}</b>", *lines]))
-        none = tr("The two planes have no line in common that is known.")
-        allow(self._keep, None if measured.line is not None else none)
+        allow(self._keep, plane_relations.why_no_line(measured))
 
     def _show_feature(self, feature: Feature) -> None:
         self._show_relation()

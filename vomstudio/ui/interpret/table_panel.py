@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.edit import Edit
 from vomstudio.ui.common.explained import Explained, explain
 from vomstudio.ui.common.qt_owner import Portions
@@ -186,9 +187,7 @@ class TablePanel(QWidget):
         columns = [i for i in range(len(COLUMNS)) if not self.view.isColumnHidden(i)]
         chosen = [self.model.row(self._sorted.mapToSource(index).row()) for index in rows]
         QGuiApplication.clipboard().setText(as_text(chosen, [COLUMNS[i] for i in columns]))
-        self._studio.info(
-            tr_n("Copied {count} row of the table.", "Copied {count} rows of the table.", len(rows))
-        )
+        self._studio.info(Finding("table.rows-copied", count=len(rows)))
 
     def _filtered(self) -> None:
         # A row that goes out of sight stays selected.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import VomError
 from vomstudio.tools.following import FollowingTool
 from vomstudio.tools.polyline import PolylineTool
@@ -45,24 +45,20 @@ class _OpenFeature:
         unfinished = self._studio.open_tool or self._studio.tool
         return _NOTHING_OPEN if unfinished is None else unfinished.why_not_cancel()
 
-    def why_no_vertex(self) -> Message | None:
+    def why_no_vertex(self) -> Finding | None:
         if (tool := self.tool) is None:
             return _NOTHING_OPEN
         if tool.current_vertex is None:
-            return tr("Click a vertex of the open feature first.")
+            return Finding("action.no-vertex")
         return None
 
-    def why_not_delete(self) -> Message | None:
+    def why_not_delete(self) -> Finding | None:
         return self.why_no_vertex() if self.tool is not None else why_none_chosen(self._studio)
 
-    def why_not_continue(self) -> str | None:
+    def why_not_continue(self) -> Finding | None:
         if self._studio.open_tool is not None:
-            return tr("Finish or cancel the open feature first.")
-        return (
-            None
-            if self._to_continue()
-            else tr("Select a trace, a line, a rock area, a station or a measurement first.")
-        )
+            return Finding("feature.open")
+        return None if self._to_continue() else Finding("action.nothing-to-continue")
 
     def _to_continue(self) -> tuple[str, str] | None:
         """Id and tool of the last selected feature that was picked vertex by vertex."""
@@ -118,9 +114,9 @@ class _Following:
         active = self._studio.tool
         return active if isinstance(active, FollowingTool) else self._studio.tool_of(TraceTool)
 
-    def why_not(self) -> str | None:
+    def why_not(self) -> Finding | None:
         if self.tool.continued:
-            return tr("What is continued is picked point by point.")
+            return Finding("follow.continued")
         return why_no_model(self._studio)
 
     def toggle(self) -> None:

@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.kinds import GROUPS, group_of
 from vomstudio.document.records import FeatureType, Record, Typed
@@ -85,7 +86,7 @@ class TreeMenus(QObject):
         chosen.setCheckable(True)
         chosen.setChecked(kind.id == studio.next_type_id)
         every = menu.addAction(tr("&Select its features"), lambda: studio.selection.set(own))
-        none = tr("Not now: no feature is of this type.")
+        none = tr("Not now: {reason}", reason=Finding("action.type-unused"))
         every.setEnabled(bool(own))
         every.setToolTip("" if own else none)
         menu.addSeparator()

@@ -7,6 +7,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QFileDialog, QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import VomError
 from vomstudio.photogrammetry.place.mark_prediction import BAD_PX
 from vomstudio.ui.common import file_filters
@@ -15,7 +16,7 @@ from vomstudio.ui.photos.opened_photo import OpenedPhoto
 from vomstudio.ui.photos.photo_marks import PhotoMarks
 from vomstudio.ui.photos.photo_tools import PhotoTools
 from vomstudio.ui.photos.points_box import PointsBox
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 
 class MarkEditing(QObject):
@@ -80,16 +81,16 @@ class MarkEditing(QObject):
         self.look_at_point(again=True)
 
     # --- points ------------------------------------------------------------------------------
-    def why_no_point(self) -> str | None:
-        """None where a point is chosen, else the sentence that says so."""
-        return None if self._points.label else tr("Choose a point first.")
+    def why_no_point(self) -> Finding | None:
+        """Return that no point is chosen; None if one is."""
+        return None if self._points.label else Finding("action.no-point")
 
-    def why_no_mark(self) -> str | None:
-        """None where the chosen point is marked in this photo, else the sentence that says so."""
-        if (said := self.why_no_point()) is not None:
-            return said
+    def why_no_mark(self) -> Finding | None:
+        """Return that the chosen point is not marked in this photo; None if it is."""
+        if (reason := self.why_no_point()) is not None:
+            return reason
         there = self._photo.name in self._marks.marking.of(self._points.label)
-        return None if there else tr("The point is not marked in this photo.")
+        return None if there else Finding("action.no-mark")
 
     def new_point(self) -> None:
         """Add a point with a free label, choose it and take up the mark tool."""
@@ -115,20 +116,20 @@ class MarkEditing(QObject):
             return
         try:
             if marks:
-                count, finding = self._marks.import_marks(Path(name))
-                words = tr_n("{count} mark imported.", "{count} marks imported.", count)
-                if finding is not None:
-                    words = f"{words} {finding}"
+                count, warning = self._marks.import_marks(Path(name))
+                imported = Finding("marks.imported", count=count)
             else:
-                count = self._marks.import_points(Path(name))
-                words = tr_n("{count} point imported.", "{count} points imported.", count)
+                count, warning = self._marks.import_points(Path(name)), None
+                imported = Finding("points.imported", count=count)
         except VomError as error:
             self.message.emit(error, "error")
             return
         labels = self._marks.marking.labels
         if not self._points.label and labels:
             self._points.choose(labels[0])
-        self.message.emit(words, "info")
+        self.message.emit(imported, "info")
+        if warning is not None:
+            self.message.emit(warning, "warning")
 
     # --- marks -------------------------------------------------------------------------------
     def remove_mark(self) -> None:

@@ -49,12 +49,12 @@ class PhotoOpening(QObject):
         self._waiting: tuple[Path, str | None] | None = None
         survey.changed.connect(self._survey_changed)
 
-    def why_not(self) -> str | None:
-        """None where a photo can be opened, else the reason as a sentence."""
+    def why_not(self) -> Finding | None:
+        """Return why no photo can be opened; None if one can."""
         if self._survey.folder is None or not self._survey.rows:
-            return tr("Choose a folder of photos first.")
+            return Finding("action.no-photos")
         if not self._survey.document.taken_in:
-            return tr("The photos are being read.")
+            return Finding("photos.pending")
         return None
 
     def take_in(self) -> None:

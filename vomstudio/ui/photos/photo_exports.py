@@ -56,8 +56,8 @@ class PhotoExports(QObject):
         self._waiting: dict[str, None] = {}
         self._writing: _OnceDone | None = None
         self._one_at_a_time = Lock()
-        self.problem = ""
-        """Why the files beside the photos are not up to date; "" where they are."""
+        self.problem: Finding | None = None
+        """Why the files beside the photos are not up to date; None if they are."""
         document.points_changed.connect(self._points_changed)
         document.masks_changed.connect(self._masks_changed)
         self._soon = QTimer(self)
@@ -76,7 +76,7 @@ class PhotoExports(QObject):
         self._places = {row.name: mask_place(Path(row.path), paths) for row in rows}
         self._found = {row.name: Path(row.found_mask) for row in rows if row.found_mask}
         self._waiting.clear()
-        self.problem = ""
+        self.problem = None
         now = self._document.marking()
         self._given = now if given else None
         self._on_disk = Marking() if given else now
@@ -165,11 +165,10 @@ class PhotoExports(QObject):
                 self._write_one(CONTROL, now)
             if now.marks != self._on_disk.marks:
                 self._write_one(MARKS, now)
-            self._on_disk, self.problem = now, ""
+            self._on_disk, self.problem = now, None
         except TargetError as error:
-            self.problem = str(error)
-            outdated = Finding("points.tables-outdated", reason=error, reason_code=error.code)
-            self.message.emit(outdated, "warning")
+            self.problem = Finding("points.tables-outdated", reason=error, reason_code=error.code)
+            self.message.emit(self.problem, "warning")
         self.tables_written.emit()
 
     def _write_one(self, name: str, now: Marking) -> None:
@@ -262,12 +261,13 @@ class PhotoExports(QObject):
 
     def _written(self, name: str, made: Any) -> None:
         if isinstance(made, VomError):
-            if str(made) != self.problem:
-                self.message.emit(Finding("mask.files-outdated", reason=str(made)), "warning")
-            self.problem = str(made)
+            outdated = Finding("mask.files-outdated", reason=made)
+            if outdated != self.problem:
+                self.message.emit(outdated, "warning")
+            self.problem = outdated
             return
         path, kept = made
-        self.problem = ""
+        self.problem = None
         self._known[_key(str(self._places[name]))] = _sum(path)
         self._document.set_written(self._known)
         if kept is not None:

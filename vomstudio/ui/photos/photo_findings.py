@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.core.findings import Finding
-from vomstudio.geometry.units import length_text
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.words import tr
 
@@ -16,22 +15,19 @@ if TYPE_CHECKING:
     from vomstudio.jobs.survey_tasks import ControlFacts
 
 
-def control_findings(facts: ControlFacts | None, note: str) -> list[tuple[str, str]]:
-    """Severity and text of each finding about the control points. note : why control points beside
-    the photos are not used, "" where they are; it is said where there are no facts."""
+def control_findings(facts: ControlFacts | None, note: Finding | None) -> list[Finding]:
+    """Return the findings about the control points. note : why control points beside the photos
+    are not used, None if they are; it is reported if there are no facts."""
     if facts is None:
-        return [("warning", note)] if note else []
-    if facts.problem:
-        return [("error", as_sentence(facts.problem.message))]
+        return [] if note is None else [note]
+    if facts.problem is not None:
+        return [facts.problem]
     summary = as_sentence(str(facts.summary))
     if facts.crs:
         first = Finding("control.registers", crs=facts.crs, summary=summary)
     else:
         first = Finding("control.registers-locally", summary=summary)
-    return [
-        ("info", first.message),
-        *(("warning", as_sentence(str(text))) for text in facts.warnings),
-    ]
+    return [first, *facts.warnings]
 
 
 def placement_text(model: Model, resolution: float | None) -> str:
@@ -49,31 +45,28 @@ def placement_text(model: Model, resolution: float | None) -> str:
     )
 
 
-def finished_text(name: str, result: Reconstruction) -> str:
-    """The notice of a finished reconstruction of the photos of this name, with how well it fits
-    what registered it."""
-    made = tr(
-        "The reconstruction of {name} is finished: {registered} of {photos} photos are aligned, "
-        "and the mesh has {faces:,} faces.",
+def finished_reconstruction(name: str, result: Reconstruction) -> Finding:
+    """Return the notice of a finished reconstruction of the photos of this name, with how well it
+    fits what registered it."""
+    fit = _registration_rms(result.registration)
+    return Finding(
+        "reconstruction.finished",
         name=name,
         registered=result.registered,
         photos=result.photos,
         faces=result.faces,
+        fit="" if fit is None else fit.message,
+        **({} if fit is None else fit.values),
     )
-    return " ".join(filter(None, (made, _registered_text(result.registration))))
 
 
-def _registered_text(registration: Mapping[str, Any]) -> str:
-    """Root mean squares of the residuals, control and check points apart; "" without any."""
+def _registration_rms(registration: Mapping[str, Any]) -> Finding | None:
+    """Root mean squares of the residuals, control and check points apart; None without any."""
     control, check = registration.get("rms_control_m"), registration.get("rms_check_m")
     if control is not None and check is not None:
-        return tr(
-            "RMS of control points {control}, of check points {check}.",
-            control=length_text(control),
-            check=length_text(check),
-        )
+        return Finding("registration.check-rms", control_m=control, check_m=check)
     if control is not None:
-        return tr("RMS of control points {control}; no check points.", control=length_text(control))
+        return Finding("registration.control-rms", control_m=control)
     if (positions := registration.get("rms_m")) is not None:
-        return tr("RMS of camera positions {rms}.", rms=length_text(positions))
-    return ""
+        return Finding("registration.positions-rms", positions_m=positions)
+    return None

@@ -81,7 +81,7 @@ class PhotoMasks(QObject):
         self._making: frozenset[str] = frozenset()
         """Photos whose masks are already as the edit that is being made will have them."""
         self.last: Shape | None = None
-        self.busy = ""
+        self.busy: Finding | None = None
         document.masks_changed.connect(self._changed_elsewhere)
 
     # --- looking -----------------------------------------------------------------------------
@@ -203,15 +203,15 @@ class PhotoMasks(QObject):
             self._making = frozenset()
 
     # --- the same in many photos -------------------------------------------------------------
-    def why_not_repeat(self) -> str | None:
-        """None where the last shape can be drawn in other photos, else the reason."""
+    def why_not_repeat(self) -> Finding | None:
+        """Return why the last shape cannot be drawn in other photos; None if it can."""
         shape = self.last
         if shape is None or not shape.areas:
-            return tr("First draw the shape that all photos shall have in their mask.")
-        if self.busy:
+            return Finding("action.no-shape")
+        if self.busy is not None:
             return self.busy
         if not self._like(shape.photo):
-            return tr("No other photo has the size of this one.")
+            return Finding("action.no-similar-photo")
         return None
 
     def _like(self, name: str) -> list[str]:
@@ -249,13 +249,7 @@ class PhotoMasks(QObject):
                 done()
                 return
             count = len(others) - len(waiting)
-            self._set_busy(
-                tr(
-                    "The mask is being drawn: {done} of {total} photos are done.",
-                    done=count,
-                    total=len(others),
-                )
-            )
+            self._set_busy(Finding("mask.repeating", done=count, count=len(others)))
             name = waiting.pop(0)
             drawn_on[name] = self._document.masks().get(name)
             self._background.run(lambda: draw(name), arrived, failed)
@@ -270,18 +264,17 @@ class PhotoMasks(QObject):
                 waiting.extend(stale)
                 proceed()
                 return
-            self._set_busy("")
+            self._set_busy(None)
             if made and self._document.set_masks(tr("Mask all photos"), made):
                 self._forget()
-            messages = [Finding("mask.repeated", count=len(made))]
+            self.message.emit(Finding("mask.repeated", count=len(made)), "info")
             if left:
-                messages.append(Finding("mask.size-differs", count=left))
-            self.message.emit(" ".join(map(str, messages)), "info")
+                self.message.emit(Finding("mask.size-differs", count=left), "hint")
 
         proceed()
 
-    def _set_busy(self, words: str) -> None:
-        self.busy = words
+    def _set_busy(self, reason: Finding | None) -> None:
+        self.busy = reason
         self.busy_changed.emit()
 
     def _forget(self) -> None:

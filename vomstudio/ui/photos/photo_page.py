@@ -15,7 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.document.edit import Edit
 from vomstudio.errors import VomError
 from vomstudio.io.photos.cameras_file import FILE_NAME
@@ -75,7 +75,7 @@ class PhotoPage(QWidget):
         assert survey.folder is not None
         self.folder = survey.folder
         self._stepping = False
-        self._steps: list[Message | None] = []
+        self._steps: list[Finding | str | None] = []
         self._changed_masks: set[str] = set()
         rows = {row.name: row for row in survey.rows}
         self.document = survey.document
@@ -305,7 +305,7 @@ class PhotoPage(QWidget):
         else:
             super().keyPressEvent(event)
 
-    def say(self, message: Message | VomError, level: str = "info") -> None:
+    def say(self, message: Finding | VomError, level: str = "info") -> None:
         """Information goes into the status line, the rest into the bar over the photo."""
         if level == "info":
             self._write(str(message))
@@ -352,7 +352,7 @@ class PhotoPage(QWidget):
 
     def _refresh(self) -> None:
         self.actions_table.refresh()
-        steps: list[Message | None] = [
+        steps: list[Finding | str | None] = [
             tell(name)
             for name in ("undo", "redo")
             for tell in (self.actions_table.why_not, self.actions_table.what)
@@ -362,9 +362,9 @@ class PhotoPage(QWidget):
             self._steps = steps
             self.changed.emit()
         used = self.masks.used(self.photo)
-        if self.masks.busy:
-            words = self.masks.busy
-        elif self.survey.exports.problem:
+        if self.masks.busy is not None:
+            words = self.masks.busy.message
+        elif self.survey.exports.problem is not None:
             words = tr("Saved in the project, but not beside the photos.")
         elif used is None:
             words = tr("Reading…") if self.photo else ""
@@ -381,7 +381,7 @@ class PhotoPage(QWidget):
     def may_close(self) -> bool:
         """Whether all drawing is finished; if not, the user is told."""
         self.tools.drop()
-        if self.masks.busy:
+        if self.masks.busy is not None:
             self.wanted.emit()
             self.say(Finding("photo.busy", reason=self.masks.busy), "warning")
             return False

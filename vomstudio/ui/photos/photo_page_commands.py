@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import QWidget
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.pixel_areas import whole_area
 from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.photos.mark_canvas import BRUSH, LOOK, MARK, POLYGON, MarkCanvas
@@ -67,7 +67,7 @@ def over_photo(command: Command, table: Callable[[], Actions | None]) -> Command
         else:
             photo.run(name)
 
-    def why_not() -> Message | None:
+    def why_not() -> Finding | None:
         photo = table()
         return command.why_not() if photo is None else photo.why_not(name)
 
@@ -131,11 +131,11 @@ def undo_commands(
     return [
         Command("undo", tr("Undo"), lambda: undo(False), "undo", (), "",
                 lambda: masks.busy or (None if tools.corners or document.undo_label
-                                       else tr("There is nothing to undo.")),
+                                       else Finding("edit.nothing-to-undo")),
                 what=lambda: tr("Last vertex") if tools.corners else document.undo_label),
         Command("redo", tr("Redo"), lambda: undo(True), "redo", (), "",
                 lambda: masks.busy or (
-                    None if document.redo_label else tr("There is nothing to redo.")),
+                    None if document.redo_label else Finding("edit.nothing-to-redo")),
                 what=lambda: document.redo_label),
     ]  # fmt: skip
 
@@ -145,10 +145,10 @@ def mask_commands(
 ) -> list[Command]:
     """Commands that change the brush, and the mask as a whole."""
 
-    def no_mask() -> str | None:
+    def no_mask() -> Finding | None:
         if masks.busy or masks.used(photo.name) is not None:
-            return masks.busy or None
-        return tr("The mask is being read.")
+            return masks.busy
+        return Finding("mask.pending")
 
     def clear() -> None:
         used = masks.used(photo.name)

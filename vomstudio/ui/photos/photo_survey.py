@@ -18,12 +18,15 @@ from vomstudio.io.control.points import CONTROL, MARKS
 from vomstudio.io.project.reconstructions import RECONSTRUCTIONS
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.job import Job, Lane, Request, Result
-from vomstudio.ui.common.sentences import as_sentence
-from vomstudio.ui.common.studio import Notice, Studio
+from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos import reconstruction_folders
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_exports import PhotoExports
-from vomstudio.ui.photos.photo_findings import control_findings, finished_text, placement_text
+from vomstudio.ui.photos.photo_findings import (
+    control_findings,
+    finished_reconstruction,
+    placement_text,
+)
 from vomstudio.ui.photos.photo_import import PhotoImport
 from vomstudio.ui.photos.photo_row import PhotoRow, add_findings
 from vomstudio.ui.photos.reconstruction_settings import ReconstructionSettings
@@ -67,10 +70,10 @@ class PhotoSurvey(QObject):
         self.rows: list[PhotoRow] = []
         self.findings: tuple[Finding, ...] = ()
         self.verdict = ""
-        self.left_out: list[str] = []
+        self.left_out: list[Finding] = []
         self.problem = ""
         self.has_north = True
-        self.control_note = ""
+        self.control_note: Finding | None = None
         self.result: Reconstruction | None = None
         self._reading: RunningJob | None = None
         self._making: RunningJob | None = None
@@ -112,27 +115,24 @@ class PhotoSurvey(QObject):
         """The running reconstruction."""
         return self._making
 
-    def why_not_make(self) -> str | None:
-        """None where a reconstruction can be started, else the reason as a sentence."""
+    def why_not_make(self) -> Finding | None:
+        """Return why no reconstruction can be started; None if one can."""
         if self._making is not None:
-            return tr("A reconstruction is running.")
+            return Finding("action.reconstruction-running")
         if self.folder is None:
-            return tr("Choose a folder of photos first.")
+            return Finding("action.no-photos")
         if self.reading:
-            return tr("The photos are being read.")
+            return Finding("photos.pending")
         if len(self.rows) < 2:
-            return tr("A reconstruction needs at least two photos that overlap.")
+            return Finding("action.too-few-photos")
         if self._tables_soon.isActive():
-            return tr("The control points are being checked.")
+            return Finding("control.pending")
         if self.settings.control is not None:
             if self._forecasting is not None:
-                return tr("The control points are being checked.")
+                return Finding("control.pending")
             facts = self.control_facts
             if facts is not None and (problem := facts.problem):
-                return tr(
-                    "{problem} Choose other files, or none, in Reconstruction settings.",
-                    problem=as_sentence(problem.message),
-                )
+                return Finding("action.control-unusable", reason=problem)
         return None
 
     @property
@@ -219,7 +219,7 @@ class PhotoSurvey(QObject):
 
     def _listed(self, listed: PhotoList) -> None:
         self.rows = [PhotoRow(**vars(row), found_mask=row.mask) for row in listed.rows]
-        self.left_out = list(map(str, listed.left_out))
+        self.left_out = list(listed.left_out)
         self.rows_changed.emit()
         self.update_forecast()
         self._take_in()
@@ -255,8 +255,8 @@ class PhotoSurvey(QObject):
                 self.control_note = Finding(
                     "control.not-used",
                     table=Path(str(settings.control)).name,
-                    reason=facts.problem.message,
-                ).message
+                    reason=facts.problem,
+                )
                 found = replace(found, control=None)
             self.forecast = found
             self.rows_changed.emit()
@@ -269,7 +269,7 @@ class PhotoSurvey(QObject):
                     self._studio.warn(event.to_error())
                 self.changed.emit()
 
-        self.control_note = ""
+        self.control_note = None
         job = self._studio.jobs.submit(
             *forecast(self.folder, self.rows, settings),
             title=tr("Checking control points and memory"),
@@ -290,8 +290,8 @@ class PhotoSurvey(QObject):
         self.update_forecast()
         self.changed.emit()
 
-    def control_findings(self) -> list[tuple[str, str]]:
-        """Severity and text of what the control points allow."""
+    def control_findings(self) -> list[Finding]:
+        """Return what the control points allow."""
         return control_findings(self.control_facts, self.control_note)
 
     def placed_models(self) -> list[Model]:
@@ -415,18 +415,17 @@ class PhotoSurvey(QObject):
 
         def done(result: Reconstruction) -> None:
             self._making, self._goes_on = None, False
-            words = finished_text(name, result)
+            self._studio.info(finished_reconstruction(name, result))
             if self._studio.session is not session:
-                where = tr("The model belongs to another project: {file}", file=result.mesh)
-                self._studio.notice.emit(Notice(f"{words} {where}"))
+                self._studio.info(Finding("reconstruction.other-project", file=result.mesh))
                 self.changed.emit()
                 return
             self.result = result
             self._take(result.survey)
             self._show_cameras()
             self.rows_changed.emit()
-            said = [as_sentence(str(warning)) for warning in result.warnings[:2]]
-            self._studio.notice.emit(Notice(" ".join([words, *said])))
+            for warning in result.warnings[:2]:
+                self._studio.warn(warning, warning.severity)
             # The project may have been saved under another name meanwhile.
             place = self._studio.project.folder / RECONSTRUCTIONS / out.name
             if (photo_set := self.document.photo_set) is not None:
@@ -439,7 +438,7 @@ class PhotoSurvey(QObject):
                 self._goes_on = False
                 self.make()
             elif not event.cancelled:
-                reconstruction_folders.tell_failure(self._studio, out, event.message)
+                reconstruction_folders.tell_failure(self._studio, out, event)
             self.changed.emit()
 
         self._making = self._studio.jobs.submit(
@@ -474,7 +473,7 @@ class PhotoSurvey(QObject):
         self._stop_reading()
         self.exports.end()
         self.folder, self.rows, self.findings, self.result = None, [], (), None
-        self.verdict = self.problem = self.control_note = ""
+        self.verdict, self.problem, self.control_note = "", "", None
         self.forecast = None
         self.document.look_at(None)
         self.rows_changed.emit()

@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.units import length_text
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
@@ -226,10 +227,8 @@ class PhotosPanel(QWidget):
             verdict.setIcon(QIcon())
         for finding in survey.findings:
             self._add_finding(finding.severity, finding.message, list(finding.values["photos"]))
-        for severity, text in survey.control_findings():
-            self._add_finding(severity, text, [])
-        for text in survey.left_out:
-            self._add_finding("warning", text, [])
+        for finding in (*survey.control_findings(), *survey.left_out):
+            self._add_finding(finding.severity, as_sentence(finding.message), [])
         self._chosen()
         self._refresh()
 
@@ -274,7 +273,7 @@ class PhotosPanel(QWidget):
         self._pages.setCurrentIndex(0 if survey.folder is None else 1)
         with QSignalBlocker(self.quality):
             self.quality.setCurrentIndex(self.quality.findData(survey.quality))
-        allow(self.quality, None if job is None else tr("A model is being made."))
+        allow(self.quality, None if job is None else Finding("action.reconstruction-running"))
         self._bar.setVisible(job is not None or survey.reading)
         self._stage.setVisible(job is not None)
         self._pause.setVisible(job is not None)

@@ -229,7 +229,7 @@ class PointsBox(QGroupBox):
 
     def _fill_form(self) -> None:
         marking = self._marks.marking
-        allow(self.form, None if self.label else tr("Choose a point in the list first."))
+        allow(self.form, None if self.label else Finding("action.no-point"))
         point = marking.point(self.label)
         if not self.name.hasFocus() or not self.name.isModified():
             self.name.setText(self.label)
@@ -246,7 +246,7 @@ class PointsBox(QGroupBox):
         for spin, number in zip((self.mark_x, self.mark_y), pixel or (0.0, 0.0), strict=True):
             with QSignalBlocker(spin):
                 spin.setValue(number)
-            allow(spin, None if pixel is not None else tr("It is not marked in this photo."))
+            allow(spin, None if pixel is not None else Finding("action.no-mark"))
 
     # --- choosing and typing -----------------------------------------------------------------
     def choose(self, label: str) -> None:
@@ -311,7 +311,7 @@ class PointsBox(QGroupBox):
                 # The others are still to be typed.
                 return
             if (said := why_no_coordinate((x, y, z))) is not None:
-                self.message.emit(said.message, "warning")
+                self.message.emit(said, "warning")
                 return
             if sigma is not None and not sigma > 0:
                 self.message.emit(Finding("number.not-positive", value=sigma), "warning")

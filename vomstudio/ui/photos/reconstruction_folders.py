@@ -21,6 +21,7 @@ from vomstudio.io.project.reconstructions import (
     read_reconstruction,
 )
 from vomstudio.jobs import serialisation
+from vomstudio.jobs.events import Failed
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.ui.photos.reconstruction_settings import ReconstructionSettings, asked_for
@@ -62,10 +63,10 @@ def keep_failure(out: Path, reason: str) -> None:
             (out / _FAILURE).unlink(missing_ok=True)
 
 
-def tell_failure(studio: Studio, out: Path, reason: str) -> None:
-    """Keep why the run failed, and say it now."""
-    keep_failure(out, reason)
-    studio.warn(reason, "error")
+def tell_failure(studio: Studio, out: Path, event: Failed) -> None:
+    """Keep why the run failed, and report it now."""
+    keep_failure(out, event.message)
+    studio.warn(event.to_error(), "error")
 
 
 def failure(out: Path) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import current_model
 from vomstudio.ui.common.open_dialogs import OpenDialogs
@@ -17,11 +18,11 @@ def commands(
 ) -> list[Command]:
     """parent : of the dialogs"""
 
-    def no_model() -> str | None:
+    def no_model() -> Finding | None:
         model = current_model(studio)
         if model is None:
-            return tr("Open a model first.")
-        return None if model.id in studio.models else tr("The model's file is not open.")
+            return Finding("action.no-model")
+        return None if model.id in studio.models else Finding("model.not-open")
 
     def fit() -> None:
         from vomstudio.ui.registration.fit_dialog import FitDialog

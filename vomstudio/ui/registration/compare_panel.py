@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.options import option_words
 from vomstudio.document.records import Model
@@ -137,14 +138,14 @@ class ComparePanel(QWidget):
         model = current_model(self._studio) if self._studio.has_project else None
         self._model = model
         self.title.setText(
-            tr("Open an outcrop model first.")
+            Finding("action.no-model").message
             if model is None
             else tr("{model} held against", model=model.name)
         )
         self.other.offer_besides("" if model is None else model.id)
         self._take_up()
         if self._moved_since():
-            self.said.setText(tr("The model has been placed anew since: compare it again."))
+            self.said.setText(Finding("comparison.model-moved").message)
         self._refresh_buttons()
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
@@ -171,12 +172,7 @@ class ComparePanel(QWidget):
             return
         if not kept.stands(model):
             self.said.setText(
-                tr(
-                    "It was held against {other} on {day}, and has changed or been placed anew "
-                    "since: compare it again.",
-                    other=kept.benchmark,
-                    day=kept.made[:10],
-                )
+                Finding("comparison.outdated", benchmark=kept.benchmark, day=kept.made[:10]).message
             )
             return
         crs = model.frame.crs
@@ -221,10 +217,9 @@ class ComparePanel(QWidget):
         busy = self._job is not None
         why = None if busy else self._why_not()
         self.start.setText(tr("Stop") if busy else tr("Compare"))
-        self.start.setEnabled(why is None)
-        self.start.setToolTip(why or "")
-        none = None if self.held is not None else tr("Compare two models first.")
-        allow(self.export, tr("The models are being compared.") if busy else none)
+        allow(self.start, why)
+        none = None if self.held is not None else Finding("action.not-computed")
+        allow(self.export, Finding("action.busy") if busy else none)
         self.copy.allow(self._why_not())
         other = self.other.current()
         self.agreement.show_models(
@@ -240,13 +235,13 @@ class ComparePanel(QWidget):
             and now.to_world != self.held.model.to_world
         )
 
-    def _why_not(self) -> str | None:
+    def _why_not(self) -> Finding | None:
         if self._model is None:
-            return tr("Open an outcrop model first.")
+            return Finding("action.no-model")
         if self._model.id not in self._studio.models:
-            return tr("The model's file is not open.")
+            return Finding("model.not-open")
         if self.other.current() is None:
-            return tr("Choose the benchmark: another model of the project, or a file.")
+            return Finding("action.no-other-model")
         return None
 
     # --- the command -------------------------------------------------------------------------
@@ -323,14 +318,13 @@ class ComparePanel(QWidget):
         if opened is not None and opened.give_fields(fields):
             self._studio.display.show_field(model_id, FieldStyle(FIELD, -reach, reach))
         else:
-            said.append(tr("The model is too large to show them; export them to a file."))
+            said.append(Finding("model.fields-too-large").message)
         self.said.setText("\n".join(said))
         self._refresh_buttons()
 
     def _failed(self, event: Failed) -> None:
         self._job = None
-        stopped = tr("The comparison was stopped.")
-        self.said.setText(stopped if event.cancelled else event.message)
+        self.said.setText(str(Finding("job.stopped")) if event.cancelled else event.message)
         self._refresh_buttons()
 
     def _show(self) -> None:
@@ -358,8 +352,8 @@ class ComparePanel(QWidget):
         fields = file_for(studio.project.folder, held.fields.stem)
 
         def done(made: ExportedModel) -> None:
-            said = tr("The distances were written to {file}.", file=path)
-            studio.info(" ".join([said, *map(str, made.warnings)]))
+            for finding in (Finding("export.written", file=path), *made.warnings):
+                studio.info(finding)
 
         def failed(event: Failed) -> None:
             if not event.cancelled:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.core.options import option_words
 from vomstudio.document.records import Model
 from vomstudio.registration.register_options import RegisterOptions
@@ -50,7 +51,7 @@ class FitCopyButton(CopyCommandButton):
         self._studio, self._stable, self._points = studio, stable, points
         self._model, self._there = model, there
 
-    def refresh(self, wait: str | None) -> None:
+    def refresh(self, wait: Finding | None) -> None:
         """wait : why it cannot be copied now, apart from what is chosen"""
         self.allow(wait or why_no_command(self._studio, self._there.model, self._stable))
 
@@ -62,16 +63,13 @@ class FitCopyButton(CopyCommandButton):
 
 def why_no_command(
     studio: Studio, reference: OtherModel | None, stable: StablePartBox
-) -> str | None:
-    """Why the command could not say the same; None where it can."""
+) -> Finding | None:
+    """Return why no command makes the same fit; None if one does."""
     if reference is None:
-        return tr("choose what the model is fitted to first")
+        return Finding("action.no-other-model")
     record = studio.records.get(reference.id)
     if isinstance(record, Model) and record.registration is not None:
-        return tr(
-            "the other model stands elsewhere in this project than its file says; save a copy of "
-            "it and choose that"
-        )
+        return Finding("action.other-model-placed")
     return stable.why_no_mask()
 
 

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.document import edits
 from vomstudio.document.records import Model, Registration
 from vomstudio.errors import VomError
@@ -65,7 +65,7 @@ class FitDialog(QDialog):
         self.points = PointPairs()
         self.placed: Placed | None = None
         self.fitted: FittedModel | None = None
-        self._problem = ""
+        self._problem: Finding | None = None
         self._job: RunningJob | None = None
         self._background = QtBackground(self)
         self._solving = NewestResult(
@@ -185,11 +185,7 @@ class FitDialog(QDialog):
         found = self.other.current()
         why = None
         if found is not None and not found.frame.has_north:
-            why = tr(
-                "The frame of {model} is not declared, so that it cannot place another model. "
-                "Register it first, or declare its frame.",
-                model=found.name,
-            )
+            why = Finding("registration.reference-undeclared", model=found.name)
             found = None
         self.there.show_model(found)
         self._titles[1].setText(
@@ -198,7 +194,7 @@ class FitDialog(QDialog):
         self.points.clear()
         self._changed()
         if why is not None:
-            self.said.setText(why)
+            self.said.setText(why.message)
 
     def _titled(self, found: OtherModel) -> str:
         return tr("{model} ({frame})", model=found.name, frame=found.frame.name())
@@ -247,8 +243,7 @@ class FitDialog(QDialog):
         from vomstudio.registration.surface_points import some_points
         from vomstudio.workspace.placing.registering import placed_by_points
 
-        self.placed = self.fitted = None
-        self._problem = ""
+        self.placed = self.fitted = self._problem = None
         model, reference = self._model(), self.reference
         pairs = self.points.as_pairs()
         if model is None or reference is None or len(pairs.labels) < 3:
@@ -270,11 +265,11 @@ class FitDialog(QDialog):
             self._solving.ask(work)
 
     def _solved(self, placed: Placed) -> None:
-        self.placed, self._problem = placed, ""
+        self.placed, self._problem = placed, None
         self._show()
 
     def _unsolved(self, error: VomError) -> None:
-        self.placed, self._problem = None, str(error)
+        self.placed, self._problem = None, finding_of(error)
         self._show()
 
     def _show(self) -> None:
@@ -310,8 +305,8 @@ class FitDialog(QDialog):
         self.there.show_marks(marks, own(there), own(should_there))
 
     def _result_text(self) -> str:
-        if self._problem:
-            return self._problem
+        if self._problem is not None:
+            return self._problem.message
         if self.fitted is not None:
             return fit_summary(self.fitted, self._record())
         return "" if self.placed is None else placement_summary(self.placed)
@@ -319,15 +314,15 @@ class FitDialog(QDialog):
     # --- buttons -----------------------------------------------------------------------------
     def _explain_buttons(self) -> None:
         points, busy = self.points, self._job is not None
-        wait = tr("The surfaces are being fitted.") if busy else None
-        _set(self.undo, wait or (None if points.can_undo else tr("No point was clicked.")))
-        _set(self.redo, wait or (None if points.can_redo else tr("Nothing was taken back.")))
+        wait = Finding("action.busy") if busy else None
+        allow(self.undo, wait or (None if points.can_undo else Finding("edit.nothing-to-undo")))
+        allow(self.redo, wait or (None if points.can_redo else Finding("edit.nothing-to-redo")))
         chosen = self.table.chosen() is not None
-        _set(self.remove, wait or (None if chosen else tr("Select a point in the list first.")))
+        allow(self.remove, wait or (None if chosen else Finding("action.no-row")))
         self.fit.setText(tr("Stop") if busy else tr("Fit the surfaces"))
-        _set(self.fit, None if busy else self._why_no_fit())
-        none = None if self.fitted is not None else tr("Fit the surfaces first.")
-        _set(self.register, wait or none)
+        allow(self.fit, None if busy else self._why_no_fit())
+        none = None if self.fitted is not None else Finding("action.not-computed")
+        allow(self.register, wait or none)
         self.copy.refresh(wait)
         for part in (self.other, self.stable):
             allow(part, wait)
@@ -356,12 +351,12 @@ class FitDialog(QDialog):
             "Fit the surfaces, or click more points; where the counterpart should be is ringed."
         )
 
-    def _why_no_fit(self) -> Message | None:
+    def _why_no_fit(self) -> Finding | None:
         if self.reference is None:
-            return tr("Choose what the model is fitted to.")
+            return Finding("action.no-other-model")
         count = len(self.points.pairs)
         if count >= 3 and self.placed is None:
-            return self._problem or tr("The points are being solved.")
+            return self._problem or Finding("action.busy")
         return self.stable.why_not(self.points.pairs)
 
     # --- the fit -----------------------------------------------------------------------------
@@ -372,7 +367,7 @@ class FitDialog(QDialog):
         model, reference = self._model(), self.reference
         own = None if model is None else of_project(self._studio, model)
         if own is None or model is None or reference is None:
-            self.said.setText(tr("The model's file is not open."))
+            self.said.setText(Finding("model.not-open").message)
             return
         cache = self._studio.project.cache
         self.fitted = None
@@ -400,7 +395,7 @@ class FitDialog(QDialog):
         self.fitted = made if isinstance(made, FittedModel) else None
         self._show()
         if isinstance(made, Failed):
-            self.said.setText(tr("The fit was stopped.") if made.cancelled else made.message)
+            self.said.setText(str(Finding("job.stopped")) if made.cancelled else made.message)
 
     def _record(self) -> Registration | None:
         """What was found, with the error of what the model was fitted to."""
@@ -418,7 +413,11 @@ class FitDialog(QDialog):
 
     def accept(self) -> None:
         """Register the model by what was found."""
-        from vomstudio.workspace.placing.registering import set_words, sets_turned_deg, turned_deg
+        from vomstudio.workspace.placing.registering import (
+            sets_turned_deg,
+            sets_turned_finding,
+            turned_deg,
+        )
 
         studio, before, reference = self._studio, self._model(), self.reference
         if before is None or reference is None or self.fitted is None:
@@ -429,15 +428,12 @@ class FitDialog(QDialog):
         after = studio.records[before.id]
         assert isinstance(after, Model)
         measured = studio.measured(f.id for f in studio.session.features())
-        said = tr(
-            "{model} was fitted to {other}; it turned by {turn:.2f} degrees, and what was measured "
-            "on it with it.",
-            model=before.name,
-            other=reference.name,
-            turn=turned_deg(before, after),
-        )
-        sets = set_words(sets_turned_deg(studio.records, before, after, measured))
-        studio.warn(f"{said} {sets}".strip(), "info")
+        turn_deg = turned_deg(before, after)
+        names = {"model": before.name, "other": reference.name}
+        studio.info(Finding("registration.fitted", **names, turn_deg=turn_deg))
+        turned = sets_turned_deg(studio.records, before, after, measured)
+        if (sets := sets_turned_finding(turned)) is not None:
+            studio.info(sets)
         super().accept()
 
     def done(self, result: int) -> None:
@@ -454,8 +450,3 @@ class FitDialog(QDialog):
                 steps.callback(part.close_reading)
             for close in (self._solving.close, self._background.stop, self._forget_jobs):
                 steps.callback(close)
-
-
-def _set(button: QPushButton, why_not: Message | None) -> None:
-    button.setEnabled(why_not is None)
-    button.setToolTip("" if why_not is None else str(why_not))

@@ -8,6 +8,7 @@ from pathlib import Path
 from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QPushButton, QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Frame, Model, Registration
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.matrices import Matrix
@@ -157,7 +158,7 @@ class OtherModelBox(QWidget):
             self.said.emit(why)
 
         def failed(event: Failed) -> None:
-            refuse(tr("The file was not read.") if event.cancelled else event.message)
+            refuse(str(Finding("job.stopped")) if event.cancelled else event.message)
 
         self._job = studio.jobs.submit(
             LOAD_MODEL,

@@ -106,10 +106,10 @@ class StablePartBox(QWidget):
             return mask.path
         return self._polygons if self.which.currentIndex() == _POLYGONS else None
 
-    def why_no_mask(self) -> str | None:
-        """Why what was chosen is in no file that a command could read; None where it is."""
+    def why_no_mask(self) -> Finding | None:
+        """Return that the stable part is not in a file for a command; None if it is."""
         if self.which.currentIndex() in (_NEAR, _BOX):
-            return tr("the command takes the stable part from polygons or a model")
+            return Finding("action.stable-part-without-file")
         return None
 
     def close_reading(self) -> None:

@@ -19,7 +19,6 @@ from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.tools.interaction_types import Button, Pointer, PointerEvent
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr
 from vomstudio.workspace.photos import PhotoLinks
 
 Rows = tuple[tuple[float, ...], ...]
@@ -55,14 +54,12 @@ class CameraView(QObject):
         for model_id in self._studio.models:
             self._model_loaded(model_id)
 
-    def why_not(self) -> str | None:
-        """Why no cameras can be shown; None where they can."""
+    def why_not(self) -> Finding | None:
+        """Return why no cameras can be shown; None if they can."""
         if not self._studio.models:
-            return tr("Open a model first.")
+            return Finding("action.no-model")
         if not any(self._files.get(i) in self._frusta for i in self._studio.models):
-            return tr(
-                "No open model has a file with the cameras of its photos (cameras.json) beside it."
-            )
+            return Finding("cameras.none-beside-models")
         return None
 
     def folder(self) -> Path | None:
@@ -157,7 +154,7 @@ class CameraView(QObject):
         name = self._cameras.at(event.x, event.y)
         if name is not None:
             self.choose({name})
-            self._studio.info(tr("This is the camera of photo {photo}.", photo=name))
+            self._studio.info(Finding("camera.clicked", photo=name))
             self.chosen.emit(name)
 
 

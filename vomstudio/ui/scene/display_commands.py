@@ -87,7 +87,7 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
                 view.why_not, checked=lambda: shown.clipping),
         Command("clipping_reset", tr("Fit clipping box to models"),
                 lambda: fit_clip(studio, view), None, (), "",
-                lambda: None if shown.clipping else tr("The clipping box is off.")),
+                lambda: None if shown.clipping else Finding("action.no-clipping-box")),
         Command("display_settings", tr("Display settings"), lambda: docks.bring_forward(_DOCK)),
     ]  # fmt: skip
     for pixels in display.POINT_SIZES:
@@ -123,7 +123,7 @@ def fill_fields(menu: QMenu, studio: Studio) -> None:
     model = current_model(studio)
     opened = None if model is None else studio.models.get(model.id)
     if model is None or opened is None:
-        menu.addAction(tr("Open a model first.")).setEnabled(False)
+        menu.addAction(Finding("action.no-model").message).setEnabled(False)
         return
     shown = studio.display
     current = shown.styles.get(model.id)

@@ -337,8 +337,7 @@ class DisplayPanel(QWidget):
             (self.lit, display.why_not_lit(models), shown.lit[mode]),
             (self.eye_dome, display.why_not_eye_dome(models), shown.eye_dome),
         ):
-            box.setEnabled(why is None)
-            box.setToolTip("" if why is None else tr("Not now: {reason}", reason=why))
+            allow(box, why)
             box.setChecked(on)
         self._show_field()
         self._show_clip()
@@ -348,7 +347,7 @@ class DisplayPanel(QWidget):
         opened = None if model is None else self._studio.models.get(model.id)
         why = why_no_model(self._studio)
         if opened is None and why is None:
-            why = tr("The file of the model is not open.")
+            why = Finding("model.not-open")
         allow(self.field_box, why)
         if model is None or opened is None:
             self.field_box.setTitle(tr("Scalar field"))
@@ -394,7 +393,7 @@ class DisplayPanel(QWidget):
             with QSignalBlocker(spin):
                 spin.setValue(percent)
         for widget in (self.low, self.high, self.first, self.last, self.whole):
-            allow(widget, None if ranged else tr("The colours of this field have no ends."))
+            allow(widget, None if ranged else Finding("action.field-without-ends"))
 
     def _show_clip(self) -> None:
         box: ClipBox | None = self._display.box

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
+from vomstudio.core.findings import Finding
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.tools.registry import TOOLS
@@ -19,7 +20,6 @@ from vomstudio.ui.scene.face_grid_drawings import FaceGridDrawings
 from vomstudio.ui.scene.proposed_trace_drawings import ProposedTraceDrawings
 from vomstudio.ui.scene.scene_presenter import ScenePresenter
 from vomstudio.ui.scene.view_history import ViewHistory
-from vomstudio.words import tr
 
 _KEEP_CAMERA_MS = 500
 _READING = "numbers.md#the-live-reading"
@@ -71,10 +71,10 @@ class OutcropView(QObject):
             self._camera_changed()
             self.history.watch(self.viewport)
 
-    def why_not(self) -> str | None:
-        """Why the view cannot be changed now; None where it can."""
+    def why_not(self) -> Finding | None:
+        """Return why the view cannot be changed now; None if it can."""
         if self.viewport is None or not self._studio.models:
-            return tr("Open a model first.")
+            return Finding("action.no-model")
         return None
 
     # --- directions --------------------------------------------------------------------------

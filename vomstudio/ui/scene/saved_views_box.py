@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLineEdit, QPushButton, QW
 from vomstudio.core.findings import Finding
 from vomstudio.errors import VomError
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, allow
 from vomstudio.ui.scene.outcrop_view import OutcropView
 from vomstudio.words import tr
 from vomstudio.workspace.saved_views import SavedView, SavedViews
@@ -34,8 +34,12 @@ class SavedViewsBox(QWidget):
         line.textChanged.connect(self._check)
         self.names.activated.connect(self._look)
         self.save = QPushButton(tr("Save view"))
+        self.save.setToolTip(
+            tr("Keep the camera and the clipping box under this name, with the project.")
+        )
         self.save.clicked.connect(self._save)
         self.delete = QPushButton(tr("Delete"))
+        self.delete.setToolTip(tr("Delete the view of this name."))
         self.delete.clicked.connect(self._delete)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -95,15 +99,5 @@ class SavedViewsBox(QWidget):
 
     def _check(self, *_: object) -> None:
         named = bool(self.names.currentText().strip())
-        why = self._view.why_not() or (None if named else tr("Type a name for the view first."))
-        self.save.setEnabled(why is None)
-        self.save.setToolTip(
-            tr("Keep the camera and the clipping box under this name, with the project.")
-            if why is None
-            else tr("Not now: {reason}", reason=why)
-        )
-        known = self._known() is not None
-        self.delete.setEnabled(known)
-        self.delete.setToolTip(
-            tr("Delete the view of this name.") if known else tr("Choose a saved view first.")
-        )
+        allow(self.save, self._view.why_not() or (None if named else Finding("action.no-name")))
+        allow(self.delete, Finding("action.no-saved-view") if self._known() is None else None)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from vomstudio.core.findings import Finding
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
@@ -34,10 +35,10 @@ _THEMES = (
 def commands(studio: Studio, view: OutcropView, only_outcrop: Callable[[], None]) -> list[Command]:
     """only_outcrop : hides the panels, or shows them again"""
 
-    def none_chosen() -> str | None:
+    def none_chosen() -> Finding | None:
         if studio.measured(studio.selection.ids):
             return view.why_not()
-        return tr("Select a feature first.")
+        return Finding("action.no-feature")
 
     def look(name: str) -> Callable[[], None]:
         return lambda: view.standard_view(name)

@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.core.findings import Finding, Message, finding_of
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.document.edit import Edit
 from vomstudio.document.measurement import Measurement
 from vomstudio.document.records import Matrix, Model, get_feature
@@ -40,7 +40,7 @@ from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fold_box import FoldBox
 from vomstudio.ui.common.qt_background import NewestResult
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import Label, rich_label
+from vomstudio.ui.common.widgets import Label, allow, rich_label
 from vomstudio.ui.scene.bedding_axis import BeddingAxis
 from vomstudio.ui.scene.outcrop_view import OutcropView
 from vomstudio.ui.scene.saved_views_box import SavedViewsBox
@@ -245,9 +245,9 @@ class ViewPanel(QWidget):
         """Return why the fold axis cannot be computed; None if it can."""
         return self._bedding.why_not()
 
-    def why_no_plane(self) -> str | None:
-        """Why no plane can be faced; None where one is selected."""
-        return None if self._plane() is not None else tr("Select a plane first.")
+    def why_no_plane(self) -> Finding | None:
+        """Return why no plane can be faced; None if one is selected."""
+        return Finding("selection.no-plane") if self._plane() is None else None
 
     def origin_of(self, direction: Line) -> tuple[str, float | None]:
         """From which measurement a direction follows, as a sentence, and its 95 % error in degrees
@@ -367,7 +367,7 @@ class ViewPanel(QWidget):
 
     def _show(self) -> None:
         axis, plane = self._bedding.axis_or_reason(), self._plane()
-        no_plane = None if plane is not None else tr("Select a plane first.")
+        no_plane = Finding("selection.no-plane") if plane is None else None
         meeting, slip = self._meeting(), self._across_slip()
         beta = axis if isinstance(axis, Finding) else Direction(axis.beta, axis.error95_deg)
         self._offer("beta", beta)
@@ -376,13 +376,11 @@ class ViewPanel(QWidget):
         error = self._error_of_current()
         self._offer("facing", no_plane if plane is None else Direction(plane.pole(), error))
         for name in ("strike", "dip"):
-            _enable(self._buttons[name], no_plane)
+            allow(self._buttons[name], no_plane)
         line = self._line()
         self._offer("line", self.why_no_line() if line is None else Direction(line, error))
-        _enable(
-            self._buttons["rock"],
-            None if self._exposed_view() is not None else tr("Open a model with a surface first."),
-        )
+        no_surface = Finding("action.no-surface") if self._exposed_view() is None else None
+        allow(self._buttons["rock"], no_surface)
         self._show_cost()
         if not isinstance(axis, Finding):
             text = f"<b>{escape(_axis_text(axis))}</b>"
@@ -391,13 +389,13 @@ class ViewPanel(QWidget):
         else:
             self._verdict.setText(escape(axis.message))
 
-    def _offer(self, name: str, found: Direction | Message | None) -> None:
+    def _offer(self, name: str, found: Direction | Finding | None) -> None:
         """A button that says, before it is pressed, where it looks and what that costs."""
         button = self._buttons[name]
         if not isinstance(found, Direction):
-            _enable(button, str(found or tr("There is no such direction.")))
+            allow(button, found or Finding("action.no-direction"))
             return
-        _enable(button, None)
+        allow(button, None)
         said = tr(
             "Along {line} (95 %).",
             line=format_attitude(found.line, found.error95_deg),
@@ -414,11 +412,6 @@ class ViewPanel(QWidget):
         """From which measurement the present direction follows, and what its error costs."""
         said, error = self.origin_of(self._direction)
         self._cost.setText(f"{said} {self._cost_of(self._direction, error)}".strip())
-
-
-def _enable(button: QPushButton, why_not: str | None) -> None:
-    button.setEnabled(why_not is None)
-    button.setToolTip("" if why_not is None else tr("Not now: {reason}", reason=why_not))
 
 
 def _axis_text(axis: FoldAxis) -> str:

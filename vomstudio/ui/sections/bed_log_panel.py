@@ -18,7 +18,7 @@ from vomstudio.document.kinds.dimension import Dimension
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.records import Feature, Logged, get, get_feature
 from vomstudio.document.registration_errors import model_of
-from vomstudio.errors import VomError
+from vomstudio.errors import InputError
 from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.notation import format_attitude
 from vomstudio.geometry.units import Axes
@@ -204,23 +204,19 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
     def _answer(self, question: LogQuestion) -> LogAnswer:
         return answer(question)
 
-    def _question(self) -> LogQuestion | str:
-        """Or why there is none."""
+    def _question(self) -> LogQuestion:
         studio = self._studio
         line = get_feature(studio.records, self.line_id) if self.line_id else None
         if line is None:
-            return Finding("bed.no-line").message
+            raise InputError(Finding("bed.no-line"))
         each = (get(studio.records, f.id, Trace) for f in self.group.features())
         traces = [trace for trace in each if trace is not None]
         measured = studio.measured({f.id for f in traces} | {line.id, self.bed.id} - {""})
         bed = measured[self.bed.id] if self.bed.id else None
         if bed is not None and bed.plane is None:
-            return str(bed.problem or Finding("field.no-plane"))
-        try:
-            reach = number_in(self.reach, "number.not-a-length")
-            options = self.options.options(bed_error_deg=None if bed is None else bed.total95_deg)
-        except VomError as error:
-            return error.message
+            raise InputError(bed.problem or Finding("field.no-plane"))
+        reach = number_in(self.reach, "number.not-a-length")
+        options = self.options.options(bed_error_deg=None if bed is None else bed.total95_deg)
         model = model_of(studio.records, line)
         return LogQuestion(
             line.id, measured[line.id], str(self.of.currentData()),
@@ -273,28 +269,24 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
     def _refresh(self) -> None:
         studio = self._studio
         is_line_selected = current_line(studio, Logged) is not None
-        allow(
-            self.take,
-            None if is_line_selected else tr("Select a trace or a measured polyline first."),
-        )
+        allow(self.take, None if is_line_selected else Finding("action.no-line"))
         line = get_feature(studio.records, self.line_id) if studio.has_project else None
         self.line.setText(tr("none") if line is None else line.name or tr("the picked line"))
         allow(self.pick, why_no_model(studio))
-        by_points = tr("The boundaries are the points of the line.")
+        by_points = Finding("action.points-are-boundaries")
         allow(self.reach, by_points if self.of.currentData() == POINTS else None)
         why = None
         if self._requests.waiting:
-            why = tr("the log is being computed")
+            why = Finding("action.busy")
         elif self.result is None:
-            why = tr("there is no log yet")
+            why = Finding("action.no-result")
         allow(self.write, why)
         self.copy.allow(why)
 
     # --- what is taken away ------------------------------------------------------------------
     def write_to(self, path: Path) -> None:
         if self.result is not None:
-            message = tr("The log was written to {file}.", file=path)
-            self._write(write, self.result, path, message)
+            self._write(write, self.result, path)
 
     def copy_command(self) -> None:
         """Ask for the table of the boundaries, and put the command on the clipboard."""

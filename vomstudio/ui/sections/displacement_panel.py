@@ -335,11 +335,11 @@ class DisplacementPanel(LazyPanel):
 
     def _refresh(self) -> None:
         two = self._selected_two() if self._studio.has_project else None
-        lacking = tr("Select two traces of one bed first (Ctrl adds to the selection).")
+        lacking = Finding("action.not-two-traces")
         allow(self.add, None if two is not None else lacking)
         chosen = 0 <= self.table.currentRow() < len(self.pairs)
-        allow(self.remove, None if chosen else tr("Choose a pair in the table first."))
-        self.copy.allow(None if self.result is not None else tr("there is no result yet"))
+        allow(self.remove, None if chosen else Finding("action.no-row"))
+        self.copy.allow(None if self.result is not None else Finding("action.no-result"))
 
     # --- the command -------------------------------------------------------------------------
     def copy_command(self) -> None:

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.options import option_words
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
@@ -113,7 +114,7 @@ class ElevationPanel(QWidget):
     def _model_chosen(self, *_: object) -> None:
         model = self.model.chosen_model()
         cloud = model is not None and self._is_cloud(model)
-        allow(self.grid.fields["limit_m"], None if cloud else tr("Only points have to be joined."))
+        allow(self.grid.fields["limit_m"], None if cloud else Finding("action.clouds-only"))
         if not self.target.isModified() and model is not None:
             project = self._studio.project
             folder = Path(start_folder(self._studio))
@@ -130,30 +131,29 @@ class ElevationPanel(QWidget):
         for fields in (self.grid, self.also):
             fields.show_unit(unit_of(axes))
 
-    def why_not(self) -> str | None:
-        """None where it can be made now."""
+    def why_not(self) -> Finding | None:
+        """Return why no elevation model can be made now; None if one can."""
         model = self.model.chosen_model()
         if model is None:
-            return tr("open a model first")
+            return Finding("action.no-model")
         if self._studio.project.find_model(model) is None:
-            return tr("the model's file was not found; choose it with Model > Locate file")
+            return Finding("model.file-missing", model=model.name)
         try:
             self.plane.plane()
         except VomError as error:
-            return error.message
+            return cause_of(error)
         if not self.target.text().strip().lower().endswith((".tif", ".tiff")):
-            return tr("the file name must end in .tif")
+            return Finding("export.not-tif")
         return None
 
     def _check(self, *_: object) -> None:
         why = self.why_not()
         busy = self._job is not None
         self.start.setText(tr("Stop") if busy else tr("Make"))
-        self.start.setEnabled(busy or why is None)
-        self.start.setToolTip("" if why is None else tr("Not now: {reason}", reason=why))
+        allow(self.start, None if busy else why)
         self.copy.allow(why)
         if not busy and self.made is None:
-            self.said.setText("" if why is None else tr("Not now: {reason}.", reason=why))
+            self.said.setText("" if why is None else tr("Not now: {reason}", reason=why))
 
     def _browse(self) -> None:
         name, _ = QFileDialog.getSaveFileName(
@@ -221,9 +221,9 @@ class ElevationPanel(QWidget):
         self._job, self.made = None, made
         unit = "m" if metric else tr("units")
         self.figures.setText(result_text(made, self._studio.settings.notation, unit))
-        said = [tr("Written to {file}.", file=made.raster), *map(str, made.warnings)]
-        self.said.setText("\n".join(said))
-        self._studio.info(tr("The elevation model was written to {file}.", file=made.raster))
+        written = Finding("export.written", file=made.raster)
+        self.said.setText("\n".join(map(str, (written, *made.warnings))))
+        self._studio.info(written)
         from vomstudio.products.elevation.picture import read_picture
 
         self._background.run(
@@ -236,8 +236,7 @@ class ElevationPanel(QWidget):
     def _failed(self, event: Failed) -> None:
         self._job = None
         self._check()
-        stopped = tr("Stopped. Nothing was written.")
-        self.said.setText(stopped if event.cancelled else event.message)
+        self.said.setText(str(Finding("job.stopped")) if event.cancelled else event.message)
 
     def _forget(self) -> None:
         """Another project."""

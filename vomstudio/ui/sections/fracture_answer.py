@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.errors import VomError
 from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.notation import exact_plane
@@ -92,7 +92,7 @@ class FractureAnswer:
     drawing: Drawing
     mark: Mark | None
     mapped: Mapped | None
-    why: str = ""
+    why: Finding | None = None
 
 
 def numbers_of(text: str) -> tuple[float, ...] | None:
@@ -104,17 +104,17 @@ def numbers_of(text: str) -> tuple[float, ...] | None:
     return tuple(float(v) for v in values if v is not None)
 
 
-def wanted_of(counted_in: str, place: tuple[float, ...]) -> str | None:
+def wanted_of(counted_in: str, place: tuple[float, ...]) -> Finding | None:
     """Why these numbers are no place of this kind; None where they are one, or none are given."""
-    n = len(place)
+    n, text = len(place), ", ".join(f"{value:g}" for value in place)
     if counted_in in (EVERYTHING, GRID) or not n:
         return None
     if counted_in == WINDOW and not (n == 4 or (n >= 6 and n % 2 == 0)):
-        return tr("A window is two corners x, y, x, y, or the corners of a polygon.")
+        return Finding("fractures.not-a-window", text=text)
     if counted_in == CIRCLE and not (n == 3 and place[2] > 0):
-        return tr("A circle is x, y of its centre and its radius.")
+        return Finding("fractures.not-a-circle", text=text)
     if counted_in == SCANLINE and (n < 4 or n % 2):
-        return tr("A scanline is x, y of its beginning, x, y of its end, and of bends between.")
+        return Finding("fractures.not-a-scanline", text=text)
     return None
 
 
@@ -154,9 +154,9 @@ def answer(question: FractureQuestion) -> FractureAnswer:
     counted = Counted()
     why = wanted_of(q.counted_in, place)
     if q.counted_in in (CIRCLE, SCANLINE) and not place:
-        why = Finding("fractures.no-mark").message
+        why = Finding("fractures.no-mark")
     if q.cells is not None and not len(cells):
-        why = Finding("fractures.no-cells", grid=q.cells.name).message
+        why = Finding("fractures.no-cells", grid=q.cells.name)
     if why is None:
         counted = _of_cells(cells) if len(cells) else _counted(q.counted_in, place, mark)
         try:
@@ -171,7 +171,7 @@ def answer(question: FractureQuestion) -> FractureAnswer:
                 mapped = replace(mapped, y_axis="y")
             return FractureAnswer(q, face, placed, lines, counted, drawing, mark, mapped)
         except VomError as error:
-            why = error.message
+            why = cause_of(error)
     return FractureAnswer(q, face, placed, lines, counted, drawing, mark, None, why)
 
 

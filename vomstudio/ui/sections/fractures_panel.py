@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.core.options import option_words
 from vomstudio.document.edit import Edit
 from vomstudio.document.figures import Subject
@@ -35,7 +36,7 @@ from vomstudio.document.records import (
     get_feature,
 )
 from vomstudio.document.registration_errors import model_of
-from vomstudio.errors import VomError
+from vomstudio.errors import InputError
 from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geometry.units import Axes
 from vomstudio.io.gis.crs import world_crs
@@ -174,9 +175,9 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         self.place.clear()
         why = None
         if kind == EVERYTHING:
-            why = tr("All traces are counted. Choose a window, circle or scanline.")
+            why = Finding("action.all-traces-counted")
         elif kind == GRID:
-            why = tr("The cells of the grid that are done or empty are the window.")
+            why = Finding("action.cells-are-window")
         allow(self.place, why)
         self.place.setPlaceholderText(
             {
@@ -212,13 +213,9 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         least = 3 if kind == WINDOW else 2
         why = None
         if kind not in (WINDOW, SCANLINE):
-            why = tr("a window or a scanline can be taken")
+            why = Finding("action.no-window")
         elif line is None or len(line) < least or self.result is None:
-            why = (
-                tr("select a measured area first")
-                if kind == WINDOW
-                else tr("select a measured polyline or a trace first")
-            )
+            why = Finding("action.no-area" if kind == WINDOW else "action.no-line")
         allow(self.take, why)
 
     def _take_selected(self) -> None:
@@ -264,22 +261,17 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
             found.append(MappedTrace(f.id, f.name, f.set_name or named, color, shape))
         return found
 
-    def _question(self) -> FractureQuestion | str:
-        """Or why there is none."""
+    def _question(self) -> FractureQuestion:
         traces = self._traces()
         if not traces:
-            if self.of.choice() == SELECTED:
-                return tr("Select traces, or choose others above.")
-            return tr("There are no traces here. Pick some on the outcrop.")
-        try:
-            plane = self.plane.plane()
-        except VomError as error:
-            return error.message
+            is_selection = self.of.choice() == SELECTED
+            raise InputError(Finding("selection.unsuitable" if is_selection else "traces.none"))
+        plane = self.plane.plane()
         place = numbers_of(self.place.text())
         if place is None:
-            return tr("Give numbers with commas between them, such as 0, 0, 5, 2.5.")
+            raise InputError(Finding("fractures.not-numbers", text=self.place.text().strip()))
         if (why := wanted_of(self._counted(), place)) is not None:
-            return why
+            raise InputError(why)
         models = [
             model_of(self._studio.records, get_feature(self._studio.records, t.id)) for t in traces
         ]
@@ -293,7 +285,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
 
     # --- the answer --------------------------------------------------------------------------
     def _result_text(self, result: FractureAnswer) -> str:
-        notes = [result.why]
+        notes = [str(result.why)]
         if result.mapped is not None:
             plane = result.face.plane
             assert plane is not None
@@ -316,7 +308,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
                     str(each)
                     for each in result.mapped.found.warnings
                     # The first line names the plane.
-                    if getattr(each, "code", "") != "lines.not-planar"
+                    if each.code != "lines.not-planar"
                 ),
                 *map(str, result.mapped.found.notes),
                 *self.of.left_out(),
@@ -335,9 +327,9 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
     def _refresh(self) -> None:
         why = None
         if self._requests.waiting:
-            why = tr("the traces are being counted")
+            why = Finding("action.busy")
         elif self.result is None or self.result.mapped is None:
-            why = tr("nothing has been counted yet")
+            why = Finding("action.no-result")
         allow(self.figure, why)
         self.copy.allow(why)
 
@@ -367,7 +359,7 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         result = self.result
         labelled = None if result is None else result.mapped
         if labelled is not None:
-            self._write(write_figure, labelled, path, tr("Exported to {file}.", file=path))
+            self._write(write_figure, labelled, path)
 
     def copy_command(self) -> None:
         """Ask for the GeoPackage of the traces, and put the command on the clipboard."""

@@ -8,9 +8,10 @@ import numpy as np
 from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QLineEdit, QPushButton
 
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.document import grid_edits
 from vomstudio.document.records import FaceGrid, Model, get, get_feature
-from vomstudio.errors import VomError
+from vomstudio.errors import InputError, VomError
 from vomstudio.geology.looked_at.shares import LookedAt
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.tools.cells import CellsTool
@@ -68,7 +69,7 @@ class LookedAtPanel(AnalysisPanel[ShareQuestion, LookedAt]):
         )
         self.remove = QPushButton(theme.icon("delete-outline"), tr("Remove grid"))
         self.remove.setToolTip(tr("Its marks go with it; undo brings them back."))
-        self.figures = FiguresPage(_first_step())
+        self.figures = FiguresPage(Finding("grid.not-begun").message)
         self.figures.setAccessibleName(tr("What was looked at"))
         self._arrange()
         self._connect()
@@ -130,17 +131,15 @@ class LookedAtPanel(AnalysisPanel[ShareQuestion, LookedAt]):
         """The chosen one."""
         return get(self._studio.records, self.grids.currentData(), FaceGrid)
 
-    def _question(self) -> ShareQuestion | str:
-        """Or why there is none."""
+    def _question(self) -> ShareQuestion:
         studio, grid = self._studio, self.grid()
         if grid is None:
-            return _first_step()
+            raise InputError(Finding("grid.not-begun"))
         model = get(studio.records, grid.model_id, Model)
         exposed = studio.workspace.grids.exposed(grid.id)
         if exposed is None:
-            if grid.model_id in studio.models:
-                return tr("Counting…")
-            return tr("The grid's model is not open, so its surface is not known.")
+            is_open = grid.model_id in studio.models
+            raise InputError(Finding("action.busy" if is_open else "model.not-open"))
         own = [f.id for f in studio.session.features() if getattr(f, "model_id", "") == model.id] \
             if model is not None else []  # fmt: skip
         lines = lines_on(studio.records, studio.measured(own), grid.model_id)
@@ -169,25 +168,25 @@ class LookedAtPanel(AnalysisPanel[ShareQuestion, LookedAt]):
     def _refresh(self) -> None:
         marking = self._studio.has_project and self._studio.tool_name == CellsTool.name
         allow(self.lay, self._why_not_lay())
-        no_grid = None if self.grid() is not None else tr("Lay a grid first.")
+        no_grid = None if self.grid() is not None else Finding("action.no-grid")
         allow(self.mark, no_grid)
         allow(self.remove, no_grid)
         with QSignalBlocker(self.mark):
             self.mark.setChecked(marking and no_grid is None)
 
-    def _why_not_lay(self) -> str | None:
+    def _why_not_lay(self) -> Finding | None:
         if self.model.chosen_model() is None:
-            return tr("Open a model first.")
+            return Finding("action.no-model")
         if self._laying:
-            return tr("A grid is being laid.")
+            return Finding("action.busy")
         if self.over.currentData() == _SELECTED and not self._selected():
-            return tr("Select features that lie on the face first.")
+            return Finding("action.no-feature")
         if (text := self.cell.text().strip()) and not ((parse_number(text) or 0.0) > 0.0):
-            return tr("The side of a cell is a positive number.")
+            return Finding("grid.cell-size")
         try:
             self.plane.plane()
         except VomError as error:
-            return error.message
+            return cause_of(error)
         return None
 
     # --- what is done ------------------------------------------------------------------------
@@ -233,7 +232,3 @@ class LookedAtPanel(AnalysisPanel[ShareQuestion, LookedAt]):
     def _remove(self) -> None:
         if (grid := self.grid()) is not None:
             self._studio.attempt(grid_edits.remove_grid, grid.id)
-
-
-def _first_step() -> str:
-    return tr("Lay a grid over the face, then mark its cells as you look through them.")

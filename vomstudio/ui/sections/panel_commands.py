@@ -16,7 +16,7 @@ from vomstudio.words import tr
 
 
 def commands(studio: Studio, workspaces: Workspaces, docks: Docks) -> list[Command]:
-    def no_model() -> str | None:
+    def no_model() -> Finding | None:
         return why_no_model(studio)
 
     def no_lines() -> Finding | None:

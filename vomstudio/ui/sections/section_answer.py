@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.document.measurement_cache import Measurements
 from vomstudio.document.records import Feature, Matrix, Record
 from vomstudio.geometry.cloud import PointCloud
@@ -52,7 +52,7 @@ class SectionAnswer:
     flats: tuple[Flat, ...]
     figures: SectionFigures
     drawing: Drawing
-    warnings: tuple[Message, ...] = ()
+    warnings: tuple[Finding, ...] = ()
 
 
 def answer(question: SectionQuestion) -> SectionAnswer:

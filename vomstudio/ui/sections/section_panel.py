@@ -14,10 +14,11 @@ from PySide6.QtWidgets import (
     QPushButton,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.core.options import option_words
 from vomstudio.document.domains import domain_names
 from vomstudio.document.records import Feature, Model, Picked
-from vomstudio.errors import VomError
+from vomstudio.errors import InputError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.units import Axes
@@ -197,7 +198,8 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         if len(points):
             self.through.setText(", ".join(f"{v:.3f}" for v in points.mean(axis=0).tolist()))
 
-    def _point(self, model: Model) -> Array | str:
+    def _point(self, model: Model) -> Array:
+        """(3,) World, on the plane. Raises InputError for text that is not a point."""
         text = self.through.text().strip()
         if not text:
             from vomstudio.geometry import transform
@@ -210,8 +212,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             return middle
         values = [parse_number(word) for word in text.replace(";", ",").split(",")]
         if len(values) != 3 or any(v is None or not math.isfinite(v) for v in values):
-            return tr("Give the point as x, y, z, such as {example}.",
-                      example="12.5, 3, 120")  # fmt: skip
+            raise InputError(Finding("section.not-a-point", text=text))
         return np.array(values, np.float64)
 
     def _show_axes(self, axes: Axes) -> None:
@@ -225,32 +226,21 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
     def _answer(self, question: SectionQuestion) -> SectionAnswer:
         return answer(question)
 
-    def _question(self) -> SectionQuestion | str:
-        """Or why there is none."""
+    def _question(self) -> SectionQuestion:
         studio, model = self._studio, self.model.chosen_model()
         if model is None:
-            return tr("Open a model first.")
+            raise InputError(Finding("action.no-model"))
         path = studio.project.find_model(model)
         if path is None:
-            return tr("The model's file was not found; choose it with Model > Locate file.")
+            raise InputError(Finding("model.file-missing", model=model.name))
         by_line = self.along_what.currentData() == "line"
         if by_line and self.line is None:
-            return tr(
-                "Draw a line on the outcrop, or select a trace or a measured polyline and take it."
-            )
-        try:
-            plane, along = self.plane.plane(), self.direction.direction()
-        except VomError as error:
-            return error.message
+            raise InputError(Finding("section.line-missing"))
+        plane, along = self.plane.plane(), self.direction.direction()
         if not by_line and plane is None:
-            return tr("Type the plane of the section, or take that of the view or a selected one.")
+            raise InputError(Finding("field.plane-missing"))
         through = None if by_line else self._point(model)
-        if isinstance(through, str):
-            return through
-        try:
-            curtain = curtain_of(plane, through, self.line if by_line else None)
-        except VomError as error:
-            return error.message
+        curtain = curtain_of(plane, through, self.line if by_line else None)
         data, frame = studio.models[model.id].data, model.frame
         options = self.cutting.options(
             plane=None if plane is None or by_line else plane_text(plane),
@@ -273,9 +263,6 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         )  # fmt: skip
 
     # --- the answer -----------------------------------------------------------------------------
-    def _failed(self, error: VomError) -> None:
-        self._show(None, error.message.replace("--slab", tr("Slab")))
-
     def _result_text(self, result: SectionAnswer) -> str:
         f = result.figures
         unit = "m" if result.question.metric else tr("units")
@@ -305,24 +292,21 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         parted = self._studio.has_project and bool(domain_names(self._studio.session.records))
         self._form_rows.setRowVisible(self.by_domain, parted)
         each = parted and self.by_domain.isChecked()
-        allow(self.direction, tr("Each domain has a direction of its own.") if each else None)
+        allow(self.direction, Finding("action.direction-by-domain") if each else None)
         why = None
         if self._requests.waiting:
-            why = tr("the model is being cut")
+            why = Finding("action.busy")
         elif self.result is None:
-            why = tr("there is no section yet")
+            why = Finding("action.no-result")
         allow(self.write, why)
         self.copy.allow(why)
         line, feature = current_line(self._studio, Picked), current_feature(self._studio)
-        allow(
-            self.take_line,
-            None if line is not None else tr("Select a trace or a measured polyline first."),
-        )
-        allow(self.take_through, None if feature is not None else tr("Select a feature first."))
+        allow(self.take_line, None if line is not None else Finding("action.no-line"))
+        allow(self.take_through, None if feature is not None else Finding("action.no-feature"))
         model = self.model.chosen_model() if self._studio.has_project else None
         cloud = model is not None and isinstance(self._studio.models[model.id].data, PointCloud)
         slab = self.cutting.fields["slab_m"]
-        allow(slab, None if cloud else tr("Only a point cloud is cut as a slab."))
+        allow(slab, None if cloud else Finding("action.clouds-only"))
 
     def _opened(self) -> None:
         """Another project."""
@@ -335,8 +319,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
     # --- what is taken away ---------------------------------------------------------------------
     def write_to(self, path: Path) -> None:
         if self.result is not None:
-            message = tr("The section was written to {file}.", file=path)
-            self._write(write, self.result, path, message)
+            self._write(write, self.result, path)
 
     def copy_command(self) -> None:
         """Along a line the command reads it from a file, which is asked for."""

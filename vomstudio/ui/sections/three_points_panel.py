@@ -28,7 +28,7 @@ from vomstudio.document.kinds.reading import Reading
 from vomstudio.document.kinds.trace import Trace
 from vomstudio.document.measurement import scatter_of
 from vomstudio.document.records import Feature, Picked, get, get_feature
-from vomstudio.errors import VomError
+from vomstudio.errors import InputError, VomError
 from vomstudio.files.atomic import write_bytes
 from vomstudio.geology.faults.displacement_options import ThreePointOptions
 from vomstudio.geology.notation import format_attitude
@@ -207,8 +207,8 @@ class ThreePointsPanel(LazyPanel):
 
     def _read_came(self, made: Boundaries) -> None:
         self._fill([[repr(value) for value in row] for row in made.points.tolist()])
-        if made.warnings:
-            self._studio.warn(" ".join(map(str, made.warnings)))
+        for warning in made.warnings:
+            self._studio.warn(warning)
 
     def _fill(self, rows: list[list[str]]) -> None:
         """Rows that a person can write into follow, as long as there are fewer than three."""
@@ -252,21 +252,19 @@ class ThreePointsPanel(LazyPanel):
         from vomstudio.geology.faults.three_points import plane_of_three_points
 
         self.plane = self._points = None
-        points = self._numbers()
-        message = points if isinstance(points, str) else ""
-        if not isinstance(points, str):
-            try:
-                self._sigma = number_in(self.sigma, "number.not-a-length") or 0.0
-                self.plane = plane_of_three_points(points, ThreePointOptions(self._sigma).sigma_m)
-                self._points = points
-                message = self._plane_text(self.plane)
-            except VomError as error:
-                message = error.message
+        try:
+            points = self._numbers()
+            self._sigma = number_in(self.sigma, "number.not-a-length") or 0.0
+            self.plane = plane_of_three_points(points, ThreePointOptions(self._sigma).sigma_m)
+            self._points = points
+            message = self._plane_text(self.plane)
+        except VomError as error:
+            message = str(error)
         self.message.setText(message)
         self._refresh()
 
-    def _numbers(self) -> Array | str:
-        """(n, 3) World, of the rows that are full; or what is missing."""
+    def _numbers(self) -> Array:
+        """(n, 3) World, of the rows that are full. Raises InputError if some are missing."""
         rows = []
         for i in range(self.table.rowCount()):
             cells = [self.table.item(i, j) for j in range(3)]
@@ -276,11 +274,11 @@ class ThreePointsPanel(LazyPanel):
             values = [parse_number(text) for text in texts]
             if any(value is None for value in values):
                 wrong = next(t for t, v in zip(texts, values, strict=True) if v is None)
-                finding = Finding("number.invalid", text=wrong, row=i + 1)
-                return tr("Row {row}: {reason}", row=i + 1, reason=finding)
+                place = tr("Row {row}", row=i + 1)
+                raise InputError(Finding("number.invalid", text=wrong), field=place)
             rows.append([value or 0.0 for value in values])
         if len(rows) < _LEAST:
-            return Finding("three-points.too-few").message
+            raise InputError(Finding("three-points.too-few"))
         return np.array(rows)
 
     def _plane_text(self, result: ThreePoints) -> str:
@@ -307,14 +305,14 @@ class ThreePointsPanel(LazyPanel):
     def _refresh(self) -> None:
         studio = self._studio
         is_line_selected = current_line(studio, Picked, _LEAST) is not None
-        lacking = tr("Select a trace or a line of three points or more first.")
+        lacking = Finding("action.line-too-short", minimum=_LEAST)
         allow(self.take, None if is_line_selected else lacking)
         allow(self.pick, why_no_model(studio))
-        allow(self.fewer, None if self.table.currentRow() >= 0 else tr("Choose a row first."))
-        why = None if self.plane is not None else tr("there is no plane yet")
+        allow(self.fewer, None if self.table.currentRow() >= 0 else Finding("action.no-row"))
+        why = None if self.plane is not None else Finding("action.no-result")
         self.copy.allow(why)
         if why is None and self.of_id:
-            why = tr("the points are those of a trace, which is in the project")
+            why = Finding("action.points-of-trace")
         allow(self.add, why)
 
     # --- what is taken away ------------------------------------------------------------------

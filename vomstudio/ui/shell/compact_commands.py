@@ -36,9 +36,7 @@ def _why_not(studio: Studio) -> Finding | None:
 def _compact(studio: Studio, parent: QWidget) -> None:
     plan = studio.project.compaction()
     if plan.nothing:
-        studio.info(
-            tr("The project contains nothing to remove: undo and redo can still reach everything.")
-        )
+        studio.info(Finding("compaction.nothing-to-remove"))
         return
     question = tr("Compact {project}?", project=studio.project.name)
     answer = QMessageBox.question(parent, question, compaction_text(plan))
@@ -50,8 +48,7 @@ def _compact(studio: Studio, parent: QWidget) -> None:
         studio.fail(error)
         return
     studio.history_changed.emit()
-    words = tr("The project is compacted. This can be undone until the project is closed.")
-    studio.notice.emit(Notice(words, "info", "take_back_compaction"))
+    studio.notice.emit(Notice(Finding("compaction.done"), "info", "take_back_compaction"))
 
 
 def compaction_text(plan: Plan) -> str:
@@ -87,4 +84,4 @@ def _take_back(studio: Studio) -> None:
         studio.fail(error)
         return
     studio.history_changed.emit()
-    studio.info(tr("The journal is complete again, including the edits made since the compaction."))
+    studio.info(Finding("compaction.undone"))

@@ -6,15 +6,17 @@ import ctypes
 import os
 import sys
 
+from vomstudio.core.findings import Finding
 from vomstudio.failures.missing_libraries import missing_library
-from vomstudio.words import tr
 
 _NEEDED = (3, 2)
 
 
-def why_no_screen() -> str | None:
-    """One sentence where Qt would find no screen, and would end the process over it; None where it
-    finds one. To be asked before the application is made."""
+def why_no_screen() -> Finding | None:
+    """Return why Qt would find no screen, and end the process; None if it finds one.
+
+    To be called before the application is created.
+    """
     platform = os.environ.get("QT_QPA_PLATFORM", "").partition(":")[0]
     if not sys.platform.startswith("linux") or platform not in ("", "xcb"):
         return None
@@ -22,26 +24,17 @@ def why_no_screen() -> str | None:
         return None
     display = os.environ.get("DISPLAY")
     if not display:
-        return tr(
-            "There is no screen for the window (DISPLAY is not set). The commands work without "
-            "one: vomstudio --help lists them."
-        )
+        return Finding("screen.missing")
     try:
         xcb = ctypes.CDLL("libxcb.so.1")
         ctypes.CDLL(_plugin())
     except (ImportError, OSError) as error:
-        return str(missing_library(error) or error)
+        return missing_library(error) or Finding("screen.library-failed", error=error)
     xcb.xcb_connect.restype = ctypes.c_void_p
     connection = ctypes.c_void_p(xcb.xcb_connect(None, None))
     failed = xcb.xcb_connection_has_error(connection)
     xcb.xcb_disconnect(connection)
-    if not failed:
-        return None
-    return tr(
-        "The screen {display} cannot be reached: check DISPLAY, and whether this user may use it. "
-        "The commands work without one: vomstudio --help lists them.",
-        display=display,
-    )
+    return Finding("screen.unreachable", display=display) if failed else None
 
 
 def _plugin() -> str:
@@ -53,9 +46,11 @@ def _plugin() -> str:
     return os.path.join(plugins, "platforms", "libqxcb.so")
 
 
-def why_not_drawn() -> str | None:
-    """One sentence with the remedy; None where OpenGL 3.2 is there. To be asked after the
-    application and its default surface are made."""
+def why_not_drawn() -> Finding | None:
+    """Return why the window cannot draw; None if OpenGL 3.2 is available.
+
+    To be called after the application and its default surface are created.
+    """
     from PySide6.QtGui import QGuiApplication, QOffscreenSurface, QOpenGLContext, QSurfaceFormat
 
     if QGuiApplication.platformName() in ("offscreen", "minimal"):
@@ -66,20 +61,10 @@ def why_not_drawn() -> str | None:
     surface.setFormat(QSurfaceFormat.defaultFormat())
     surface.create()
     if not context.create() or not context.makeCurrent(surface):
-        return tr(
-            "This screen has no OpenGL, which drawing needs. Install the driver of the graphics "
-            "card, or on Linux the package libgl1-mesa-dri, which draws without one; the commands "
-            "work without it: vomstudio --help lists them."
-        )
+        return Finding("screen.no-opengl")
     found = context.format().version()
     context.doneCurrent()
     if tuple(found) < _NEEDED:
-        return tr(
-            "This screen has OpenGL {major}.{minor}; drawing needs {needed}. Update the driver of "
-            "the graphics card, or on Linux set LIBGL_ALWAYS_SOFTWARE=1, which draws without it; "
-            "the commands work without it: vomstudio --help lists them.",
-            major=found[0],
-            minor=found[1],
-            needed="{}.{}".format(*_NEEDED),
-        )
+        version, needed = (".".join(map(str, each)) for each in (found, _NEEDED))
+        return Finding("screen.old-opengl", version=version, needed=needed)
     return None

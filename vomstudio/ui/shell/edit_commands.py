@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from PySide6.QtWidgets import QInputDialog, QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.common.command_targets import chosen_features, why_none_chosen
@@ -19,18 +20,18 @@ from vomstudio.workspace.history import step_words
 def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[Command]:
     """find : asks for a command by its words. parent : of the dialogs"""
 
-    def none_chosen() -> str | None:
+    def none_chosen() -> Finding | None:
         return why_none_chosen(studio)
 
-    def nothing_to_undo() -> str | None:
-        return None if studio.undo_label else tr("There is nothing to undo.")
+    def nothing_to_undo() -> Finding | None:
+        return None if studio.undo_label else Finding("edit.nothing-to-undo")
 
-    def nothing_to_redo() -> str | None:
+    def nothing_to_redo() -> Finding | None:
         if studio.redo_label:
             return None
         if studio.session.redo_label and studio.open_tool is not None:
-            return tr("Finish or cancel the open feature first.")
-        return tr("There is nothing to redo.")
+            return Finding("feature.open")
+        return Finding("edit.nothing-to-redo")
 
     def undo_text() -> str:
         label = studio.undo_label

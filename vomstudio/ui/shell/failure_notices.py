@@ -116,11 +116,11 @@ class FailureNotices(QObject):
             self._say(failure)
 
     def _say(self, failure: Failure) -> None:
-        message = failure.finding if failure.count == 1 else failure.text
+        notice = Notice(failure.finding, "error", _ACTION, failure.repetitions)
         try:
-            self._host.studio.notice.emit(Notice(message, "error", _ACTION))
+            self._host.studio.notice.emit(notice)
         except Exception:  # noqa: BLE001 - reporting it would lead back here
-            _log.exception("an error could not be shown: %s", message)
+            _log.exception("an error could not be shown: %s", notice.text)
 
 
 def may_close(host: Host, parent: QWidget, questions: Sequence[Callable[[], bool]]) -> bool:
@@ -219,9 +219,7 @@ def save_report(host: Host, parent: QWidget) -> None:
             QMessageBox.critical(parent, "VOM Studio", as_words(str(error)))
         return
     if host.filled:
-        host.studio.info(
-            tr("The report was written to {path}. Read it before you pass it on.", path=path)
-        )
+        host.studio.info(Finding("program.report-written", file=path))
 
 
 def compose_report(host: Host) -> str:

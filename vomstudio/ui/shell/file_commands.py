@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from vomstudio.core.findings import Finding
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.shell.project_files import Files
@@ -13,12 +14,8 @@ from vomstudio.words import tr
 def commands(studio: Studio, files: Files, leave: Callable[[], object]) -> list[Command]:
     """leave : ends the program"""
 
-    def no_features() -> str | None:
-        return (
-            None
-            if studio.session.features()
-            else tr("There are no features yet. Pick a trace first.")
-        )
+    def no_features() -> Finding | None:
+        return None if studio.session.features() else Finding("export.no-features")
 
     def open_sample() -> None:
         from vomstudio.io.project.sample import sample_model

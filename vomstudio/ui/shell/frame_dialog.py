@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.document.records import Frame, Model
 from vomstudio.errors import InputError
 from vomstudio.geometry.mesh import Mesh
@@ -135,30 +136,30 @@ class FrameDialog(QDialog):
             self._check()
         else:
             ok = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
-            allow(ok, tr("It is being looked up."))
+            allow(ok, Finding("action.crs-pending"))
             self._pause.start()
 
     def _check(self, *_: object) -> None:
         self._pause.stop()
         ok = self._buttons.button(QDialogButtonBox.StandardButton.Ok)
-        other = tr("The frame has no coordinate system. Choose Projected coordinates above.")
+        other = Finding("action.frame-without-crs")
         allow(self._crs, None if self._crs_button.isChecked() else other)
-        unknown = tr("Choose above how much of the frame is known.")
+        unknown = Finding("action.frame-unknown")
         allow(self._unit, unknown if self._none_button.isChecked() else None)
         if not self._crs_button.isChecked():
             self._say("")
             allow(ok, None)
             return
         if not self._crs.text().strip():
-            why = tr("Enter a code, name or country, such as EPSG:32633, UTM 33N or Iceland.")
-            self._say(why)
+            why = Finding("action.no-crs")
+            self._say(why.message)
             allow(ok, why)
             return
         try:
             code, unit = parse_crs(self._crs.text())
         except InputError as error:
             self._say(error.message)
-            allow(ok, error.message)
+            allow(ok, cause_of(error))
             return
         self._say(crs_name(code))
         self._unit.setCurrentIndex(max(0, self._unit.findData(unit)))

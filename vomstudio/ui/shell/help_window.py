@@ -24,6 +24,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.files.regular import read_small_text
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.widgets import allow, side_by_side
@@ -171,8 +172,8 @@ class HelpWindow(QDialog):
             button.clicked.connect(lambda _=False, step=step: step())
 
         def moved(past: bool, future: bool) -> None:
-            allow(back, None if past else tr("There is no page before this one."))
-            allow(forward, None if future else tr("There is no page after this one."))
+            allow(back, None if past else Finding("action.first-page"))
+            allow(forward, None if future else Finding("action.last-page"))
 
         self.view.moved.connect(moved)
         moved(False, False)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Model
 from vomstudio.tools.control import ControlTool
 from vomstudio.ui.common.actions import Command
@@ -14,11 +15,9 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.shell.model_copying import copy_into_project
 from vomstudio.ui.shell.project_files import Files
 from vomstudio.ui.workspaces.arrangements import Workspaces
-from vomstudio.words import to_translate, tr
+from vomstudio.words import tr
 from vomstudio.workspace.notices import CONVERT
 from vomstudio.workspace.photos import PhotoLinks
-
-_NO_MODEL = to_translate("Open a model first.")
 
 
 def commands(
@@ -26,20 +25,18 @@ def commands(
 ) -> list[Command]:
     """parent : of the dialogs"""
 
-    def no_model() -> str | None:
-        return None if studio.session.of(Model) else tr(_NO_MODEL)
+    def no_model() -> Finding | None:
+        return None if studio.session.of(Model) else Finding("action.no-model")
 
-    def cannot_copy() -> str | None:
+    def cannot_copy() -> Finding | None:
         model = current_model(studio)
         if model is None:
-            return tr(_NO_MODEL)
+            return Finding("action.no-model")
         if studio.project.untitled:
-            return tr("Save the project first.")
+            return Finding("action.project-untitled")
         if model.id not in studio.models:
-            return tr("The model's file is not open.")
-        return (
-            None if Path(model.path).is_absolute() else tr("The model is already in the project.")
-        )
+            return Finding("model.not-open")
+        return None if Path(model.path).is_absolute() else Finding("action.model-in-project")
 
     def register() -> None:
         workspaces.switch("register")
@@ -50,21 +47,21 @@ def commands(
         if model is not None:
             copy_into_project(parent, studio, links, model)
 
-    def cannot_export() -> str | None:
+    def cannot_export() -> Finding | None:
         model = current_model(studio)
         if model is None:
-            return tr(_NO_MODEL)
-        return None if model.id in studio.models else tr("The model's file is not open.")
+            return Finding("action.no-model")
+        return None if model.id in studio.models else Finding("model.not-open")
 
-    def not_missing() -> str | None:
+    def not_missing() -> Finding | None:
         model = current_model(studio)
         if model is None:
-            return tr(_NO_MODEL)
-        return tr("The model's file has been found.") if model.id in studio.models else None
+            return Finding("action.no-model")
+        return Finding("action.model-located") if model.id in studio.models else None
 
-    def cannot_convert() -> str | None:
+    def cannot_convert() -> Finding | None:
         offered = studio.workspace.models.convertible
-        return tr("No model was refused for its CRS.") if offered is None else None
+        return Finding("action.no-refused-model") if offered is None else None
 
     return [
         Command("declare_frame", tr("&Declare frame…"), files.declare_frame, "axis-arrow",

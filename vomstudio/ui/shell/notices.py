@@ -50,11 +50,11 @@ class Notices(QObject):
         """folders : projects that were not closed, the newest first; restore : opens one"""
         newest = folders[0]
         if newest.parent == untitled_folder():
-            findings = [Finding("project.unsaved-found")]
+            found = Finding("project.unsaved-found")
         else:
-            findings = [Finding("project.unclosed", project=newest.stem)]
-        if older := len(folders) - 1:
-            findings.append(Finding("project.older-unclosed", count=older))
-        notice = Notice(" ".join(map(str, findings)), "warning")
+            found = Finding("project.unclosed", project=newest.stem)
+        older = len(folders) - 1
+        more = (Finding("project.older-unclosed", count=older),) if older else ()
+        notice = Notice(found, "warning", more=more)
         self._messages.add(notice)
         self._bar.say(notice, (tr("Restore"), lambda: restore(newest)))

@@ -195,15 +195,13 @@ class Files(QObject):
                                   thresholds=self._studio.settings.thresholds)  # fmt: skip
             files = ", ".join(str(file) for file in made.files)
             self._exported = format_, path
-            self._studio.info(tr("Exported to {files}.", files=files))
+            self._studio.info(Finding("export.written", file=files))
 
         self.attempt(write)
 
-    def why_no_export(self) -> str | None:
-        """None where something was exported."""
-        if self._exported is None:
-            return tr("Nothing has been exported yet.")
-        return None
+    def why_no_export(self) -> Finding | None:
+        """Return that nothing was exported yet; None if something was."""
+        return Finding("action.nothing-exported") if self._exported is None else None
 
     def copy_export(self) -> None:
         """Put the command that exports the same on the clipboard."""
@@ -235,9 +233,9 @@ class Files(QObject):
             return
 
         def done(made: ExportedModel) -> None:
-            self._studio.info(
-                " ".join([tr("Exported to {file}.", file=out), *map(str, made.warnings)])
-            )
+            self._studio.info(Finding("export.written", file=out))
+            for warning in made.warnings:
+                self._studio.warn(warning)
 
         def failed(event: Failed) -> None:
             if not event.cancelled:

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vomstudio.core.findings import Finding
 from vomstudio.failures.asked_to_stop import end_on_second
 from vomstudio.failures.missing_libraries import missing_library
 from vomstudio.paths import resource
@@ -131,13 +132,13 @@ def _say_missing(error: ImportError) -> int:
     return 2
 
 
-def _tell(refused: str) -> None:
+def _tell(refused: Finding) -> None:
     from PySide6.QtCore import QTimer
     from PySide6.QtWidgets import QMessageBox
 
     print(refused, file=sys.stderr)
     # Whoever started it from a menu sees no terminal; nobody may be there to close it.
-    box = QMessageBox(QMessageBox.Icon.Critical, "VOM Studio", refused)
+    box = QMessageBox(QMessageBox.Icon.Critical, "VOM Studio", refused.message)
     QTimer.singleShot(_SHOWN_MS, box.close)
     box.exec()
 

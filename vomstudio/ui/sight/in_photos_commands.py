@@ -7,6 +7,7 @@ from pathlib import Path
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QFileDialog, QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import current_model, start_folder, why_no_model
 from vomstudio.ui.common.studio import Studio
@@ -30,11 +31,11 @@ def commands(
 ) -> list[Command]:
     """photos : in the list beside the one that is shown. parent : of the dialogs"""
 
-    def no_model() -> str | None:
+    def no_model() -> Finding | None:
         return why_no_model(studio)
 
-    def no_photo() -> str | None:
-        return None if photos.count() else tr("No photos are shown.")
+    def no_photo() -> Finding | None:
+        return None if photos.count() else Finding("action.no-shown-photo")
 
     def show() -> None:
         docks.bring_forward(_DOCK)
@@ -71,7 +72,7 @@ def commands(
         Command("find_photos", tr("&Locate photos…"), find_photos,
                 "folder-search-outline", (),
                 tr("Choose the folder in which the photos of the model are now."),
-                lambda: None if links.models() else tr("Open the cameras of the model first.")),
+                lambda: None if links.models() else Finding("action.no-cameras")),
         Command("previous_photo", tr("Previous photo"), lambda: photos.step(-1),
                 "chevron-left",
                 "Alt+Left", "", no_photo),

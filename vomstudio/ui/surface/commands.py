@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from vomstudio.core.findings import Finding
 from vomstudio.ui.common.actions import Command
+from vomstudio.ui.common.command_targets import why_no_model
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.window_protocols import Docks
 from vomstudio.words import tr
@@ -17,8 +19,8 @@ def commands(studio: Studio, docks: Docks) -> list[Command]:
         docks.bring_forward(_DOCK)
         studio.surface_wanted.emit(page)
 
-    def no_model() -> str | None:
-        return None if studio.models else tr("Open a model first.")
+    def no_model() -> Finding | None:
+        return why_no_model(studio)
 
     return [
         Command("surface_fields", tr("Surface f&ields…"), lambda: show("fields"),

@@ -178,7 +178,7 @@ class FacetsPanel(ProposalsPanel):
         super()._refresh_buttons()
         self.copy.allow(self._why_not())
         proposals, selection = self._facets.proposals, self._selection()
-        none_chosen = tr("Choose facets in the list first.")
+        none_chosen = Finding("action.no-row")
         for button, on, tip, reason in (
             (self.accept, bool(selection),
              tr("Make what is chosen in the list patches (Enter); undo takes it back."),
@@ -187,12 +187,12 @@ class FacetsPanel(ProposalsPanel):
              none_chosen),
             (self.accept_all, bool(self._facets.open),
              tr("Make all facets patches, as one step; undo takes it back."),
-             Finding("facets.none-open").message),
+             Finding("facets.none-open")),
             (self.reject_all, proposals is not None, tr("Forget all facets; nothing is changed."),
-             tr("There is nothing to reject.")),
+             Finding("action.no-proposals")),
         ):  # fmt: skip
             button.setEnabled(on)
-            button.setToolTip(tip if on else reason)
+            button.setToolTip(tip if on else str(reason))
         if proposals is not None and not proposals.whole:
             self.accept_all.setToolTip(tr("Make all facets of the part in view patches."))
 
@@ -254,8 +254,8 @@ class FacetsPanel(ProposalsPanel):
         self._facets.paint(by, "hsv" if by == "dip direction" else None)
 
     def _summary_text(self, proposals: Proposals | None) -> str:
-        if proposals is None or self._facets.message:
-            return str(self._facets.message)
+        if proposals is None or self._facets.findings:
+            return " ".join(map(str, self._facets.findings))
         studio = self._studio
         lines = [share_text(proposals, self._facets.open, self._facets.accepted)]
         lines += map(str, proposals.told.warnings)

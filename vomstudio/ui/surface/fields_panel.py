@@ -13,12 +13,12 @@ from PySide6.QtWidgets import (
     QPushButton,
 )
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.document.kinds import kind_of
 from vomstudio.document.records import Model, get_feature
 from vomstudio.extraction.surface_fields import KINDS
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, narrow_form
+from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, allow, narrow_form
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.surface.direction_wheel import DirectionWheel
 from vomstudio.ui.surface.measurable_plane import MeasurablePlane
@@ -119,6 +119,7 @@ class FieldsPanel(ModelPanel):
         self.safe.clicked.connect(self._recolour)
         self.wheel = DirectionWheel()
         self.off = QPushButton()
+        self.off.setToolTip(tr("Show the model as before; the field stays at hand."))
         self.off.setObjectName("field_off")
         self.off.clicked.connect(lambda _: self._studio.display.set_mode("textured"))
         self.progress.setTextVisible(True)
@@ -265,14 +266,9 @@ class FieldsPanel(ModelPanel):
         opened = None if self._model is None else self._studio.models.get(self._model.id)
         self.off.setText(usual_look([] if opened is None else [opened.data]))
         shown = self._studio.display.mode == "field"
-        self.off.setEnabled(shown)
-        self.off.setToolTip(
-            tr("Show the model as before; the field stays at hand.")
-            if shown
-            else tr("No field is shown.")
-        )
+        allow(self.off, None if shown else Finding("action.no-field"))
 
-    def _why_not(self) -> Message | None:
+    def _why_not(self) -> Finding | None:
         why = super()._why_not()
         if why is None and self._wanted() is None:
             if self.kind.currentData() == TO_PLANE:
@@ -283,7 +279,7 @@ class FieldsPanel(ModelPanel):
         return why
 
     def _show_figures(self) -> None:
-        lines = [str(self._fields.message)] if self._fields.message else []
+        lines = [" ".join(map(str, self._fields.findings))] if self._fields.findings else []
         model = self._model
         shown = None if model is None else self._fields.shown.get(model.id)
         opened = None if model is None else self._studio.models.get(model.id)

@@ -10,7 +10,7 @@ from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QAbstractItemView, QProgressBar, QPushButton, QScrollArea
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Model
 from vomstudio.tools.interaction_types import Area, Hit, Preview
 from vomstudio.ui.analyse.analysis_panel import LazyPanel
@@ -81,10 +81,10 @@ class ModelPanel(LazyPanel):
         )
         self._show_progress()
 
-    def _why_not(self) -> Message | None:
+    def _why_not(self) -> Finding | None:
         """Return why the job cannot start, or None if it can."""
         if self._model is None:
-            return Finding("display.no-model")
+            return Finding("action.no-model")
         return self._studio.fields.why_not(self._model.id)
 
     def _refresh_buttons(self) -> None:

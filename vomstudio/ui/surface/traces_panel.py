@@ -14,7 +14,7 @@ from PySide6.QtWidgets import (
     QSizePolicy,
 )
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.options import option_words
 from vomstudio.document import catalogue
 from vomstudio.document.records import Model
@@ -168,7 +168,7 @@ class TracesPanel(ProposalsPanel):
             current = ProposalOptions().used_cost if before is None else before
             self.cost.setCurrentIndex(max(0, self.cost.findData(current)))
 
-    def _why_not(self) -> Message | None:
+    def _why_not(self) -> Finding | None:
         is_onnx = self._model is not None and self.cost.currentData() == ONNX
         if is_onnx and not self.network.text().strip():
             return Finding("follow.no-network")
@@ -180,32 +180,32 @@ class TracesPanel(ProposalsPanel):
         self._network_row.setVisible(self.cost.currentData() == ONNX)
         self.copy.allow(self._why_not())
         rows = self._selection()
-        none_chosen = tr("Choose lines in the list first.")
+        none_chosen = Finding("action.no-row")
         open_tool = self._studio.open_tool is not None
         for button, reason, tip in (
             (self.accept, None if rows else none_chosen,
              tr("Make what is chosen in the list traces, in one step (Enter); undo takes it "
                 "back.")),
             (self.edit,
-             tr("Choose one line in the list first.") if len(rows) != 1
-             else tr("Finish the open feature (Enter) or cancel it (Esc) first.") if open_tool
+             Finding("action.not-one-row") if len(rows) != 1
+             else Finding("feature.open") if open_tool
              else None,
              tr("Open the chosen line in the trace tool, to move, add or take away way-points.")),
             (self.reject, None if rows else none_chosen,
              tr("Leave out what is chosen in the list, now and when lines are looked for again "
                 "(Delete).")),
             (self.forget,
-             None if traces.proposals is not None else tr("There is nothing to clear."),
+             None if traces.proposals is not None else Finding("action.no-proposals"),
              tr("Clear the list, without rejecting what is in it; nothing is changed.")),
         ):  # fmt: skip
             button.setEnabled(reason is None)
-            button.setToolTip(tip if reason is None else reason)
+            button.setToolTip(tip if reason is None else str(reason))
         count = 0 if self._model is None else traces.rejected_on(self._model.id)
         self.forgive.setEnabled(count > 0)
         self.forgive.setToolTip(
             tr("Propose the {count} rejected lines of this model again.", count=count)
             if count
-            else tr("Nothing was rejected on this model.")
+            else str(Finding("action.nothing-rejected"))
         )
 
     # --- looking -----------------------------------------------------------------------------
@@ -241,11 +241,11 @@ class TracesPanel(ProposalsPanel):
         if (proposals, open_rows) != self._filled:
             self._filled = (proposals, open_rows)
             self._fill(proposals, open_rows)
-        message = self._traces.message
-        if not message and proposals is not None:
-            message = summary_text(proposals, len(open_rows))
-        self.summary.setText(str(message))
-        self.summary.setVisible(bool(message))
+        text = " ".join(map(str, self._traces.findings))
+        if not text and proposals is not None:
+            text = summary_text(proposals, len(open_rows))
+        self.summary.setText(text)
+        self.summary.setVisible(bool(text))
         self._show_reason()
         self._refresh_buttons()
 

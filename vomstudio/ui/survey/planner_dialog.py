@@ -316,24 +316,24 @@ class PlannerDialog(QDialog):
         self._background.run(
             lambda: _plan(values),
             partial(self._show, asked),
-            lambda error: self._show(asked, None, str(error)),
+            lambda error: self._show(asked, None, error),
             key=_PLAN,
         )
 
-    def _show(self, asked: int, plan: SurveyPlan | None, problem: str = "") -> None:
+    def _show(self, asked: int, plan: SurveyPlan | None, error: VomError | None = None) -> None:
         self.plan, self._shown = plan, asked
         self.problem.setVisible(self.plan is None)
-        self.problem.setText(problem)
+        self.problem.setText("" if error is None else str(error))
         if self.plan is not None:
             self._studio.project.journal.set_view(_KEPT, self._values())
         self._show_figures([] if self.plan is None else figures(self.plan))
         warnings = () if self.plan is None else self.plan.warnings
         self.warnings.setText("\n".join(f"⚠ {as_sentence(str(text))}" for text in warnings))
         fixed = self.plan is not None and self.plan.camera.f_number is not None
-        allow(self.aperture, tr("The aperture of this camera is fixed.") if fixed else None)
+        allow(self.aperture, Finding("action.aperture-fixed") if fixed else None)
         self.drawing.show_plan(self.plan)
         for button in (self.save, self.print_):
-            allow(button, None if self.plan is not None else problem)
+            allow(button, None if error is None else cause_of(error))
 
     def _show_figures(self, rows: list[tuple[str, str]]) -> None:
         if self.plan is not None:
@@ -377,12 +377,10 @@ class PlannerDialog(QDialog):
         plan, studio = self.plan, self._studio
         if plan is None:
             return
-
-        said = tr("The field sheet was written: {file}", file=path)
         # matplotlib takes a second to import.
         self._background.run(
             lambda: write_field_sheet(path, plan, force=True),
-            lambda _: studio.info(said),
+            lambda _: studio.info(Finding("export.written", file=path)),
             studio.fail,
         )
 

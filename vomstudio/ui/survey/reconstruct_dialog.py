@@ -27,7 +27,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.core.findings import Finding
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.errors import VomError
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.jobs.reconstruct_options import ReconstructOptions
@@ -263,7 +263,7 @@ class ReconstructDialog(QDialog):
         survey = self._survey
         by_control = self.by_control.isChecked()
         for row in self._control_rows:
-            allow(row, None if by_control else tr("Choose placing by control points above."))
+            allow(row, None if by_control else Finding("action.not-by-control"))
         self._facts.setVisible(by_control)
         facts = survey.control_facts if by_control else None
         self._show_points(() if facts is None else facts.points)
@@ -273,8 +273,7 @@ class ReconstructDialog(QDialog):
         if memory is not None:
             self.memory.setText(_memory_words(memory))
         why = survey.why_not_make() or self._bad_crs() or self._no_file()
-        self.start.setEnabled(why is None)
-        self.start.setToolTip("" if why is None else tr("Not now: {reason}", reason=why))
+        allow(self.start, why)
 
     def _show_points(self, points: Sequence[PointFacts]) -> None:
         self.points.setRowCount(len(points))
@@ -293,7 +292,8 @@ class ReconstructDialog(QDialog):
         if self._survey.forecasting:
             return tr("Checking the control points…")
         if facts is None:
-            return html.escape(self._survey.control_note)
+            note = self._survey.control_note
+            return "" if note is None else html.escape(note.message)
         first = facts.problem or facts.summary
         said = [as_sentence(str(text)) for text in (first, *facts.warnings)]
         return rich_lines(said, said[:1])
@@ -303,20 +303,18 @@ class ReconstructDialog(QDialog):
             return Finding("control.no-file")
         return None
 
-    def _bad_crs(self) -> str | None:
+    def _bad_crs(self) -> Finding | None:
         text = self.crs.text().strip()
         if not text:
             return None
         try:
-            return (
-                None if parse_crs(text)[1] == 1.0 else tr("The unit of the CRS is not the metre.")
-            )
+            return None if parse_crs(text)[1] == 1.0 else Finding("frame.not-in-metres", crs=text)
         except VomError as error:
-            return str(error)
+            return cause_of(error)
 
     def _about_crs(self, facts: ControlFacts | None) -> str:
         if (bad := self._bad_crs()) is not None:
-            return bad
+            return bad.message
         if facts is not None:
             return f"{facts.crs or ''} {facts.crs_reason or ''}".strip()
         if self.crs.text().strip():

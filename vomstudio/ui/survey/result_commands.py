@@ -6,6 +6,7 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Model
 from vomstudio.photogrammetry.base.stage_folders import is_aligned
 from vomstudio.rendering.view.scalars import FieldStyle
@@ -15,11 +16,9 @@ from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.scene.camera_view import CameraView
-from vomstudio.words import to_translate, tr
+from vomstudio.words import tr
 
 SPARSE, REPORT = "sparse.ply", "report.html"
-NOT_ALIGNED = to_translate("The photos are not aligned yet. Reconstruct them first.")
-_NO_FOLDER = to_translate("Choose a folder of photos and reconstruct them first.")
 
 
 def commands(
@@ -38,11 +37,11 @@ def commands(
             return out
         return out if out is not None and survey.rows else cameras.folder()
 
-    def not_aligned() -> str | None:
+    def not_aligned() -> Finding | None:
         out = results()
         if out is None:
-            return tr(_NO_FOLDER)
-        return None if is_aligned(out) else tr(NOT_ALIGNED)
+            return Finding("action.no-photos")
+        return None if is_aligned(out) else Finding("action.not-aligned")
 
     def show_alignment() -> None:
         from vomstudio.ui.alignment.alignment_dialog import AlignmentDialog
@@ -50,21 +49,21 @@ def commands(
         if (out := results()) is not None:
             dialogs.show(AlignmentDialog, lambda: AlignmentDialog(parent, studio, out), out)
 
-    def no_tie_points() -> str | None:
+    def no_tie_points() -> Finding | None:
         out = results()
         if out is None:
-            return tr(_NO_FOLDER)
-        return None if (out / SPARSE).exists() else tr(NOT_ALIGNED)
+            return Finding("action.no-photos")
+        return None if (out / SPARSE).exists() else Finding("action.not-aligned")
 
     def tie_points() -> None:
         if (out := results()) is not None:
             _show_tie_points(studio, out)
 
-    def no_report() -> str | None:
+    def no_report() -> Finding | None:
         out = results()
         if out is not None and (out / REPORT).exists():
             return None
-        return tr("The report is written when the reconstruction is finished.")
+        return Finding("action.no-report")
 
     def open_report() -> None:
         if (out := results()) is not None:

@@ -8,6 +8,7 @@ from pathlib import Path
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFileDialog, QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.io.project.folder import SUFFIX, is_project
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import start_folder
@@ -48,10 +49,10 @@ def commands(
         if survey.folder is not None and has_place(survey.folder.name):
             survey.make()
 
-    def nothing_to_make() -> str | None:
+    def nothing_to_make() -> Finding | None:
         if survey.making is not None:
-            return tr("A reconstruction is running.")
-        return None if survey.rows else tr("Choose a folder of photos first.")
+            return Finding("action.reconstruction-running")
+        return None if survey.rows else Finding("action.no-photos")
 
     return [
         Command("choose_photos", tr("New model from &photos…"), choose,
@@ -70,7 +71,7 @@ def commands(
                 survey.why_not_make),
         Command("pause_model", tr("Pause"), survey.pause, "pause", (),
                 tr("Stop the reconstruction; finished stages are kept."),
-                lambda: None if survey.making else tr("No reconstruction is running.")),
+                lambda: None if survey.making else Finding("action.no-reconstruction")),
     ]  # fmt: skip
 
 

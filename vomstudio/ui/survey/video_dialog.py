@@ -18,16 +18,17 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.jobs.events import Failed
 from vomstudio.jobs.survey_tasks import TAKE_FRAMES, FramesOrder
 from vomstudio.survey.survey_options import FrameOptions
-from vomstudio.survey.video import FrameReport, is_ours
+from vomstudio.survey.video import FrameReport, is_ours, verdict_of
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.sentences import as_sentence
-from vomstudio.ui.common.studio import Notice, Studio
-from vomstudio.ui.common.widgets import Label, as_words, file_field, rich_label
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import Label, allow, as_words, file_field, rich_label
 from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.words import tr, tr_n
 from vomstudio.workspace.running_jobs import RunningJob
@@ -115,10 +116,8 @@ class VideoDialog(QDialog):
     def _refresh(self) -> None:
         job = self._job
         ready = bool(self.video.text().strip() and self.folder.text().strip())
+        allow(self.start, None if ready else Finding("action.no-video"))
         self.start.setEnabled(job is None and ready)
-        self.start.setToolTip(
-            "" if ready else tr("Not now: {reason}", reason=tr("Choose a video first."))
-        )
         self.stop.setVisible(job is not None)
         self.bar.setVisible(job is not None)
         if job is not None:
@@ -148,7 +147,7 @@ class VideoDialog(QDialog):
         def done(result: FrameReport) -> None:
             self._ended(report_words(result))
             level = "info" if result.good_enough else "warning"
-            studio.notice.emit(Notice(f"{video.name}: {result.verdict}", level))
+            studio.warn(verdict_of(result).of_file(video.name), level)
             open_photos(folder)
 
         def failed(event: Failed) -> None:

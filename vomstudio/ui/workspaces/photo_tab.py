@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.tools.registry import TOOLS
 from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.common.long_boxes import fit_to_screen
@@ -53,8 +54,8 @@ class PhotoTab(QObject):
         workspaces.arranging.connect(self._put)
 
     def commands(self) -> list[Command]:
-        def nothing_open() -> str | None:
-            return None if self._opening.opened is not None else tr("Open a photo first.")
+        def nothing_open() -> Finding | None:
+            return None if self._opening.opened is not None else Finding("action.no-open-photo")
 
         return [
             Command("outcrop_or_photo", tr("Outcrop or p&hoto"), self.turn_over, None, "F8",

@@ -368,8 +368,8 @@ def sets_turned_deg(
     return found
 
 
-def set_words(turned: Mapping[str, float]) -> str:
-    """How far sets turned, the farthest first; empty without sets."""
+def sets_turned_finding(turned: Mapping[str, float]) -> Finding | None:
+    """Return how far the mean planes of sets turned, the farthest first; None without sets."""
     ordered = sorted(turned.items(), key=lambda each: -each[1])
     said = [
         tr("{set_name} by {turn:.1f}°", set_name=name, turn=turn)
@@ -377,7 +377,7 @@ def set_words(turned: Mapping[str, float]) -> str:
     ]
     if len(ordered) > _SETS_TOLD:
         said.append(tr("others by less"))
-    return tr("Mean planes turned: {sets}.", sets="; ".join(said)) if said else ""
+    return Finding("registration.sets-turned", sets=said) if said else None
 
 
 def _turn(before: Model, after: Model) -> npt.NDArray[np.float64]:

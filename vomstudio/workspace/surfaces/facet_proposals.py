@@ -166,7 +166,7 @@ class FacetProposals(ProposalQueue[Proposals]):
         self.proposals, self.accepted = proposals, set()
         self.open = set(range(len(proposals.patches)))
         self._kept = {}
-        self._report("")
+        self._report()
 
     # --- on the outcrop ----------------------------------------------------------------------
     def paint(self, by: str, palette: str | None = None) -> None:

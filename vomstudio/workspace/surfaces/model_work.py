@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Generic, Protocol, TypeVar
 
-from vomstudio.core.findings import Finding, Message, finding_of
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.document.edit import Edit
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
@@ -34,17 +34,17 @@ class ModelWork:
     ----------
     running : RunningJob or None
         The current job.
-    message : Message
-        Why the job failed or stopped, or a warning about its result; "" for neither.
+    findings : tuple of Finding
+        Why the job failed or stopped, or warnings about its result.
     changed : Signal
-        Emitted when `running` or `message` changes.
+        Emitted when `running` or `findings` changes.
     """
 
     def __init__(self, projects: Projects, jobs: Jobs, background: Background) -> None:
         self.changed: Signal[()] = Signal()
         self._projects, self._jobs, self._background = projects, jobs, background
         self.running: RunningJob | None = None
-        self.message: Message = ""
+        self.findings: tuple[Finding, ...] = ()
 
     def stop(self) -> None:
         """Stop the current job and report that it was stopped."""
@@ -94,7 +94,7 @@ class ModelWork:
         begun = self._jobs.submit(
             job, order, title=title, on_done=done, on_failed=failed, quiet=quiet
         )
-        self.running, self.message = begun, ""
+        self.running, self.findings = begun, ()
         self.changed.emit()
 
     def _read(self, work: Callable[[], Result], show: Callable[[Result], None]) -> None:
@@ -110,8 +110,8 @@ class ModelWork:
 
         self._background.run(work, end, fail, expected=(OSError, ValueError, KeyError))
 
-    def _report(self, message: Message) -> None:
-        self.message = message
+    def _report(self, *findings: Finding) -> None:
+        self.findings = findings
         self.changed.emit()
 
 
@@ -141,18 +141,12 @@ class ProposalQueue(ModelWork, Generic[ProposalsT]):
         super().__init__(projects, jobs, background)
         self.proposals: ProposalsT | None = None
 
-    def drop(self, reason: Message = "") -> None:
-        """Discard all proposals.
-
-        Parameters
-        ----------
-        reason : Message
-            Message that is shown in their place.
-        """
+    def drop(self, *reasons: Finding) -> None:
+        """Discard all proposals, and report why."""
         self._cancel()
         self._forget()
         self.proposals = None
-        self._report(reason)
+        self._report(*reasons)
 
     def _forget(self) -> None:
         """Discard the decisions on the proposals."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.document.edit import Edit
 from vomstudio.document.measurement import ToWorld
 from vomstudio.document.records import Feature, Model, get_feature
@@ -61,7 +61,7 @@ _STYLES: dict[str, dict[str, Any]] = {
 }
 
 Arrays = dict[str, npt.NDArray[np.generic]]
-FieldsResult = tuple[Arrays, tuple[Message, ...]]
+FieldsResult = tuple[Arrays, tuple[Finding, ...]]
 
 
 @dataclass(frozen=True)
@@ -88,13 +88,13 @@ class WantedField:
 @dataclass(frozen=True)
 class Shown:
     """What is shown of a model: the wish, the name among its fields, what it rests on, the colours
-    where they were chosen, and what is to be said of it."""
+    where they were chosen, and the findings about it."""
 
     wanted: WantedField
     name: str
     rests_on: object
     palette: str | None = None
-    said: tuple[Message, ...] = ()
+    findings: tuple[Finding, ...] = ()
 
 
 class SurfaceFields(ModelWork):
@@ -177,13 +177,14 @@ class SurfaceFields(ModelWork):
     def ask(self, model_id: str, wanted: WantedField, palette: str | None = None) -> None:
         """Work a field out and show it; what is being worked out is given up."""
         self.stop()
-        self.message = ""
+        self.findings = ()
         why = self.why_not(model_id)
         name = self.name_of(model_id, wanted)
-        if why is None and name is None:
-            why = Finding("field.feature-missing")
-        if why is not None or name is None:
-            self._report(why or "")
+        if why is not None:
+            self._report(why)
+            return
+        if name is None:
+            self._report(Finding("field.feature-missing"))
             return
         shown = Shown(wanted, name, self._rests_on(model_id, wanted), palette)
         if wanted.kind == TO_PLANE:
@@ -204,7 +205,7 @@ class SurfaceFields(ModelWork):
         (standing, record), radius = model, shown.wanted.radius_m
         data = self._models.open[model_id].data
         if shown.name in data.fields and shown.name in self._made.get(model_id, ()):
-            self._show(model_id, shown, {}, self.shown[model_id].said)
+            self._show(model_id, shown, {}, self.shown[model_id].findings)
             return
         metric = record.frame.has_metres
         key = sha256(repr((record.content_hash, record.to_world)).encode()).hexdigest()
@@ -215,8 +216,7 @@ class SurfaceFields(ModelWork):
                 return {field_name(k, radius, metric=metric): found[k] for k in KINDS}
 
         def computed(fields: ComputedFields) -> None:
-            messages = tuple(map(str, fields.warnings))
-            self._deliver(model_id, shown, lambda: (read(), messages))
+            self._deliver(model_id, shown, lambda: (read(), fields.warnings))
 
         self._submit(
             COMPUTE_FIELDS,
@@ -233,7 +233,7 @@ class SurfaceFields(ModelWork):
         standing, record = model
         data, length = self._models.open[model_id].data, shown.wanted.radius_m
         if shown.name in data.fields and shown.name in self._made.get(model_id, ()):
-            self._show(model_id, shown, {}, self.shown[model_id].said)
+            self._show(model_id, shown, {}, self.shown[model_id].findings)
             return
         names = map_names(plane, length, metric=record.frame.has_metres)
         x, y, z = (float(v) for v in plane.normal())
@@ -241,17 +241,17 @@ class SurfaceFields(ModelWork):
         tilt = ToWorld.of(record).tilt_deg(plane.normal()) or 0.0
         options = MeasurableOptions(length_m=length, registration_error_deg=tilt)
 
-        def read() -> FieldsResult:
+        def read() -> Arrays:
             with open_arrays(out) as found:
                 arrays = {names[MEASURABLE]: found["measurable"]}
                 arrays[names[EXPECTED]] = found["expected_error95_deg"]
-                return arrays, tuple(str(each) for each in found["said"])
+                return arrays
 
         self._submit(
             MAP_MEASURABLE, MeasurableOrder(standing, (x, y, z), options, out),
             tr("Where planes of {plane} could be measured on {model}", model=record.name,
                plane=format_plane(plane)),
-            lambda _: self._deliver(model_id, shown, read),
+            lambda mapped: self._deliver(model_id, shown, lambda: (read(), mapped.findings)),
         )  # fmt: skip
 
     def _ask_distances(self, model_id: str, shown: Shown) -> None:
@@ -294,7 +294,9 @@ class SurfaceFields(ModelWork):
         self._read(work, lambda result: self._show(model_id, shown, *result))
 
     # --- showing -----------------------------------------------------------------------------
-    def _show(self, model_id: str, shown: Shown, arrays: Arrays, said: tuple[Message, ...]) -> None:
+    def _show(
+        self, model_id: str, shown: Shown, arrays: Arrays, findings: tuple[Finding, ...]
+    ) -> None:
         opened = self._models.open.get(model_id)
         if opened is None:
             return
@@ -310,18 +312,18 @@ class SurfaceFields(ModelWork):
                 self._report(Finding("model.fields-too-large"))
                 return
             self._made[model_id] = set(arrays)
-        self.shown[model_id] = replace(shown, said=said)
+        self.shown[model_id] = replace(shown, findings=findings)
         self._display.computed[model_id] = asdict(shown.wanted)
         style = kept or FieldStyle(shown.name, **_STYLES.get(shown.wanted.kind, {}))
         if shown.palette is not None:
             style = replace(style, palette=shown.palette)
         self._display.show_field(model_id, style)
-        self._report(" ".join(map(str, said)))
+        self._report(*findings)
 
     # --- what has happened meanwhile -----------------------------------------------------------
     def begin(self) -> None:
         """Another project has been opened."""
-        self.running, self.message = None, ""
+        self.running, self.findings = None, ()
         self._background.cancel_all()
         self.shown.clear()
         self._made.clear()

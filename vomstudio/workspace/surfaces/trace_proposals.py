@@ -10,7 +10,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit
@@ -91,7 +91,7 @@ class Tools(Protocol):
 
     def activate(self, name: str) -> None: ...
 
-    def hint(self, message: Message) -> None: ...
+    def hint(self, message: Finding) -> None: ...
 
 
 class TraceProposals(ProposalQueue[ProposedLines]):
@@ -165,7 +165,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
 
     def _show_lines(self, proposals: ProposedLines) -> None:
         self.proposals, self._trace_ids, self._rejected = proposals, {}, set()
-        self._report("")
+        self._report()
 
     # --- deciding ----------------------------------------------------------------------------
     def accept(self, rows: Sequence[int], type_id: str, set_name: str = "") -> list[str]:
@@ -246,8 +246,8 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         if self._open_before != self.open:
             self._changed()
 
-    def _report(self, message: Message) -> None:
-        self.message = message
+    def _report(self, *findings: Finding) -> None:
+        self.findings = findings
         self._changed()
 
     def _changed(self) -> None:

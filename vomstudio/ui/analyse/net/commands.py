@@ -12,6 +12,7 @@ from PySide6.QtCore import QMimeData, Qt
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtWidgets import QFileDialog, QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits, reading_comparison
 from vomstudio.document.records import Model
 from vomstudio.errors import VomError
@@ -40,10 +41,9 @@ def commands(
     """net : None until its library is there. parent : of the dialogs. fill_middle : gives a dock
     the place of the outcrop, or puts it back"""
 
-    def no_net() -> str | None:
-        if net() is None:
-            return tr("The stereonet is still being loaded.")
-        return None if studio.session.features() else tr("There is nothing on the stereonet yet.")
+    def no_net() -> Finding | None:
+        empty = None if studio.session.features() else Finding("action.net-empty")
+        return not_loaded() or empty
 
     def export() -> None:
         if (panel := net()) is not None:
@@ -65,8 +65,8 @@ def commands(
         if (panel := net()) is not None:
             dialogs.show(FigureStyleDialog, lambda: FigureStyleDialog(parent, studio, panel))
 
-    def not_loaded() -> str | None:
-        return None if net() else tr("The stereonet is still being loaded.")
+    def not_loaded() -> Finding | None:
+        return None if net() else Finding("action.net-loading")
 
     return [
         Command("type_on_net", tr("Draw and turn on the net…"), type_in, "pencil-ruler", (),
@@ -172,7 +172,7 @@ def copy_net(studio: Studio, panel: NetDock) -> None:
     mime.setImageData(QImage.fromData(made["png"]))
     mime.setData("image/svg+xml", made["svg"])
     QGuiApplication.clipboard().setMimeData(mime)
-    studio.info(tr("The stereonet is on the clipboard."))
+    studio.info(Finding("net.copied"))
 
 
 def export_net(studio: Studio, panel: NetDock, path: Path) -> None:
@@ -187,4 +187,4 @@ def export_net(studio: Studio, panel: NetDock, path: Path) -> None:
     except VomError as error:
         studio.fail(error)
     else:
-        studio.info(tr("Exported to {file}.", file=path))
+        studio.info(Finding("export.written", file=path))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtGui import QActionGroup
 from PySide6.QtWidgets import QMenu, QToolButton
 
+from vomstudio.core.findings import Finding
 from vomstudio.geology.density import DENSITY_METHODS, SIGMA
 from vomstudio.products.net.contents import Contouring
 from vomstudio.ui.common import theme
@@ -103,14 +104,15 @@ class ContourButton(QToolButton):
         self.methods[self.method or ""].setChecked(True)
         self.filled.setChecked(settings.contour_filled)
         self.each_set.setChecked(settings.contour_each_set)
+        without = tr("Not now: {reason}", reason=Finding("action.no-contours"))
         for action in (self.filled, self.each_set):
             action.setEnabled(self.method is not None)
-            action.setToolTip("" if self.method else tr("Not now: choose contours first."))
+            action.setToolTip("" if self.method else without)
         self.sigmas[self.contouring.sigma].setChecked(True)
         smooth = self.method not in (None, "schmidt")
         self.smoothness.setEnabled(smooth)
         self.smoothness.menuAction().setToolTip(
-            "" if smooth else tr("Not now: only Kamb contours are smoothed.")
+            "" if smooth else tr("Not now: {reason}", reason=Finding("action.not-smoothed"))
         )
         # It looks pressed while there are contours.
         self.setChecked(self.method is not None)

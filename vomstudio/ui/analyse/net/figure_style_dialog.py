@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import VomError
 from vomstudio.products.net.contents import NetContents
 from vomstudio.products.net.figure_options import LIMITS, SIZE_MM
@@ -188,7 +189,7 @@ class FigureStyleDialog(QDialog):
         """The figure as it is now."""
         shown = self._panel.for_print()
         if isinstance(shown, NetContents) and sum(map(len, shown.sets)) > _MOST_SHOWN:
-            self.preview.setText(tr("Too many orientations for a preview."))
+            self.preview.setText(Finding("net.no-preview", maximum=_MOST_SHOWN).message)
             return
         data = io.BytesIO()
         try:

@@ -111,7 +111,7 @@ class NetMenuButton(QToolButton):
         self.by_area.setChecked(wishes.by_area)
         self.bins.setEnabled(not net)
         self.bins.menuAction().setToolTip(
-            tr("Not now: a net has no bins. Choose a rose in the box at the left.") if net else ""
+            tr("Not now: {reason}", reason=Finding("action.no-bins")) if net else ""
         )
         self._list_sets()
 
@@ -127,4 +127,5 @@ class NetMenuButton(QToolButton):
             self.sets.addSeparator()
             self.sets.addAction(tr("Show all")).triggered.connect(lambda _: self._wishes.show_all())
         self.sets.setEnabled(bool(names))
-        self.sets.menuAction().setToolTip("" if names else tr("Not now: nothing is on the net."))
+        empty = tr("Not now: {reason}", reason=Finding("action.net-empty"))
+        self.sets.menuAction().setToolTip("" if names else empty)

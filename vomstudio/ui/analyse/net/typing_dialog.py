@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.errors import VomError
 from vomstudio.geology.notation import format_plane
 from vomstudio.products.net.figure_options import parse_levels
@@ -29,7 +30,7 @@ from vomstudio.products.net.net_options import (
 from vomstudio.ui.analyse.net.wishes import NetWishes
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import Label
+from vomstudio.ui.common.widgets import Label, allow
 from vomstudio.words import to_translate, tr
 
 Made = TypeVar("Made")
@@ -130,9 +131,7 @@ class NetTypingDialog(QDialog):
         return format_plane(measured.plane, self._studio.settings.notation, 1)
 
     def _show_take(self) -> None:
-        known = bool(self._selected())
-        self.take.setEnabled(known)
-        self.take.setToolTip("" if known else tr("Select a feature that has a plane."))
+        allow(self.take, None if self._selected() else Finding("selection.no-plane"))
 
     def _clear(self) -> None:
         for field in self.fields.values():

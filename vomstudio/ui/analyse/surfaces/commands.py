@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QWidget
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.document.kinds import has_plane
 from vomstudio.document.records import Feature, OnAModel, Painted
 from vomstudio.ui.common.actions import Command
@@ -30,7 +30,7 @@ def selected_plane(studio: Studio) -> Feature | None:
 def commands(studio: Studio, parent: QWidget) -> list[Command]:
     """parent : of the dialogs."""
 
-    def no_patch() -> Message | None:
+    def no_patch() -> Finding | None:
         patch = selected_patch(studio)
         if patch is None:
             return Finding("selection.no-patch")
@@ -38,7 +38,7 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             return Finding("model.not-open")
         return None
 
-    def no_plane() -> Message | None:
+    def no_plane() -> Finding | None:
         plane = selected_plane(studio)
         if plane is None:
             return Finding("selection.no-plane")

@@ -101,7 +101,7 @@ class ExtendDialog(QDialog):
         plane = studio.records.get(self._plane.id)
         fit = None if not isinstance(plane, Feature) else studio.measure(plane).fit
         if not isinstance(model, Model) or opened is None or fit is None:
-            self.said.setText(tr("The plane or its model is not there any more."))
+            self.said.setText(Finding("field.feature-missing").message)
             return
         try:
             options = self.limits.options()
@@ -197,7 +197,7 @@ class ExtendDialog(QDialog):
         except VomError as error:
             self._studio.warn(error, "error")
             return
-        self._studio.info(tr("The traces were written to {file}.", file=path))
+        self._studio.info(Finding("export.written", file=path))
 
 
 def _carry_on(

@@ -179,7 +179,7 @@ class SurfaceDialog(QDialog):
         except VomError as error:
             self._studio.warn(error, "error")
             return
-        self._studio.info(tr("The deviations were written to {file}.", file=path))
+        self._studio.info(Finding("export.written", file=path))
 
 
 def _points_of(data: Mesh | PointCloud, patch: Painted) -> np.ndarray:

@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QToolButton, QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import FaceGrid
 from vomstudio.geology.looked_at.shares import DONE, EMPTY, OPEN, TITLES, UNMEASURABLE
 from vomstudio.tools.cells import CellsTool
@@ -57,19 +58,17 @@ class CellsPanel(QWidget):
             tr("{count} of {all} cells are marked.", count=len(marks) - marks.count(OPEN),
                all=len(marks))
             if grids
-            else tr("There is no grid yet. Lay one in Analyse > What was looked at.")
+            else Finding("action.no-grid").message
         )  # fmt: skip
 
 
 def commands(studio: Studio) -> list[Command]:
     tool = studio.tool_of(CellsTool)
 
-    def not_marking() -> str | None:
+    def not_marking() -> Finding | None:
         if studio.tool_name != CellsTool.name:
-            return tr("Choose the tool Cells first.")
-        if not studio.session.of(FaceGrid):
-            return tr("There is no grid yet. Lay one in Analyse > What was looked at.")
-        return None
+            return Finding("action.needs-tool", tool=tr("Cells"))
+        return None if studio.session.of(FaceGrid) else Finding("action.no-grid")
 
     def marks_so(mark: str) -> bool:
         return tool.mark == mark

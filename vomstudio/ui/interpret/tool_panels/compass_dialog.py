@@ -15,11 +15,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.core.findings import Finding
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.document.records import Compass, Model, NorthKind, ReadNorth, compass_id
 from vomstudio.errors import UsageError, VomError
 from vomstudio.ui.common.explained import explain
-from vomstudio.ui.common.widgets import ComboBox, Label
+from vomstudio.ui.common.widgets import ComboBox, Label, allow
 from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
@@ -133,23 +133,22 @@ class CompassDialog(QDialog):
             if default_deg
             else tr("0°: north is right")
         )
-        why = ""
+        problem = None
         try:
             made = self.typed()
             known = self._known(made)
             self._show_known(made, known)
             used, said = north_of(made, known)
         except VomError as error:
-            made, why = None, error.message
+            made, problem = None, cause_of(error)
         else:
             doubt = tr("All of them may be off alike by {angle:g}° (1σ).", angle=used.doubt_deg)
             self.says.setText(f"{said} {doubt}")
         self._made = made
-        if why:
-            self.says.setText(why)
+        if problem is not None:
+            self.says.setText(problem.message)
         ok = self.buttons.button(QDialogButtonBox.StandardButton.Ok)
-        ok.setEnabled(not why)
-        ok.setToolTip(why)
+        allow(ok, problem)
 
     def _show_known(self, made: Compass, known: North) -> None:
         """In empty fields what holds instead."""

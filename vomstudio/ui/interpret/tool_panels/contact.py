@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.length_figures import words
 from vomstudio.tools.contact import ContactTool
 from vomstudio.ui.common.explained import explain
@@ -12,7 +13,7 @@ from vomstudio.ui.common.follow_box import FollowBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.vertex_table import VertexTable
-from vomstudio.ui.common.widgets import narrow_form
+from vomstudio.ui.common.widgets import allow, narrow_form
 from vomstudio.ui.interpret.tool_panels.common import hint_label, lay_out_picking, set_field
 from vomstudio.ui.interpret.tool_panels.in_photos_box import InPhotosBox
 from vomstudio.words import tr
@@ -71,14 +72,8 @@ class ContactPanel(QWidget):
         self.type_box.choose(now.type_id)
         if not self.set_edit.isModified():
             self.set_edit.setText(now.set_name)
-        why = (
-            tr("Not now: Type and set of a continued line are changed in Properties.")
-            if tool.continued
-            else ""
-        )
         for field in (self.type_box, self.set_edit):
-            field.setEnabled(not why)
-            field.setToolTip(why)
+            allow(field, Finding("feature.continued") if tool.continued else None)
         self._hint.setVisible(not tool.open)
         self.follow_box.refresh()
         self.in_photos.refresh()

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.core.findings import Finding
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.document import edits
 from vomstudio.document.kinds.control_point import ControlPoint
 from vomstudio.document.kinds.known_line import CLICKED, KINDS, KnownKind, KnownLine
@@ -36,7 +36,7 @@ from vomstudio.ui.common.crs_field import CrsField
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.qt_background import NewestResult
 from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox
+from vomstudio.ui.common.widgets import ComboBox, allow
 from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.interpret.tool_panels.compass_box import CompassBox
@@ -51,7 +51,7 @@ from vomstudio.ui.interpret.tool_panels.readings import (
     known_north,
     used_north,
 )
-from vomstudio.words import tr, tr_n
+from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.registration.north import North
@@ -219,7 +219,7 @@ class ControlPanel(QWidget):
 
         def work() -> Placed:
             if model is None:
-                raise GeometryError(Finding("display.no-model"))
+                raise GeometryError(Finding("action.no-model"))
             extent = None if opened is None else some_points(opened.data)
             return placed_by_points(
                 pairs, bounds, model, self.crs, extent, lines, north.doubt_deg, compass,
@@ -248,7 +248,7 @@ class ControlPanel(QWidget):
         else:
             # It was the placement by something else.
             self.placed = None
-            self._explain_button(tr("The placement by these is being worked out."))
+            self._explain_button(Finding("registration.pending"))
             self._solving.ask(work)
 
     def _photo_up(self, model: Model | None) -> npt.NDArray[np.float64] | None:
@@ -268,14 +268,16 @@ class ControlPanel(QWidget):
         self._show_click_error(placed)
         text = placement_text(placed, self.model, self.crs)
         self._show_placed(placed, "\n".join(filter(None, [text, self._counted])))
+        self._explain_button(None)
 
     def _unsolved(self, error: VomError) -> None:
-        text = (
-            error.message
+        problem = (
+            cause_of(error)
             if self.model is None
-            else in_short(self._points, self._lines, self._found, error, self.readings).message
+            else in_short(self._points, self._lines, self._found, error, self.readings)
         )
-        self._show_placed(None, text)
+        self._show_placed(None, problem.message)
+        self._explain_button(problem)
 
     def _show_placed(self, placed: Placed | None, text: str) -> None:
         from vomstudio.workspace.placing.registering import expected
@@ -286,7 +288,6 @@ class ControlPanel(QWidget):
         self._show_map()
         places = {} if self.model is None else expected(self._points, self.placed, self.model)
         self._tool.expect(places, _RING * self._reach * self._metres())
-        self._explain_button("" if self.placed is not None else self.said.text())
 
     def _show_residuals(self) -> None:
         from vomstudio.workspace.placing.known_lines import line_misses
@@ -299,10 +300,9 @@ class ControlPanel(QWidget):
         tips = reading_tips(self._lines, self.readings, placed, turned, self._studio)
         self.lines.show_residuals(self._lines, {miss.id: miss.off for miss in off}, wrong, tips)
 
-    def _explain_button(self, why_not: str) -> None:
-        self.register.setEnabled(not why_not)
-        self.register.setToolTip(why_not)
-        self.copy.allow(why_not or None)
+    def _explain_button(self, why_not: Finding | None) -> None:
+        allow(self.register, why_not)
+        self.copy.allow(why_not)
 
     def _metres(self) -> float:
         from vomstudio.geometry import transform
@@ -383,7 +383,7 @@ class ControlPanel(QWidget):
         """Let the user choose a file with coordinates."""
         model = self.model or current_model(self._studio)
         if model is None:
-            self._studio.warn(Finding("display.no-model"))
+            self._studio.warn(Finding("action.no-model"))
             return
         name, _ = QFileDialog.getOpenFileName(
             self,
@@ -410,8 +410,8 @@ class ControlPanel(QWidget):
             return
         if crs:
             self.field.setText(crs)
-        if pairs.notes:
-            self._studio.warn(f"{path.name}: " + "\n".join(map(str, pairs.notes)))
+        for note in pairs.notes:
+            self._studio.warn(note.of_file(path.name))
         first = next((p.id for p in self._points if not p.vertices), "")
         self._tool.choose(first)
 
@@ -466,8 +466,8 @@ class ControlPanel(QWidget):
         from vomstudio.workspace.placing.registering import (
             pairs_of,
             registration_of,
-            set_words,
             sets_turned_deg,
+            sets_turned_finding,
             turned_deg,
         )
 
@@ -482,22 +482,22 @@ class ControlPanel(QWidget):
         assert isinstance(after, Model)
         studio = self._studio
         measured = studio.measured(f.id for f in studio.session.features())
-        sets = set_words(sets_turned_deg(studio.records, before, after, measured))
-        by = (
-            [tr_n("{count} point", "{count} points", len(placed.control))] if placed.control else []
+        points, lines = len(placed.control), len(usable(self._lines))
+        readings = len(placing(self._lines, self.readings.seen))
+        studio.info(
+            Finding(
+                "registration.applied",
+                model=before.name,
+                count=points + lines + readings,
+                points=points,
+                lines=lines,
+                readings=readings,
+                turn_deg=turned_deg(before, after),
+            )
         )
-        if used := usable(self._lines):
-            by.append(tr_n("{count} line", "{count} lines", len(used)))
-        if read := placing(self._lines, self.readings.seen):
-            by.append(tr_n("{count} compass reading", "{count} compass readings", len(read)))
-        said = tr(
-            "{model} was placed by {what}; it turned by {turn:.1f} degrees, and what was "
-            "measured on it with it.",
-            model=before.name,
-            what=tr(" and ").join(by),
-            turn=turned_deg(before, after),
-        )
-        studio.warn(f"{said} {sets}".strip(), "info")
+        sets = sets_turned_finding(sets_turned_deg(studio.records, before, after, measured))
+        if sets is not None:
+            studio.info(sets)
 
 
 def _click_error_field() -> QLineEdit:

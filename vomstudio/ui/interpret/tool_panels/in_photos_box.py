@@ -7,7 +7,7 @@ from typing import Any
 from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QCheckBox, QVBoxLayout, QWidget
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.extraction.path_costs import OF_COLOURS
 from vomstudio.tools.followed_line import AUTO
 from vomstudio.tools.following import FollowingTool
@@ -35,7 +35,7 @@ class InPhotosBox(QWidget):
         studio.photo_links.changed.connect(self.refresh)
         self.refresh()
 
-    def why_not(self) -> Message | None:
+    def why_not(self) -> Finding | None:
         """Return why photos cannot be followed in; None if they can."""
         cost, links = self._tool.cost, self._studio.photo_links
         if self._tool.continued:

@@ -93,7 +93,7 @@ class LinePanel(QWidget):
             self.set_edit.setText(now.set_name)
         self.plane_box.show_plane(now.plane_id)
         self.slip_box.setCurrentIndex(self.slip_box.findData(now.slip))
-        why = Finding("line.continued") if tool.continued else None
+        why = Finding("feature.continued") if tool.continued else None
         for field in (self.type_box, self.set_edit, self.plane_box):
             allow(field, why)
         if why is None and not now.plane_id:

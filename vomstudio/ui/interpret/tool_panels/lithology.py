@@ -5,13 +5,14 @@ from __future__ import annotations
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.kinds.lithology import CHOICES, words
 from vomstudio.tools.lithology import LithologyTool
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.follow_box import FollowBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import VertexTable
-from vomstudio.ui.common.widgets import ComboBox, narrow_form
+from vomstudio.ui.common.widgets import ComboBox, allow, narrow_form
 from vomstudio.ui.interpret.tool_panels.common import hint_label, lay_out_picking
 from vomstudio.ui.interpret.tool_panels.in_photos_box import InPhotosBox
 from vomstudio.words import tr
@@ -28,6 +29,7 @@ class LithologyPanel(QWidget):
         self.lithology_box.setObjectName("lithology_word")
         for word, said in CHOICES:
             self.lithology_box.addItem(tr(said), word)
+        self.lithology_box.setToolTip(tr("Words of StraboSpot's forms."))
         self.lithology_box.keep_narrow()
         self.lithology_box.activated.connect(self._chosen)
         self.follow_box = FollowBox(studio, self._tool)
@@ -57,12 +59,7 @@ class LithologyPanel(QWidget):
         self.lithology_box.setCurrentIndex(self.lithology_box.findData(tool.lithology))
         if self.lithology_box.currentIndex() < 0:
             self.lithology_box.show_text(tool.lithology)
-        self.lithology_box.setEnabled(not tool.continued)
-        self.lithology_box.setToolTip(
-            tr("Not now: The rock of a continued area is changed in Properties.")
-            if tool.continued
-            else tr("Words of StraboSpot's forms.")
-        )
+        allow(self.lithology_box, Finding("feature.continued") if tool.continued else None)
         measured = tool.measurement
         lines = words(measured) if measured and measured.dimension else []
         self.figures.setText("\n".join(lines))

@@ -8,6 +8,7 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.kinds.dimension import KINDS
 from vomstudio.document.length_figures import words
 from vomstudio.tools.measure import MeasureTool
@@ -78,9 +79,9 @@ class MeasurePanel(QWidget):
         self._form.setRowVisible(self.plane_box, across)
         if across:
             self.plane_box.show_plane(tool.plane_id)
-        keeps = tr("A continued measurement keeps its kind and plane.")
+        why = Finding("measurement.continued") if tool.continued else None
         for field in (self.kind_box, self.plane_box):
-            allow(field, keeps if tool.continued else None)
+            allow(field, why)
         measured = tool.measurement
         lines = words(measured) if measured and measured.dimension else []
         bold = lines[:1]

@@ -13,13 +13,14 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.measurement_cache import Measurement
 from vomstudio.tools.patch import LARGEST_RADIUS, SMALLEST_RADIUS, PatchTool
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
-from vomstudio.ui.common.widgets import DoubleSpinBox, narrow_form, rich_label, rich_lines
+from vomstudio.ui.common.widgets import DoubleSpinBox, allow, narrow_form, rich_label, rich_lines
 from vomstudio.ui.interpret.tool_panels import patch_commands
 from vomstudio.ui.interpret.tool_panels.common import (
     hint_label,
@@ -102,12 +103,7 @@ class PatchPanel(QWidget):
         if not self.set_edit.isModified():
             self.set_edit.setText(patch.set_name if patch else studio.next_set)
         for widget in (self.type_box, self.set_edit):
-            widget.setEnabled(not tool.continued)
-            widget.setToolTip(
-                tr("Not now: Type and set of a continued patch are changed in Properties.")
-                if tool.continued
-                else ""
-            )
+            allow(widget, Finding("feature.continued") if tool.continued else None)
         self._name.setText(rich_lines([patch.name], [patch.name]) if patch else "")
         self._name.setVisible(patch is not None)
         self._show_fit()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.kinds.patch import Patch
 from vomstudio.document.records import get
 from vomstudio.tools.chosen_elements import COMBINATIONS, Combine
@@ -39,25 +40,23 @@ class _Selecting:
     def __init__(self, studio: Studio) -> None:
         self._studio, self.tool = studio, studio.tool_of(SelectTool)
 
-    def not_selecting(self) -> str | None:
+    def not_selecting(self) -> Finding | None:
         if self._studio.tool_name == self.tool.name:
             return None
-        return tr("Choose the tool Select first.")
+        return Finding("action.needs-tool", tool=tr("Select"))
 
-    def nothing_chosen(self) -> str | None:
-        return self.not_selecting() or (None if self.tool.count else tr("Nothing is chosen."))
-
-    def no_model(self) -> str | None:
+    def nothing_chosen(self) -> Finding | None:
         if (reason := self.not_selecting()) is not None:
             return reason
-        if self.tool.changes.data() is None:
-            return tr("Choose something first, to say which model is meant.")
-        return None
+        return None if self.tool.count else Finding("action.no-elements")
 
-    def nothing_hidden(self) -> str | None:
-        if self.tool.changes.anything_hidden():
-            return None
-        return tr("No face and no point is hidden.")
+    def no_model(self) -> Finding | None:
+        if (reason := self.not_selecting()) is not None:
+            return reason
+        return None if self.tool.changes.data() is not None else Finding("action.no-elements")
+
+    def nothing_hidden(self) -> Finding | None:
+        return None if self.tool.changes.anything_hidden() else Finding("action.nothing-hidden")
 
     def patch(self) -> Patch | None:
         """The last one that is selected."""
@@ -65,10 +64,10 @@ class _Selecting:
         found = (get(studio.records, i, Patch) for i in reversed(studio.selection.ids))
         return next((each for each in found if each is not None), None)
 
-    def no_patch(self) -> str | None:
+    def no_patch(self) -> Finding | None:
         if (reason := self.not_selecting()) is not None:
             return reason
-        return None if self.patch() is not None else tr("Select a patch first.")
+        return None if self.patch() is not None else Finding("selection.no-patch")
 
     def take_patch(self) -> None:
         if (found := self.patch()) is not None:
@@ -96,7 +95,7 @@ def commands(studio: Studio) -> list[Command]:
     tool, changes = now.tool, now.tool.changes
 
     def plain(name: str, text: str, run: Callable[[], object], icon: str, key: Keys, tip: str,
-              why_not: Callable[[], str | None] = now.nothing_chosen) -> Command:  # fmt: skip
+              why_not: Callable[[], Finding | None] = now.nothing_chosen) -> Command:  # fmt: skip
         return Command(name, text, run, icon, key, tip, why_not, in_viewport=bool(key))
 
     return [

@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QToolButton, QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.document.kinds.station import WHATS
 from vomstudio.tools.station import StationTool
 from vomstudio.ui.common import file_filters, theme
@@ -86,9 +87,9 @@ class StationPanel(QWidget):
         for edit, text in ((self.number_edit, now.number), (self.photo_edit, now.photo)):
             if edit.text() != text and not (edit.hasFocus() and edit.isModified()):
                 edit.setText(text)
-        why = tr("These of a continued station are changed in Properties.")
+        why = Finding("feature.continued") if tool.continued else None
         for field in (self.what_box, self.number_edit, self.photo_edit, self.browse):
-            allow(field, why if tool.continued else None)
+            allow(field, why)
         self._hint.setVisible(not tool.open)
         self.table.refresh()
 

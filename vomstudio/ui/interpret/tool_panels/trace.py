@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.findings import Finding
 from vomstudio.tools.trace import TraceTool
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fit_view import FitView
@@ -12,7 +13,7 @@ from vomstudio.ui.common.follow_box import FollowBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.common.vertex_table import VertexTable
-from vomstudio.ui.common.widgets import narrow_form
+from vomstudio.ui.common.widgets import allow, narrow_form
 from vomstudio.ui.interpret.tool_panels.common import (
     hint_label,
     lay_out_picking,
@@ -92,12 +93,7 @@ class TracePanel(QWidget):
         if not self.set_edit.isModified():
             self.set_edit.setText(set_name)
         for field in (self.type_box, self.set_edit):
-            field.setEnabled(not self._tool.continued)
-            field.setToolTip(
-                tr("Not now: Type and set of a continued trace are changed in Properties.")
-                if self._tool.continued
-                else ""
-            )
+            allow(field, Finding("feature.continued") if self._tool.continued else None)
 
 
 PANEL = TracePanel
