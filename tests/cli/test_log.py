@@ -52,7 +52,9 @@ def test_bennisons_seam_has_the_published_attitude(run, write) -> None:
     assert 0 < ran.json["dip_error_deg"] < 1
     assert ran.json["max_confidence95_deg"] > ran.json["dip_error_deg"]
     assert "196.4/07.4 ± " in run("threepoint", write(BENNISON), "--sigma", "5").out
-    assert "nothing is known" in run("threepoint", write(BENNISON)).out
+    exact = run("threepoint", write(BENNISON), "--json").json
+    assert (exact["dip_error_deg"], exact["max_confidence95_deg"]) == (None, None)
+    assert "196/07; its error is unknown" in run("threepoint", write(BENNISON)).out
     for wrong in ("0 0 0\n1 1 1\n2 2 2\n", "0 0 0\n1 1 1\n", "0 0 0\n1 1 1\n2 2 2\n3 3 3\n"):
         assert run("threepoint", write(wrong)).code == 2
     assert run("threepoint", write(BENNISON), "--sigma", "-1").code == 2

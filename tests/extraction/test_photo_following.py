@@ -336,7 +336,8 @@ def test_a_voter_that_cannot_be_read_is_said_and_left_out(
     path = PhotoFollower(photos).follow(photos.views.pixels(0, clicks(made)))
     assert path.voters == ("p2.png",)
     (left_out,) = path.warnings
-    assert (left_out.code, Path(left_out.values["file"]).name) == ("photo.unreadable", "p1.png")
+    name = Path(left_out.values["file"]).name
+    assert (left_out.code, name) == ("picture.unknown-kind", "p1.png")
 
 
 def test_a_photo_that_was_made_smaller_is_followed_with_its_camera(
