@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QFileDialog, QListWidget, QMessageBox, QToolButton
 from tests import driver
 from tests.journeys.test_photos import looked_at
 from tests.messages import figures, shown_codes, shown_values
+from vomstudio.core.findings import Finding
 from vomstudio.paths import resource
 from vomstudio.ui.survey.reconstruct_dialog import ReconstructDialog
 
@@ -80,7 +81,7 @@ def test_control_beside_the_photos_is_found_and_its_frame_proposed(window, sampl
     assert dialog.points.rowCount() == 8
     crs, _, reason = dialog._crs_words.text().partition(" ")
     assert crs == "EPSG:32633"
-    assert shown_values(reason, "control.crs-stated") == {"file": "control.csv"}
+    assert reason == Finding("control.crs-stated", file="control.csv").message
     assert "check point" in dialog.verdict.text()
     assert dialog.start.isEnabled()
     assert "GB of free memory" in dialog.memory.text()

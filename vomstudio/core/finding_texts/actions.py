@@ -30,10 +30,6 @@ TEXTS: dict[str, Entry] = {
         "info",
         to_translate("This is the last page."),
     ),
-    "action.line-continued": (
-        "info",
-        to_translate("A continued line is picked point by point."),
-    ),
     "action.model-in-project": (
         "info",
         to_translate("The model is already in the project folder."),
@@ -209,6 +205,10 @@ TEXTS: dict[str, Entry] = {
     "action.same-groups": (
         "info",
         to_translate("Both groups of planes are the same. Choose two different ones."),
+    ),
+    "action.several-features": (
+        "info",
+        to_translate("A name belongs to one feature. Select only one."),
     ),
     "action.too-few-photos": (
         "info",

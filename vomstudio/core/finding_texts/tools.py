@@ -166,10 +166,6 @@ TEXTS: dict[str, Entry] = {
             "An unfinished feature with {count} points was restored. You can go on picking."
         ),
     ),
-    "tool.needs-patch-tool": (
-        "error",
-        to_translate("Choose the tool Patch first."),
-    ),
     "slip.no-plane": (
         "error",
         to_translate("First choose the plane on which the line lies."),

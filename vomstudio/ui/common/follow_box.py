@@ -56,4 +56,4 @@ class FollowBox(ComboBox):
                 best = tr("the best of all: {cost}", cost=tr(called[now]))
             self.setItemText(self.findData(AUTO), best)
             self.setCurrentIndex(max(0, self.findData(self._tool.cost)))
-        allow(self, Finding("action.line-continued") if self._tool.continued else None)
+        allow(self, Finding("follow.continued") if self._tool.continued else None)

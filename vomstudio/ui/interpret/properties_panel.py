@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.findings import Finding
 from vomstudio.document import edits
 from vomstudio.document.kind import Attribute
 from vomstudio.document.kinds import ATTRIBUTES, kind_of
@@ -243,8 +244,7 @@ class PropertiesPanel(QWidget):
             )
         )
         name = self.fields["name"]
-        name.setEnabled(count == 1)
-        name.setToolTip(tr("Not now: A name belongs to one feature.") if count > 1 else "")
+        allow(name, Finding("action.several-features") if count > 1 else None)
 
     def _show_model(self, model: Model) -> None:
         lines, bold = [model.name, model.path], [model.name]

@@ -228,7 +228,7 @@ class PhotosPanel(QWidget):
         for finding in survey.findings:
             self._add_finding(finding.severity, finding.message, list(finding.values["photos"]))
         for finding in (*survey.control_findings(), *survey.left_out):
-            self._add_finding(finding.severity, as_sentence(finding.message), [])
+            self._add_finding(finding.severity, finding.message, [])
         self._chosen()
         self._refresh()
 

@@ -17,7 +17,9 @@ def commands(studio: Studio) -> list[Command]:
     tool = studio.tool_of(PatchTool)
 
     def not_painting() -> Finding | None:
-        return None if studio.tool_name == tool.name else Finding("tool.needs-patch-tool")
+        if studio.tool_name == tool.name:
+            return None
+        return Finding("action.needs-tool", tool=tr("Patch"))
 
     def chosen() -> Patch | None:
         records = studio.records
