@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from vomstudio.core.finding_texts import TEXTS, texts_of
-from vomstudio.core.findings import Finding, as_finding
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, VomError, VomWarning
 
 
@@ -54,17 +54,13 @@ def _in_json(value: Any) -> Any:
 def messages(answer: Mapping[str, Any]) -> list[str]:
     """Return the sentences of an answer's warnings, from ``--json`` or from Python."""
     return [
-        each["message"] if isinstance(each, dict) else as_finding(each).message
-        for each in answer["warnings"]
+        each["message"] if isinstance(each, dict) else each.message for each in answer["warnings"]
     ]
 
 
 def codes(answer: Mapping[str, Any]) -> list[str]:
     """Return the codes of an answer's warnings, from ``--json`` or from Python."""
-    return [
-        each["code"] if isinstance(each, dict) else as_finding(each).code
-        for each in answer["warnings"]
-    ]
+    return [each["code"] if isinstance(each, dict) else each.code for each in answer["warnings"]]
 
 
 def with_code(findings: Iterable[Any], code: str) -> list[Finding]:
@@ -78,7 +74,7 @@ def by_code(findings: Iterable[Any]) -> dict[str, dict[str, Any]]:
 
 
 def _finding(each: Any) -> Finding:
-    return Finding.from_dict(each) if isinstance(each, dict) else as_finding(each)
+    return Finding.from_dict(each) if isinstance(each, dict) else each
 
 
 def error_of(answer: Mapping[str, Any], code: str, /, **values: Any) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import pytest
 
 import vomstudio as vs
 from vomstudio.cli.common.output import to_json
-from vomstudio.core.findings import Finding, as_finding
+from vomstudio.core.findings import Finding
 
 OBJ = vs.sample("sample.obj")
 CAMERA = "23.5x15.6,35,6000x4000"
@@ -117,7 +117,7 @@ def test_sets_of_facets_are_objects_as_those_of_sets_are(
 def same(told: Any, found: Any, path: str) -> None:
     """Numbers, texts and None of JSON, whatever holds them in Python."""
     if isinstance(told, dict) and isinstance(found, Finding | str):
-        assert as_finding(found).to_dict() == told, path
+        assert found.to_dict() == told, path
     elif isinstance(told, dict):
         for key, value in told.items():
             inner = found[key] if isinstance(found, dict) else getattr(found, key)

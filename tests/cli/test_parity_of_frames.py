@@ -18,7 +18,6 @@ import pytest
 import vomstudio as vs
 from tests.frames import bed_grid, convert, write_cloud, write_prj, write_table
 from tests.messages import codes
-from vomstudio.core.findings import as_finding
 from vomstudio.geometry.units import METRES
 
 pytestmark = pytest.mark.full
@@ -255,7 +254,7 @@ def codes_of_call(call: Callable[[], Any]) -> set[str]:
         except vs.errors.VomError as error:
             return {error.code}
     found = {getattr(each.message, "code", "") for each in caught}
-    return found | {as_finding(each).code for each in getattr(result, "warnings", ())}
+    return found | {each.code for each in getattr(result, "warnings", ())}
 
 
 @pytest.mark.parametrize("frame", FRAMES)

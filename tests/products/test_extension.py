@@ -10,7 +10,6 @@ import pytest
 
 from tests.extraction.planes_by_construction import grid_mesh, normal_of
 from tests.messages import refused
-from vomstudio.core.findings import as_finding
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.beds.extended import belief_of_attitude, belief_of_fit, repeated
 from vomstudio.geology.orientation import Plane
@@ -105,7 +104,7 @@ def test_a_cloud_has_the_same_traces() -> None:
 def test_where_beds_cannot_be_told_apart_it_is_said() -> None:
     belief = belief_of_attitude(Plane(*ATTITUDE), np.array([10.0, 10.0, 0.2]), 8.0)
     (warning,) = extend(hilly(), belief, ExtendOptions(thickness_m=0.5)).warnings
-    assert as_finding(warning).code == "extension.beds-indistinct"
+    assert warning.code == "extension.beds-indistinct"
     assert extend(hilly(), belief).warnings == ()
 
 

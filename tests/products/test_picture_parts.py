@@ -13,7 +13,7 @@ from PIL import Image
 
 from tests.marked import UTM
 from tests.messages import refused
-from vomstudio.core.findings import Finding, as_finding
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import lines_to_vectors
 from vomstudio.geometry.cloud import PointCloud
@@ -508,4 +508,4 @@ def test_a_map_has_its_pixels_where_its_world_file_and_its_matrix_say(
     facts: dict[str, Any] = made.facts
     assert (facts["width"], facts["height"]) in ((12, 8), (8, 12))
     assert facts["crs"] is None
-    assert as_finding(made.warnings[-1]).code == "raster.no-crs"
+    assert made.warnings[-1].code == "raster.no-crs"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vomstudio.core.findings import as_finding
 from vomstudio.registration.placing import register_points
 
 
@@ -68,7 +67,7 @@ def test_what_is_wrong_is_said_before_its_consequences(mirrored: bool) -> None:
         model = model * [1.0, 1.0, -1.0]
     else:
         world[2, 0] += 4.0
-    first, *others = map(as_finding, register_points(model, world).warnings)
+    first, *others = register_points(model, world).warnings
     assert first.code == ("control.swapped-columns" if mirrored else "registration.blunder")
     assert mirrored or first.values["labels"][0].startswith("3 (")
     codes = {each.code for each in others}

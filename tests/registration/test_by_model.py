@@ -13,7 +13,6 @@ from scipy.stats import norm
 from tests.frames import ZONE, bed_grid, convert
 from tests.messages import refused, with_code
 from tests.registration.rock_faces import Case, ledges, once, sampled, smooth
-from vomstudio.core.findings import as_finding
 from vomstudio.errors import Cancelled, GeometryError, InputError
 from vomstudio.progress import CancelToken, Silent
 from vomstudio.registration.by_model.reference import fit_to_reference
@@ -320,7 +319,7 @@ def test_polygons_are_a_mask_seen_from_above(tmp_path) -> None:
     points = np.array([[1.0, 1, 90], [6, 1, 0], [4.9, 4.9, -5]])
     flags, messages = in_polygons(points, path, "EPSG:32633")
     assert flags.tolist() == [True, False, True]
-    assert {as_finding(each).code for each in messages} <= {"frame.outside-area"}
+    assert {each.code for each in messages} <= {"frame.outside-area"}
     for wrong in (json.dumps({**layer, "features": []}), "nothing"):
         path.write_text(wrong)
         with pytest.raises(InputError) as refused:
@@ -341,4 +340,4 @@ def test_polygons_of_another_system_are_converted(tmp_path, crs: str) -> None:
     inside = ((places > low) & (places < high))[:, :2].all(axis=1)
     assert flags.tolist() == inside.tolist()
     assert inside.any()
-    assert [as_finding(each).code for each in messages] == ["frame.reprojected"]
+    assert [each.code for each in messages] == ["frame.reprojected"]

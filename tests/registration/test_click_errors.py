@@ -13,7 +13,6 @@ from scipy.spatial.transform import Rotation
 
 import vomstudio as vs
 from vomstudio.cli.common.entry import main
-from vomstudio.core.findings import as_finding
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.observations import Points
@@ -31,7 +30,7 @@ NO_CLICK_ERROR = "control.click-error-unknown"
 
 
 def codes(placed: Placed) -> list[str]:
-    return [as_finding(each).code for each in placed.warnings]
+    return [each.code for each in placed.warnings]
 
 
 def pairs(sigma: Array = SIGMA) -> Pairs:

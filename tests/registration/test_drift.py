@@ -7,7 +7,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.messages import with_code
-from vomstudio.core.findings import as_finding
 from vomstudio.registration.observations import Points
 from vomstudio.registration.placing import Placed, place
 
@@ -40,7 +39,7 @@ def shares(rho: float) -> tuple[np.ndarray, float, float]:
         assert stated is not None
         inside += off <= np.array([stated.about_east, stated.about_north, stated.about_up], float)
         bowed += bool(with_code(placed.warnings, "registration.bowed"))
-        drifted += any(as_finding(each).code == "cameras.drift" for each in placed.warnings)
+        drifted += any(each.code == "cameras.drift" for each in placed.warnings)
     return inside / RUNS, bowed / RUNS, drifted / RUNS
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from tests.io.photos.camera_files import ring
 from tests.messages import refused, with_code
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.control.observation_tables import Positions
@@ -49,7 +49,7 @@ def test_wrong_marks_and_those_outside_of_their_photo_do_not_place_a_point() -> 
     ]
     marks[2] = ("A", VIEWS[2].name, 9_999.0, 100.0)
     marks[5] = ("A", VIEWS[5].name, marks[5][2] + 400.0, marks[5][3])
-    findings: list[Message] = []
+    findings: list[Finding] = []
     evidence = Evidence(views={view.name: view for view in VIEWS})
     places = marked_places(evidence, marks, findings)
     np.testing.assert_allclose(places["A"][0], PLACE, atol=1e-3)

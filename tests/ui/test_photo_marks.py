@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.messages import refused, shown_codes
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.document.photo_edits import add_photo_set
 from vomstudio.document.records import PhotoSet
@@ -41,7 +41,7 @@ class Opened:
         self, studio: Studio, folder: Path, given: tuple[Path, Path] | None = None
     ) -> None:
         self.studio, self.folder = studio, folder
-        self.said: list[tuple[str, Message]] = []
+        self.said: list[tuple[str, Finding]] = []
         self.document = PhotoDocument(studio)
         self.exports = PhotoExports(self.document)
         self.exports.message.connect(lambda message, level: self.said.append((level, message)))

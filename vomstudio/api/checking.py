@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message, as_finding
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, UsageError, VomError, VomWarning
 from vomstudio.geology.notation import exact_plane, parse_plane
 from vomstudio.geology.orientation import Plane
@@ -30,13 +30,13 @@ _MOST_COUNT = 2**53
 """What lies beyond is no count of anything, and not a whole number in floating point."""
 
 
-def warn(messages: Iterable[Message], depth: int = 3, *, notes: bool = False) -> None:
+def warn(messages: Iterable[Finding], depth: int = 3, *, notes: bool = False) -> None:
     """Issue each message as a Python warning at the user's line.
 
     notes : whether those of severity "info" are issued, for results without ``.warnings``
     depth : stack depth of the caller below the user's line
     """
-    for finding in map(as_finding, messages):
+    for finding in messages:
         if finding.severity == "info" and not notes:
             continue
         warning = VomWarning(finding.message, finding.code, finding.values)

@@ -14,7 +14,7 @@ from vomstudio.api.declared_options import arguments_named, options_from_argumen
 from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
 from vomstudio.api.reporting import Reported, told
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.results import HIDDEN
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
@@ -53,7 +53,7 @@ class ElevationModel(ElevationFigures):
     """
 
     heights: npt.NDArray[np.float32] = field(metadata=HIDDEN)
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     _model: Mesh | PointCloud = field(metadata=HIDDEN)
     _plan: HeightPlan = field(metadata=HIDDEN)
 

@@ -21,7 +21,7 @@ from vomstudio.api.checking import (
 )
 from vomstudio.api.frame_arguments import frame_arguments_named, frame_options
 from vomstudio.api.reporting import Reported, told
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.geometry import cloud as clouds
 from vomstudio.geometry import mesh as meshes
 from vomstudio.geometry import transform
@@ -52,7 +52,7 @@ class Source:
 
     path: Path
     crs: str | None
-    warnings: tuple[Message, ...] = ()
+    warnings: tuple[Finding, ...] = ()
     unit_m: float = 1.0
     placed: bool = True
     metric: bool = True
@@ -87,7 +87,7 @@ class _Model:
         return self._source.crs
 
     @property
-    def warnings(self) -> tuple[Message, ...]:
+    def warnings(self) -> tuple[Finding, ...]:
         """Messages about reading the model."""
         return self._source.warnings
 

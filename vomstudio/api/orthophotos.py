@@ -15,7 +15,7 @@ from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
 from vomstudio.api.reporting import Reported, told
 from vomstudio.api.sets import fold as fold_of
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.results import HIDDEN
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.table_folds import TableFold
@@ -61,7 +61,7 @@ class Orthophoto(OrthophotoFigures):
     image: npt.NDArray[np.uint8] = field(metadata=HIDDEN)
     depth: npt.NDArray[np.float32] = field(metadata=HIDDEN)
     fold: FoldView | None
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     _model: Mesh | PointCloud = field(metadata=HIDDEN)
     _request: Requested = field(metadata=HIDDEN)
     _picture: DrawnPicture = field(metadata=HIDDEN)

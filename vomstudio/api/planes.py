@@ -23,7 +23,7 @@ from vomstudio.api.checking import (
 )
 from vomstudio.api.declared_options import options_from_arguments
 from vomstudio.api.tables import dataframe_crs, frame
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.results import Result
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.beds.parallel import ParallelBeds, parallel_beds
@@ -411,7 +411,7 @@ class _Groups:
     offsets: npt.NDArray[np.int64]
     dropped: int = 0
     words: Words[Any] = field(default_factory=dict)
-    messages: Sequence[Message] = ()
+    messages: Sequence[Finding] = ()
 
 
 def _fitted(groups: _Groups, options: FitOptions, resolution_m: float | None) -> FittedPlanes:
@@ -461,7 +461,7 @@ def groups_of(given: Any, by: Any) -> _Groups:
         c: given[c].fillna("").astype(str).tolist() for c in COLUMNS if c != by and c in columns
     }
     words, word_messages = words_of_groups(attributes, names.tolist(), keep.tolist())
-    findings: list[Message] = [*placed.findings, *word_messages]
+    findings: list[Finding] = [*placed.findings, *word_messages]
     return _Groups(list(ids), array[keep][order], offsets, int((~keep).sum()), words, findings)
 
 

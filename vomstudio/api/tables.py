@@ -17,7 +17,7 @@ from vomstudio.api.checking import (
     warn,
     wrong_type,
 )
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.document import catalogue
 from vomstudio.errors import InputError
 from vomstudio.geology.orientation import Line, Plane
@@ -150,7 +150,7 @@ def dataframe_crs(table: Any) -> str | None:
     return str(crs.to_wkt()) if crs is not None and hasattr(crs, "to_wkt") else None
 
 
-def _noticed(table: OrientationTable) -> list[Message]:
+def _noticed(table: OrientationTable) -> list[Finding]:
     angles = (
         (table.dip_direction_deg, table.dip_deg),
         (table.trend_deg, table.plunge_deg),
@@ -228,7 +228,7 @@ def _column(values: list[Any], form: str) -> Any:
     return pandas.Series(floats)
 
 
-def frame_of_table(table: OrientationTable, warnings: Sequence[Message]) -> Any:
+def frame_of_table(table: OrientationTable, warnings: Sequence[Finding]) -> Any:
     """All rows of a table that was read, with its other columns behind."""
     import pandas
 

@@ -21,7 +21,7 @@ from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
-from vomstudio.core.findings import Finding, Message, as_finding
+from vomstudio.core.findings import Finding
 from vomstudio.registration.distances.compare_options import CompareOptions
 from vomstudio.words import tr
 
@@ -75,8 +75,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     model = read_in_world(args.model, progress, frame, args.project)
     benchmark = read_beside(args.benchmark, progress, args.project, frame)
     names = (Path(args.model).name, Path(args.benchmark).name)
-    warnings: list[Message] = [
-        *(as_finding(warning).of_file(name)
+    warnings: list[Finding] = [
+        *(warning.of_file(name)
           for name, one in zip(names, (model, benchmark), strict=True) for warning in one.warnings),
         *crs_findings(model.crs, benchmark.crs, names),
     ]  # fmt: skip

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    from vomstudio.core.findings import Message
+    from vomstudio.core.findings import Finding
     from vomstudio.document.records import Registration
     from vomstudio.geometry.cloud import PointCloud
     from vomstudio.geometry.mesh import Mesh
@@ -56,7 +56,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         options = replace(options, up=None)
     progress = report_reading(args, args.input)
     loaded = read_model(Path(args.input), progress, options)
-    warnings: list[Message] = list(loaded.warnings)
+    warnings: list[Finding] = list(loaded.warnings)
     crs, unit = loaded.crs, 1.0
     established = establish_frame(loaded, options)
     warnings += established.findings

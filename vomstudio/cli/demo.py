@@ -15,7 +15,7 @@ from vomstudio.cli.common.arguments import Parser, Subparsers, add_command, prog
 from vomstudio.cli.common.declared_options import add_options
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.reporting import Reporter
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import TargetError, WorkerError
 from vomstudio.products.sample.demo_options import DemoOptions
 from vomstudio.progress import Progress
@@ -68,8 +68,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress = progress_of(args)
     watch = _Watch(progress, 4 if args.without_photos else 5)
     files: list[Path] = []
-    notes: list[Message] = []
-    warnings: list[Message] = []
+    notes: list[Finding] = []
+    warnings: list[Finding] = []
     with watch.step("measure", tr("Measuring the sample")):
         from vomstudio.io.project.sample import read_picks, read_truth
         from vomstudio.products.sample.check import check_sample

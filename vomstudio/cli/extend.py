@@ -14,7 +14,7 @@ from vomstudio.cli.common.labelled_models import write_labelled
 from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.products.section.extend_options import ExtendOptions
 from vomstudio.words import tr, tr_n
 
@@ -85,7 +85,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 def _belief(
     options: ExtendOptions, points: str | None, model: WorldModel
-) -> tuple[PlaneBelief, tuple[Message, ...]]:
+) -> tuple[PlaneBelief, tuple[Finding, ...]]:
     """Return the plane with its error, in World."""
     from vomstudio.geology.beds.extended import belief_of_attitude, belief_of_fit
     from vomstudio.geology.notation import plane_option

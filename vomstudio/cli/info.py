@@ -15,7 +15,7 @@ from vomstudio.cli.common.arguments import (
     report_reading,
 )
 from vomstudio.cli.common.output import Output
-from vomstudio.core.findings import Finding, Message, as_finding, cause_of
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.errors import InputError
 from vomstudio.progress import Progress
 from vomstudio.words import tr, tr_n
@@ -58,7 +58,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             contents = {**NOTHING, "error": error.to_dict()}
         else:
             out.text(_result_text(name, contents))
-            out.warn([as_finding(each).of_file(name) for each in contents.get("warnings", ())])
+            out.warn([each.of_file(name) for each in contents.get("warnings", ())])
         files.append({**NOTHING, **contents, "path": name})
     result: dict[str, Any] = {"files": files}
     if first_error is not None:
@@ -92,7 +92,7 @@ def _folder(path: Path, progress: Progress) -> dict[str, Any]:
 
     found = read_photos(path, progress)
     photos = found.photos
-    warnings: list[Message] = list(found.warnings)
+    warnings: list[Finding] = list(found.warnings)
     warnings += [
         Finding("photo.left-out", photo=name, reason=reason) for name, reason in found.skipped
     ]
@@ -142,7 +142,7 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
     table = read_table(path)
     if not len(table):
         raise InputError(Finding("table.no-rows"), file=path, line=table.header_line)
-    warnings: list[Message] = list(table.notes)
+    warnings: list[Finding] = list(table.notes)
     bounds = None
     try:
         points = table.numbers(coordinate_columns(table))

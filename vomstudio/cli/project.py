@@ -32,7 +32,7 @@ from vomstudio.workspace.project_options import (
 )
 
 if TYPE_CHECKING:
-    from vomstudio.core.findings import Message
+    from vomstudio.core.findings import Finding
     from vomstudio.document.records import Feature
     from vomstudio.workspace.headless_project import HeadlessProject
     from vomstudio.workspace.project_summary import ProjectSummary
@@ -375,8 +375,8 @@ def _report_added(
     args: argparse.Namespace,
     out: Output,
     features: Sequence[Feature],
-    skipped: Sequence[tuple[str, Message]],
-    warnings: Sequence[Message],
+    skipped: Sequence[tuple[str, Finding]],
+    warnings: Sequence[Finding],
     words: str,
 ) -> None:
     left_out = [Finding("feature.left-out", feature=name, reason=each) for name, each in skipped]

@@ -16,7 +16,7 @@ from vomstudio.cli.common.arguments import (
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.set_colors import colors_among
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.geology.rose_options import RoseOptions
 from vomstudio.products.net.figure_options import SIZE_MM, RoseFigure, SetColors
 from vomstudio.words import tr
@@ -75,7 +75,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             style=style.of_net(),
             width_mm=figure.width_mm or SIZE_MM[0],
         )
-    warnings: list[Message] = list(table.warnings)
+    warnings: list[Finding] = list(table.warnings)
     for name, rose in roses.roses.items():
         if rose.left_out:
             warnings.append(Finding("rose.rows-left-out", set=name, count=rose.left_out))

@@ -16,7 +16,7 @@ from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
 from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.products.section.section_options import DOMAINS, SectionFeatures, SectionOptions
 from vomstudio.words import tr
@@ -100,7 +100,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 def _curtain(
     place: Curtain | ProfileLine, model: WorldModel
-) -> tuple[Curtain, tuple[Message, ...]]:
+) -> tuple[Curtain, tuple[Finding, ...]]:
     """In World, and what must be said of a line. Raises InputError."""
     import numpy as np
 

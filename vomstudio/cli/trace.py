@@ -17,7 +17,7 @@ from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_
 from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.options import declarations
 from vomstudio.errors import InputError, UsageError
 from vomstudio.extraction.trace_options import (
@@ -127,7 +127,7 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
 
 def _way_points(
     args: argparse.Namespace, model: WorldModel
-) -> tuple[npt.NDArray[np.float64], Sequence[Message]]:
+) -> tuple[npt.NDArray[np.float64], Sequence[Finding]]:
     """Return way-points, (n, 3) in World or (n, 2) pixels of the photo, and warnings about them."""
     from vomstudio.io.gate.point_tables import read_points
     from vomstudio.io.gate.points import ModelFrame

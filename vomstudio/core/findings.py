@@ -130,18 +130,9 @@ class Finding:
         return cls(row["code"], row["severity"], **values)
 
 
-Message = Finding
-"""A finding, or a sentence that has no code yet."""
-
-
 def uncoded(text: str) -> Finding:
     """Return a finding for a sentence that has no code yet."""
     return Finding(UNCODED, text=text)
-
-
-def as_finding(message: Message) -> Finding:
-    """Return the finding, or the sentence as a finding without a code."""
-    return message if isinstance(message, Finding) else uncoded(message)
 
 
 def cause_of(error: VomError) -> Finding:
@@ -173,12 +164,12 @@ def _location(error: VomError) -> dict[str, Any]:
     return {name: value for name, value in location.items() if value is not None}
 
 
-def plain(messages: Iterable[Message]) -> list[dict[str, Any]]:
+def plain(messages: Iterable[Finding]) -> list[dict[str, Any]]:
     """Return messages as objects for a JSON file."""
-    return [as_finding(each).to_dict() for each in messages]
+    return [each.to_dict() for each in messages]
 
 
-def without_repeats(messages: Iterable[Message]) -> tuple[Message, ...]:
+def without_repeats(messages: Iterable[Finding]) -> tuple[Finding, ...]:
     """Return the messages in their order, each once."""
     return tuple(dict.fromkeys(messages))
 

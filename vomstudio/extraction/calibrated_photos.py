@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry import transform
 from vomstudio.geometry.cameras import View
@@ -41,7 +41,7 @@ class CalibratedPhotos:
     chosen: int
     files: Mapping[int, Path]
     cameras: Path
-    warnings: tuple[Message, ...] = ()
+    warnings: tuple[Finding, ...] = ()
 
     @property
     def name(self) -> str:

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.kernels import agreement, smoothed
 from vomstudio.extraction.points_around import (
@@ -124,7 +124,7 @@ class Elements:
     near: Rows
     rows: Ints
     row_of: Ints
-    warnings: tuple[Message, ...] = ()
+    warnings: tuple[Finding, ...] = ()
     begun: Labels | None = None
     around: int = 0
     fewer: Bools | None = None

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.results import HIDDEN
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.facets import Facets
@@ -52,7 +52,7 @@ class FacetTable(Shown):
     max_distance_m: float
     min_points: int
     min_area_m2: float | None
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
     @property
     def more(self) -> tuple[str, ...]:

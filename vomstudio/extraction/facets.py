@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.borders.polygons import polygon_of_faces, polygon_of_points, wkt
 from vomstudio.extraction.cells.planes import begun_on_cells
@@ -98,7 +98,7 @@ class Facets:
     min_points: int
     exposure: Exposure
     covers: Labels
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 def find_facets(

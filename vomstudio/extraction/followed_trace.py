@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message, cause_of
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.results import HIDDEN
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.best_cost import AUTO, Tried, follow_best
@@ -56,7 +56,7 @@ class FollowedTrace(Shown):
     way_points: int
     cost: str
     vertices: int
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     tried: tuple[Tried, ...] = field(default=(), kw_only=True)
     doubtful: tuple[DoubtfulStretch, ...] = field(default=(), kw_only=True)
 
@@ -162,7 +162,7 @@ def plane_of(
     notes: str,
     priors: Sequence[SetPrior],
     rest: Rest | None = None,
-) -> tuple[Row | None, BandFigures | None, tuple[Message, ...]]:
+) -> tuple[Row | None, BandFigures | None, tuple[Finding, ...]]:
     """The row of the plane through points (n, 3) of the model `near`, or None; the band of planes
     that they allow where they are straight; why there is no plane, and which stretches are
     doubtful. rest : what is outside of these"""

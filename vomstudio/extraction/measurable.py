@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.elements import Elements, elements_of
 from vomstudio.extraction.finer_faces import finer
@@ -98,7 +98,7 @@ class Measurable:
     length: float
     resolution: float
     noise: float
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     nodes: Ints | None = None
 
     @property

@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message, finding_of
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos
 from vomstudio.extraction.path_costs import OF_COLOURS, compared, node_costs
@@ -58,7 +58,7 @@ class PhotoPath:
     seen: Ints
     agreeing: Ints
     voters: tuple[str, ...]
-    warnings: tuple[Message, ...] = ()
+    warnings: tuple[Finding, ...] = ()
 
     @property
     def judged(self) -> int:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import welded
@@ -113,7 +113,7 @@ class SurfaceFields:
     radius_m: float
     values: Mapping[str, Values]
     typical_count: int
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 def surface_fields(

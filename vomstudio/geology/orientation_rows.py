@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.geology.common_turns import Turns
 
 Floats = NDArray[np.float64]
@@ -52,7 +52,7 @@ class OrientationRows(Protocol):
     @property
     def dropped(self) -> tuple[int, ...]: ...
     @property
-    def warnings(self) -> tuple[Message, ...]: ...
+    def warnings(self) -> tuple[Finding, ...]: ...
     @property
     def turns(self) -> Turns | None: ...
     @property

@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vomstudio.core.findings import Finding, Message, cause_of
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.common_turns import Turns
@@ -49,7 +49,7 @@ class _Domains:
 class _Reading:
     convention: str
     dropped_lines: tuple[int, ...]
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 # The last of the bases has the first of the fields.
@@ -73,7 +73,7 @@ class TableFold(Shown, _Reading, _Domains, AxisFigures, _Counts):
         Convention by which the table was read.
     dropped_lines : tuple of int
         Lines of the table without angles.
-    warnings : tuple of Message
+    warnings : tuple of Finding
         Warnings about the table and findings about the axis.
     """
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message, cause_of
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane, planes_to_normals
@@ -108,7 +108,7 @@ class TableSlope(Shown):
     draws: tuple[int, int] | None
     convention: str
     dropped_lines: tuple[int, ...]
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 def slope_face(face: str | Plane, options: SlopeOptions) -> SlopeFace:

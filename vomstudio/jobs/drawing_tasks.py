@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.jobs.standing_model import StandingModel, read_standing
 from vomstudio.progress import Progress
@@ -127,21 +127,21 @@ class DrawnLines:
         Of the model that the picture shows, None if the sidecar states none.
     picture : Picture
         The picture on which the lines were drawn.
-    warnings : tuple of Message
+    warnings : tuple of Finding
         About reading the drawing.
     """
 
     lines: tuple[DrawnLine, ...]
     content_hash: str | None
     picture: Picture
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 def collect_lines(
     brought: Brought,
     names: Iterable[str],
     sidecar: Sidecar,
-    warnings: Iterable[Message],
+    warnings: Iterable[Finding],
     to_file: npt.NDArray[np.float64] | None = None,
 ) -> DrawnLines:
     """Return lines that were brought back as plain data.

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import Registration
 from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.jobs.job import Job, Lane, Nothing
@@ -78,7 +78,7 @@ class CachedModel:
     kind: Literal["mesh", "cloud"]
     crs: str | None
     content_hash: str
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     resolution: float | None
 
 
@@ -197,7 +197,7 @@ class ConvertedModel:
     """path : path of the copy"""
 
     path: Path
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 def _convert_model(request: ModelConversion, progress: Progress) -> ConvertedModel:
@@ -235,7 +235,7 @@ class ModelExport:
 class ExportedModel:
     """warnings : messages about content that the format cannot store"""
 
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 def _export_model(request: ModelExport, progress: Progress) -> ExportedModel:
@@ -291,7 +291,7 @@ class CutModel:
     """path : path of the piece; warnings : messages about content that the format cannot store"""
 
     path: Path
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 def _cut_model(request: ModelCut, progress: Progress) -> CutModel:

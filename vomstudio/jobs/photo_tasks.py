@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.inside import make_folder
 from vomstudio.files.regular import open_regular
@@ -56,7 +56,7 @@ class PhotoList:
     """left_out : sentences on what is no usable photo"""
 
     rows: tuple[ListedPhoto, ...]
-    left_out: tuple[Message, ...]
+    left_out: tuple[Finding, ...]
 
 
 def _list_photos(asked: PhotosIn, progress: Progress) -> PhotoList:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.jobs.model_tasks import Matrix
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
@@ -56,7 +56,7 @@ class WrittenOrthophoto:
     unit: str
     coverage: float
     drawing: tuple[Path, ...]
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 def _orthophoto(asked: OrthophotoOrder, progress: Progress) -> WrittenOrthophoto:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.extraction.trace_options import ProposalOptions
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.jobs.standing_model import StandingModel, in_world
@@ -58,7 +58,7 @@ class FoundTraces:
     cost: str
     least_length_m: float
     surrogates: int
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     out: Path
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.jobs import serialisation
 from vomstudio.jobs.job import Job, Lane
 from vomstudio.progress import Progress
@@ -76,7 +76,7 @@ class Reconstruction(Shown):
     report: str
     poses: str
     folder: str
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     tie_points: int
     tie_points_of_3: int
     photo_rows: tuple[Mapping[str, Any], ...]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    from vomstudio.core.findings import Message
+    from vomstudio.core.findings import Finding
     from vomstudio.io.control.observation_tables import Pairs
 
     Array = npt.NDArray[np.float64]
@@ -139,14 +139,14 @@ def _pairs(points: tuple[HomologousPoint, ...]) -> Pairs:
 
 def _stable(
     there: Array, order: FitOrder, progress: Progress
-) -> tuple[npt.NDArray[np.bool_] | None, tuple[Message, ...]]:
+) -> tuple[npt.NDArray[np.bool_] | None, tuple[Finding, ...]]:
     """Return which of the points (n, 3) of the reference count, None for all, and messages."""
     import numpy as np
 
     from vomstudio.registration.by_model import stable
 
     part = order.stable
-    messages: tuple[Message, ...] = ()
+    messages: tuple[Finding, ...] = ()
     if part is None:
         return None, messages
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.geology.view_attitudes import camera_rotations
 from vomstudio.registration.selection import selected
 from vomstudio.words import tr
@@ -36,7 +36,7 @@ _LEVEL = 0.95
 
 
 def left_out(
-    labels: Sequence[str], angles: Array, model: Array, messages: list[Message]
+    labels: Sequence[str], angles: Array, model: Array, messages: list[Finding]
 ) -> tuple[Flags, Flags]:
     """(n,) which photos do not agree with most others, and of which not even the vertical does.
 
@@ -74,7 +74,7 @@ def left_out(
 
 
 def verticals_left_out(
-    labels: Sequence[str], down: Array, model: Array, considered: Flags, messages: list[Message]
+    labels: Sequence[str], down: Array, model: Array, considered: Flags, messages: list[Finding]
 ) -> Flags:
     """(n,) which photos' verticals do not agree with most others.
 
@@ -156,7 +156,7 @@ def _described(
     usual: Array,
     out: Flags,
     limit: float,
-    messages: list[Message],
+    messages: list[Finding],
 ) -> list[bool]:
     """Return whether the vertical of each excluded photo is excluded too.
 

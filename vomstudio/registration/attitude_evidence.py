@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.geology.bowing import Bowing, bowing_of_turns
 from vomstudio.geology.view_attitudes import (
     camera_rotations,
@@ -51,7 +51,7 @@ def held(
     rows: Sequence[int],
     views: Sequence[View],
     north_doubt_deg: float,
-    messages: list[Message],
+    messages: list[Finding],
 ) -> Held:
     """Match the attitudes of a table, with yaws from grid north, to the cameras of the model.
 
@@ -202,7 +202,7 @@ def _norths(
 
 
 def _not_steep(
-    labels: Sequence[str], phone: npt.NDArray[np.bool_], down: Array, messages: list[Message]
+    labels: Sequence[str], phone: npt.NDArray[np.bool_], down: Array, messages: list[Finding]
 ) -> npt.NDArray[np.bool_]:
     steep = phone & (np.abs(down[:, 2]) > np.sin(np.radians(_STEEPEST_DEG)))
     if steep.any():

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geometry.places import why_not_on_earth
 from vomstudio.io.control.observation_tables import Positions
@@ -35,7 +35,7 @@ ToGrid = Callable[[float, float], tuple[float, float] | None]
 
 
 def in_metres(
-    positions: Positions, crs: str | None, messages: list[Message]
+    positions: Positions, crs: str | None, messages: list[Finding]
 ) -> tuple[Positions, str | None, tuple[float, float] | None]:
     """Convert camera positions to metres in the CRS of the model.
 
@@ -170,7 +170,7 @@ def _exchanged(positions: Positions, photo: str, longitude: float, latitude: flo
 
 
 # --- heights ----------------------------------------------------------------------------------
-def _with_heights(positions: Positions, messages: list[Message]) -> Positions:
+def _with_heights(positions: Positions, messages: list[Finding]) -> Positions:
     keep = np.isfinite(positions.places[:, 2])
     if not keep.any():
         raise InputError(

@@ -128,7 +128,7 @@ def find_misplaced_points(
 
     Returns
     -------
-    findings : list of Message
+    findings : list of Finding
     misplaced : (n,) array of bool
         None are marked if it is not clear which are correct.
     """
@@ -335,7 +335,7 @@ def check_area(world: Array, crs: str | None, *, converted: bool = False) -> lis
 
     Returns
     -------
-    list of Message
+    list of Finding
         ``frame.outside-area`` for a place outside the area of use; ``control.other-unit`` if it
         would be inside in feet or kilometres.
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.bowing import Bowing
 from vomstudio.geometry import transform
@@ -179,7 +179,7 @@ def register(evidence: Evidence, extent: Array | None = None) -> Placed:
     GeometryError
         If the observations do not determine the position of the model.
     """
-    messages: list[Message] = []
+    messages: list[Finding] = []
     suspicions: list[Finding] = []
     kinds: list[Observed] = []
     check = None
@@ -352,7 +352,7 @@ def _match_photos(
     known: Mapping[str, Any],
     photos: Sequence[str],
     field_: str,
-    messages: list[Message],
+    messages: list[Finding],
 ) -> tuple[list[int], list[str]]:
     """Return the rows of photos that are cameras of the model, and the names of these cameras."""
     rows, names = [], []
@@ -377,7 +377,7 @@ def _match_photos(
     return rows, names
 
 
-def _cameras(evidence: Evidence, messages: list[Message], suspicions: list[Finding]) -> Points:
+def _cameras(evidence: Evidence, messages: list[Finding], suspicions: list[Finding]) -> Points:
     """Return the camera positions that fit; appends to `messages`, and findings to `suspicions`."""
     positions = evidence.positions
     assert positions is not None
@@ -428,7 +428,7 @@ def _refuse_unsure(placed: Placed, suspicions: Sequence[Finding]) -> None:
 
 
 def marked_places(
-    evidence: Evidence, marks: Sequence[Marked], messages: list[Message] | None = None
+    evidence: Evidence, marks: Sequence[Marked], messages: list[Finding] | None = None
 ) -> dict[str, tuple[Array, Array]]:
     """Triangulate the points that are marked in at least two photos.
 
@@ -438,7 +438,7 @@ def marked_places(
     ----------
     evidence : Evidence
     marks : sequence of (label, photo, x, y)
-    messages : list of Message, optional
+    messages : list of Finding, optional
         Messages about excluded marks and points are appended.
 
     Returns
@@ -505,7 +505,7 @@ def marked_places(
     return triangulated
 
 
-def _attitudes(evidence: Evidence, table: AttitudeTable, messages: list[Message]) -> Held:
+def _attitudes(evidence: Evidence, table: AttitudeTable, messages: list[Finding]) -> Held:
     rows, names = _match_photos(evidence, evidence.views, table.photos, "--attitudes", messages)
     views = [evidence.views[name] for name in names]
     return held(table, rows, views, evidence.north_doubt_deg, messages)
@@ -532,7 +532,7 @@ def attitude_misses(evidence: Evidence, placed: Placed) -> list[AttitudeMiss]:
 
 
 def _level(
-    evidence: Evidence, table: LevelTable, extent: Array | None, messages: list[Message]
+    evidence: Evidence, table: LevelTable, extent: Array | None, messages: list[Finding]
 ) -> LevelLines:
     rows, names = _match_photos(evidence, evidence.views, table.photos, "--horizon", [])
     views = [evidence.views[name] for name in names]

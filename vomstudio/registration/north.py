@@ -8,7 +8,7 @@ from datetime import date, datetime, time
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import NorthKind, ReadNorth
 from vomstudio.errors import InputError, UsageError
 from vomstudio.io.control.attitude_tables import AttitudeTable
@@ -210,7 +210,7 @@ def declination_deg(
     return float(np.degrees(np.arctan2(y, x)))
 
 
-def on_grid(table: AttitudeTable, north: North, messages: list[Message]) -> AttitudeTable:
+def on_grid(table: AttitudeTable, north: North, messages: list[Finding]) -> AttitudeTable:
     """Convert all yaws to grid north.
 
     A message about each correction is appended to `messages`. Raises InputError.

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.document.records import ObservationGroup
 from vomstudio.errors import GeometryError
 from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of, model_shape
@@ -486,6 +486,6 @@ def register_points(
     return with_warnings(placed, [Finding("control.click-error-unknown")])
 
 
-def with_warnings(placed: Placed, warnings: Sequence[Message]) -> Placed:
+def with_warnings(placed: Placed, warnings: Sequence[Finding]) -> Placed:
     """Return the placement with warnings that were reported before it was computed."""
     return replace(placed, warnings=(*warnings, *placed.warnings))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.results import HIDDEN, OPTIONAL
 from vomstudio.document.records import ObservationGroup
 from vomstudio.errors import InputError
@@ -121,7 +121,7 @@ class Placed(Shown):
     worth_adding: WorthAdding | None
     known: Known
     blunders: tuple[Blunder, ...]
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     covariance: tuple[tuple[float, ...], ...] = field(metadata=HIDDEN)
     centre: tuple[float, float, float] = field(metadata=HIDDEN)
     reach_m: float | None = field(default=None, metadata=HIDDEN)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.results import OPTIONAL
 from vomstudio.io.photos.reading import PhotoFolder, read_photos
 from vomstudio.progress import Progress
@@ -25,14 +25,14 @@ class FolderCheck(Shown, SurveyReport):
         As it was given.
     skipped : tuple of (str, Finding)
         Names of unused pictures, with the reasons.
-    warnings : tuple of Message
+    warnings : tuple of Finding
     aligned : SurveyReport or None
         Check of the model made from them, if one was given.
     """
 
     folder: str
     skipped: tuple[tuple[str, Finding], ...]
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     aligned: SurveyReport | None = field(default=None, metadata=OPTIONAL)
 
     def to_dict(self) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.results import HIDDEN, Result, to_dict
 from vomstudio.errors import UsageError
 from vomstudio.geometry.plane_sizes import PlaneError, PlaneSizes
@@ -116,7 +116,7 @@ class SurveyPlan(Shown):
     control_points: tuple[ControlPoint, ...]
     views_least: int
     views_median: float
-    warnings: tuple[Message, ...] = field(default=())
+    warnings: tuple[Finding, ...] = field(default=())
     registration: tuple[Forecast, ...] = ()
 
     @property

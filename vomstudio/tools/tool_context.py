@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Protocol, TypeVar
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.document.measurement_cache import Measurement
 from vomstudio.document.records import Feature
 from vomstudio.document.session import Session
@@ -121,10 +121,10 @@ class ToolContext(Protocol):
     def show(self, preview: Preview | None) -> None:
         """Draw the unfinished feature, or nothing."""
 
-    def say(self, message: Message | VomError) -> None:
+    def say(self, message: Finding | VomError) -> None:
         """Report to the user what happened and what to do."""
 
-    def hint(self, message: Message) -> None:
+    def hint(self, message: Finding) -> None:
         """Report why a click did nothing; the message disappears by itself."""
 
     def tool_changed(self) -> None:

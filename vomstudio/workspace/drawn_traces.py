@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message, cause_of
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.identifiers import new_id
 from vomstudio.document import edits
 from vomstudio.document.edit import Edit, change
@@ -42,14 +42,14 @@ class DrawnTraces:
         Ids of features that the drawing shows as they are.
     skipped : tuple of (name, reason)
         Lines that give no trace.
-    warnings : tuple of Message
+    warnings : tuple of Finding
     """
 
     traces: tuple[Trace, ...]
     edited: tuple[Trace, ...]
     unchanged: tuple[str, ...]
     skipped: tuple[tuple[str, Finding], ...]
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
     @property
     def edited_findings(self) -> tuple[Finding, ...]:
@@ -60,7 +60,7 @@ class DrawnTraces:
         return (Finding("drawing.edited", count=len(self.edited), names=names),)
 
     @property
-    def messages(self) -> tuple[Message, ...]:
+    def messages(self) -> tuple[Finding, ...]:
         """Everything to report, with the lines that give no trace."""
         left_out = (
             Finding("feature.left-out", feature=name, reason=reason)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message, cause_of, finding_of
+from vomstudio.core.findings import Finding, cause_of, finding_of
 from vomstudio.document import edits
 from vomstudio.document.edit import change
 from vomstudio.document.kinds.trace import Trace
@@ -110,7 +110,7 @@ class AddedModel:
 
     model: Model
     new: bool
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ class AddedPicks:
 
     traces: tuple[Trace, ...]
     skipped: tuple[tuple[str, Finding], ...]
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +164,7 @@ class HeadlessProject:
     project : Project
     settings : Settings
         Settings with which the project was opened.
-    warnings : sequence of Message
+    warnings : sequence of Finding
         Warnings about the settings.
     progress : Progress, optional
 
@@ -178,7 +178,7 @@ class HeadlessProject:
         self,
         project: Project,
         settings: Settings,
-        warnings: Sequence[Message] = (),
+        warnings: Sequence[Finding] = (),
         progress: Progress | None = None,
     ) -> None:
         self.project, self.settings, self.warnings = project, settings, tuple(warnings)

@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.threads import lower_priority, start_thread
 from vomstudio.errors import VomError
 from vomstudio.files.arrays import open_arrays
@@ -45,7 +45,7 @@ class OpenModel:
 
     data: Mesh | PointCloud
     surface: MeshSurface | CloudSurface
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     resolution: float | None
     crs: str | None
     content_hash: str

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.document.measurement_cache import Measurement
 from vomstudio.document.records import Feature, FeatureType
 from vomstudio.document.selection import Selection
@@ -195,10 +195,10 @@ class ToolHost:
     def show(self, preview: Preview | None) -> None:
         self.preview.emit(preview)
 
-    def say(self, message: Message | VomError) -> None:
+    def say(self, message: Finding | VomError) -> None:
         self._notices.warn(message)
 
-    def hint(self, message: Message) -> None:
+    def hint(self, message: Finding) -> None:
         self._notices.hint(message)
 
     def tool_changed(self) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.options import given_options
 from vomstudio.document.records import Model, Registration
 from vomstudio.errors import UsageError
@@ -39,7 +39,7 @@ class WorldModel:
     data: Mesh | PointCloud
     crs: str | None
     metric: bool
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     loaded: LoadedModel
     to_world: npt.NDArray[np.float64]
     in_project: Model | None = None

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from tests.messages import by_code, refused
-from vomstudio.core.findings import as_finding
 from vomstudio.io.control.observation_tables import read_pairs, read_positions, read_scale_bars
 
 HEADER = "label,model_x,model_y,model_z,x,y,z\n"
@@ -48,7 +47,7 @@ def test_a_table_of_such_labels_alone_says_why_it_is_empty(tmp_path: Path, heade
 def test_comments_are_no_rows(tmp_path: Path) -> None:
     text = "# made on 12, 5, 2024\n# a, b, c, d, e, f, g\n" + HEADER + rows(["P1", "P2", "P3"])
     notes = read_pairs(written(tmp_path, text)).notes
-    assert [as_finding(note).code for note in notes] == ["frame.assumed"]
+    assert [note.code for note in notes] == ["frame.assumed"]
 
 
 def test_a_row_in_a_comment_is_no_header(tmp_path: Path) -> None:

@@ -17,7 +17,6 @@ import vomstudio as vs
 from tests.io.models.copc_maker import write_copc
 from tests.messages import codes, messages, refused
 from tests.tiers import first_in_default_tier
-from vomstudio.core.findings import as_finding
 from vomstudio.document.records import Frame
 from vomstudio.errors import InputError
 from vomstudio.io.gis.axis_units import stated_axes
@@ -104,9 +103,7 @@ def test_heights_in_feet_over_metres_keep_the_dip(tmp_path: Path, how: str, endi
     assert dip_of(loaded.data.points) == pytest.approx(30, abs=0.01)
     assert loaded.crs == "EPSG:26917"
     assert loaded.units == ("m", "m", "us-ft")
-    (finding,) = (
-        each for each in loaded.warnings if as_finding(each).code == "frame.unit-converted"
-    )
+    (finding,) = (each for each in loaded.warnings if each.code == "frame.unit-converted")
     assert finding.values["height_unit"] == "US survey feet"
     with pytest.warns(vs.errors.VomWarning):
         world = vs.read(path)
@@ -213,7 +210,7 @@ def test_height_models_in_feet(tmp_path, kind, geotiff, crs, flat, high, unit, u
     assert found["units"] == list(units)
     with pytest.warns(vs.errors.VomWarning):
         world = vs.read(path)
-    assert "frame.unit-converted" in [as_finding(each).code for each in world.warnings]
+    assert "frame.unit-converted" in [each.code for each in world.warnings]
     assert dip_of(world.points) == pytest.approx(30, abs=0.01)
     assert np.ptp(world.points[:, 0]) == pytest.approx(59, abs=1e-3)
     # In metres, as World is.
@@ -262,7 +259,7 @@ def test_a_local_system_in_feet_becomes_metres(tmp_path: Path) -> None:
     assert loaded.crs is None
     assert loaded.units == ("ft", "ft", "ft")
     assert np.ptp(loaded.data.points[:, 1]) == pytest.approx(30, abs=0.3)
-    assert "frame.unit-converted" in [as_finding(each).code for each in loaded.warnings]
+    assert "frame.unit-converted" in [each.code for each in loaded.warnings]
 
 
 def test_a_record_behind_the_points_names_the_system(tmp_path: Path) -> None:
@@ -385,7 +382,7 @@ def test_keys_say_what_wkt_leaves_open(tmp_path: Path, more: tuple[int, int, int
 
 def unreadable_crs(description: dict[str, Any]) -> list[str]:
     """Return the CRS of every ``frame.crs-unreadable``."""
-    findings = [as_finding(each) for each in description["warnings"]]
+    findings = list(description["warnings"])
     return [each.values["crs"] for each in findings if each.code == "frame.crs-unreadable"]
 
 
@@ -477,7 +474,7 @@ def test_heights_in_another_unit_than_their_system_keep_its_flat_part(tmp_path: 
         dataset.units = ("m",)
     loaded = read_model(tmp_path / "a.tif")
     assert (loaded.crs, loaded.units) == ("EPSG:26917", ("m", "m", "m"))
-    assert "frame.height-unit-replaced" in [as_finding(each).code for each in loaded.warnings]
+    assert "frame.height-unit-replaced" in [each.code for each in loaded.warnings]
 
 
 @pytest.mark.parametrize("written", ["[ft]", "Foot (International)", "US-survey-foot", "Foot_US"])
@@ -534,7 +531,7 @@ def test_a_prj_in_degrees_is_believed_where_the_numbers_are(
     if code is None:
         loaded = read_model(tmp_path / "a.xyz")
         assert loaded.crs is None
-        assert "frame.crs-unused" in [as_finding(each).code for each in loaded.warnings]
+        assert "frame.crs-unused" in [each.code for each in loaded.warnings]
         return
     with pytest.raises(InputError) as refused:
         read_model(tmp_path / "a.xyz")

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from tests.messages import refused
-from vomstudio.core.findings import Finding, as_finding
+from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Plane
 from vomstudio.io.project.field_columns import guess
 from vomstudio.io.project.field_table import FieldTable, is_orientation, number_in, read_field_table
@@ -446,7 +446,7 @@ def test_words_for_an_overturned_bed(book: Path, word: str) -> None:
 
 def _rows_of(found: FieldReadings) -> list[tuple[str, tuple[int, ...]]]:
     """Codes and lines of the findings."""
-    return [(each.code, each.values["rows"]) for each in map(as_finding, found.findings)]
+    return [(each.code, each.values["rows"]) for each in found.findings]
 
 
 @pytest.mark.parametrize("place", ["1e13,2,3", "1,-1e13,3", "1,2,1e13"])
@@ -455,7 +455,7 @@ def test_a_position_beyond_the_earth_is_left_out_and_said(book: Path, place: str
     found = readings(book, f"{header}{place},1,2\n1,2,3,1,2\n1e12,-1e12,0,1,2\n")
     assert [r.position for r in found.rows] == [None, (1.0, 2.0, 3.0), (1e12, -1e12, 0.0)]
     assert _rows_of(found) == [("reading.no-position", (2,))]
-    assert "1e+13" in as_finding(found.findings[0]).values["reason"]
+    assert "1e+13" in found.findings[0].values["reason"]
     found = readings(book, f"{header}{place},1,2\n{place},1,2\n")
     assert _rows_of(found) == [("reading.no-position", (2, 3))]
 
@@ -486,7 +486,7 @@ def test_degrees_are_turned_into_the_project_s_metres_or_said_to_be_left_out(boo
     assert _rows_of(found) == [
         ("reading.coordinate-missing", (5,)), ("reading.no-position", (3,)),
     ]  # fmt: skip
-    assert "latitude of 91" in as_finding(found.findings[1]).values["reason"]
+    assert "latitude of 91" in found.findings[1].values["reason"]
     found = understand(table, columns, "dipdir/dip", lambda *_: None)
     assert [r.position for r in found.rows] == [None] * 4
     found = understand(table, columns, "dipdir/dip")

@@ -12,7 +12,7 @@ from tests.messages import refused, with_code
 from tests.photogrammetry.made_photos import LENS, ORIGIN, abreast, around, face
 from tests.photogrammetry.place.test_georeference import scene_of
 from tests.photogrammetry.place.test_gps_priors import block
-from vomstudio.core.findings import Finding, as_finding
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.triangulation import triangulate
@@ -306,7 +306,7 @@ def test_marks_that_agree_are_as_good_as_marks_set_by_hand(
     views, _, scene = wall
     _, report = place_by_control(scene, *marked(views), adjust=False)
     assert report.mark_scatter_px == pytest.approx(0.3, rel=0.3)
-    assert not any(as_finding(each).code == "mark-scatter" for each in report.warnings)
+    assert not any(each.code == "mark-scatter" for each in report.warnings)
 
 
 def test_both_commands_find_the_same_scatter_and_errors_of_marks(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from vomstudio.cli.common.arguments import Parser
 from vomstudio.cli.common.declared_options import add_options, options_from
-from vomstudio.core.findings import Finding, Message, as_finding
+from vomstudio.core.findings import Finding
 from vomstudio.io.gate.frame_options import FrameOptions
 from vomstudio.words import tr
 
@@ -29,9 +29,9 @@ def add_project(parser: Parser) -> None:
     )
 
 
-def unknown_unit(model: WorldModel) -> list[Message]:
+def unknown_unit(model: WorldModel) -> list[Finding]:
     """Return ``frame.no-unit`` if lengths are in an unknown unit and nothing was assumed."""
-    codes = {as_finding(each).code for each in model.warnings}
+    codes = {each.code for each in model.warnings}
     return [] if model.metric or "frame.assumed" in codes else [Finding("frame.no-unit")]
 
 

@@ -11,7 +11,7 @@ from vomstudio.cli.common.arguments import progress_of
 from vomstudio.cli.common.frames_of_models import frame_options
 from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.output import Output
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, UsageError
 from vomstudio.extraction.trace_options import DrawnTraceOptions
 from vomstudio.words import tr_n
@@ -80,7 +80,7 @@ def _add(
     brought: Brought,
     names: Iterable[str],
     sidecar: Sidecar,
-    warnings: list[Message],
+    warnings: list[Finding],
 ) -> dict[str, list[dict[str, str]]]:
     """Add a drawing to the project; messages are appended to `warnings`.
 

@@ -25,7 +25,7 @@ from vomstudio.cli.common.frames_of_models import (
 from vomstudio.cli.common.labelled_models import write_labelled
 from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.output import Output
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.extraction.measurable_options import MeasurableOptions, MeasurableTarget
 from vomstudio.words import tr
@@ -99,7 +99,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.text(_result_text(found))
 
 
-def _plane(target: MeasurableTarget, azimuth: Any) -> tuple[Plane, tuple[Message, ...]]:
+def _plane(target: MeasurableTarget, azimuth: Any) -> tuple[Plane, tuple[Finding, ...]]:
     """Return the plane that was typed, or the mean of a table's planes, with its warnings."""
     if target.plane is not None:
         from vomstudio.geology.notation import plane_option

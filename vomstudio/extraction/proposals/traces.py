@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.results import HIDDEN
 from vomstudio.extraction.followed_trace import near_surface, plane_of
 from vomstudio.extraction.following import Follower
@@ -62,7 +62,7 @@ class ProposedTraces(Shown):
     cost: str
     least_length_m: float
     surrogates: int
-    warnings: tuple[Message, ...] = ()
+    warnings: tuple[Finding, ...] = ()
 
 
 def propose_traces(
@@ -97,7 +97,7 @@ def propose_traces(
     least = options.min_length_m or DEFAULT_MIN_RESOLUTIONS * resolution
     progress.stage(tr("Finding lines"), None)
     whole = surface
-    warnings: tuple[Message, ...] = ()
+    warnings: tuple[Finding, ...] = ()
     if (count := len(surface.places)) > MOST_POINTS:
         surface = SurfaceGraph(few_enough(surface.data, MOST_POINTS))
         if options.min_length_m is None:

@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geology.beds.lithologies import in_strabospot
 from vomstudio.geology.measured import CONE95, Measured
@@ -52,7 +52,7 @@ class BedLog(Shown):
     intervals: tuple[Interval, ...]
     total_m: Measured
     reordered: tuple[str, ...]
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 def bed_log(

@@ -20,7 +20,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.plane_errors import joint_quantile, quantiles
@@ -88,7 +88,7 @@ class ParallelBeds:
     p_parallel: float | None
     beds: tuple[Bed, ...]
     same: tuple[SamePlane, ...]
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
     @property
     def plane(self) -> Plane:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message, cause_of
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.faults.displacement import (
     Displacement,
@@ -58,7 +58,7 @@ class Displacements(Shown):
     mean_heave_m: float
     std_heave_m: float | None
     skipped: tuple[dict[str, Any], ...]
-    warnings: tuple[Message, ...] = ()
+    warnings: tuple[Finding, ...] = ()
 
 
 def displacements(
@@ -97,7 +97,7 @@ def displacements(
         options.bed_error_deg,
         options.rake_error_deg,
     )
-    warnings: list[Message] = []
+    warnings: list[Finding] = []
     if slip is not None:
         rake_deg = rake_of(slip, fault)
         warnings += _slip_warnings(slip, fault)

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.geology.faults.kinematics import (
     kinematic_axes,
     movements,
@@ -37,7 +37,7 @@ class SlipRows(Protocol):
     @property
     def dropped(self) -> tuple[int, ...]: ...
     @property
-    def warnings(self) -> tuple[Message, ...]: ...
+    def warnings(self) -> tuple[Finding, ...]: ...
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class TableSlip(Shown):
     right_dihedra: DihedraFound
     faults: tuple[FaultSlip, ...]
     dropped_lines: tuple[int, ...]
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 def table_slip(table: SlipRows) -> TableSlip:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.results import FLAT
 from vomstudio.errors import GeometryError
 from vomstudio.geology.measured import CONE95
@@ -55,7 +55,7 @@ class ThreePoints(Shown):
     n: int = 3
     rms_m: float | None = None
     sigma_m: float | None = None
-    warnings: tuple[Message, ...] = ()
+    warnings: tuple[Finding, ...] = ()
     dropped_lines: tuple[int, ...] = ()
 
     @property
@@ -70,7 +70,7 @@ class ThreePoints(Shown):
     def strike_rhr_deg(self) -> float:
         return self.plane.strike_rhr_deg
 
-    def of_table(self, dropped: tuple[int, ...], warnings: tuple[Message, ...]) -> ThreePoints:
+    def of_table(self, dropped: tuple[int, ...], warnings: tuple[Finding, ...]) -> ThreePoints:
         """The same, with what the table said that its points are from."""
         return replace(self, dropped_lines=dropped, warnings=(*warnings, *self.warnings))
 

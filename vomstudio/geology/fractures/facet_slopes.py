@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message, cause_of
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.orientation import ANGLE_TOLERANCE_DEG, Plane, planes_to_normals
 from vomstudio.geology.orientation_rows import OrientationRows
@@ -87,7 +87,7 @@ class FacetSlopes(Shown):
     skipped: tuple[dict[str, Any], ...]
     convention: str
     dropped_lines: tuple[int, ...]
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
     def shares(self, mode: str) -> npt.NDArray[np.float64]:
         """(facets,) shares of one of MODES, NaN of nothing."""

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.results import OPTIONAL
 from vomstudio.errors import GeometryError
 from vomstudio.geology.fractures.intervals import (
@@ -54,7 +54,7 @@ class Counted:
     area: Any = None
     circle: tuple[float, float, float] | None = None
     scanlines: Shapes | None = None
-    warnings: tuple[Message, ...] = ()
+    warnings: tuple[Finding, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,7 @@ class FractureNetwork(Shown):
     scanline: Spacing | None
     scanline_m: float | None
     terzaghi_cap: float | None
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     notes: tuple[Finding, ...]
     plane: TracePlane | None = field(default=None, metadata=OPTIONAL)
 
@@ -169,7 +169,7 @@ def fracture_network(
     sets: Sequence[str] | None = None,
     snap_m: float = 0.0,
     terzaghi_cap: float | None = None,
-    warnings: Sequence[Message] = (),
+    warnings: Sequence[Finding] = (),
     plane: TracePlane | None = None,
 ) -> Mapped:
     """The figures of traces (n,), shapely lines in metres, x East and y North.

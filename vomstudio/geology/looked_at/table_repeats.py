@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.geology.looked_at.spread import (
     Between,
@@ -93,7 +93,7 @@ class TableRepeats(Shown):
     pairs: tuple[RepeatedPick, ...]
     left_out: tuple[LeftOut, ...]
     convention: str
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 def table_repeats(

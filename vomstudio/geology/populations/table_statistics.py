@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.populations.error_weights import Errors, errors_of
 from vomstudio.geology.populations.set_statistics import SetStatistics, set_statistics
@@ -27,7 +27,7 @@ class TableStatistics(Shown):
     sets: Mapping[str, SetStatistics]
     convention: str
     dropped_lines: tuple[int, ...]
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 def table_statistics(
@@ -56,7 +56,7 @@ def table_statistics(
 
 
 def _sets(
-    table: OrientationRows, column: str | None, warnings: list[Message]
+    table: OrientationRows, column: str | None, warnings: list[Finding]
 ) -> dict[str, NDArray[np.int64]]:
     """Rows of each set, in order of appearance. Poles and lines are not averaged together: a set
     of both becomes two."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.results import HIDDEN
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.notation import parse_plane
@@ -100,7 +100,7 @@ class SetProposal(Shown):
     criteria: tuple[float, ...]
     convention: str
     dropped_lines: tuple[int, ...]
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     assignment: tuple[str, ...] = field(default=(), metadata=HIDDEN)
     probability: tuple[float, ...] = field(default=(), metadata=HIDDEN)
     rows: tuple[int, ...] = field(default=(), metadata=HIDDEN)
@@ -287,7 +287,7 @@ def sets_among(
     """
     options = SetOptions() if options is None else options
     exactly, seeds = options.exactly, parse_seeds(options.seeds)
-    warnings: list[Message] = []
+    warnings: list[Finding] = []
     mixture, criteria = _mixture(poles, options.max_sets, exactly, seeds)
     group = mixture.assigned()
     cones = cones95_deg(poles, mixture)

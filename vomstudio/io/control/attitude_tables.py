@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.geology.view_attitudes import camera_rotations, of_nadir_body
 from vomstudio.io.control.geo_file import is_geo, read_geo
@@ -60,7 +60,7 @@ class AttitudeTable:
     down: Array
     days: tuple[date | None, ...]
     places: Array
-    notes: tuple[Message, ...] = ()
+    notes: tuple[Finding, ...] = ()
 
 
 def read_attitudes(path: str | Path, north: str = "grid") -> AttitudeTable:
@@ -94,7 +94,7 @@ def read_attitudes(path: str | Path, north: str = "grid") -> AttitudeTable:
     norths = _norths(table, len(photos), north)
     yaws = np.isfinite(angles[:, 0])
     unstated = bool(yaws.any()) and not np.isfinite(sigma[yaws, 0]).any()
-    notes: tuple[Message, ...] = ()
+    notes: tuple[Finding, ...] = ()
     if unstated and "magnetic" not in norths:
         notes = (Finding("cameras.yaw-accuracy-unknown"),)
     doubted = unstated or "magnetic" in norths
@@ -111,7 +111,7 @@ def attitude_table(
     down: Array | None = None,
     days: tuple[date | None, ...] | None = None,
     places: Array | None = None,
-    notes: tuple[Message, ...] = (),
+    notes: tuple[Finding, ...] = (),
 ) -> AttitudeTable:
     """With what is not known left empty."""
     n = len(photos)

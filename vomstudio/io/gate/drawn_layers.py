@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError, UsageError
 from vomstudio.files.regular import is_folder, is_there
 from vomstudio.geometry.outlines.self_crossing import taken_apart
@@ -52,7 +52,7 @@ class DrawnLayer:
         Requested attributes by name.
     crs : str or None
         "EPSG:n" or WKT, None if the file states none.
-    warnings : tuple of Message
+    warnings : tuple of Finding
     fields : tuple of str
         Names of all attributes of the layer.
     """
@@ -62,7 +62,7 @@ class DrawnLayer:
     feature: npt.NDArray[np.int64]
     columns: Mapping[str, npt.NDArray[Any]]
     crs: str | None
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     fields: tuple[str, ...] = ()
 
     def column(self, name: str, field: str) -> list[str]:

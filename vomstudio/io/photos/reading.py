@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
-from vomstudio.core.findings import Finding, Message, cause_of
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.errors import InputError
 from vomstudio.files.regular import open_regular
 from vomstudio.files.untrusted.picture_headers import HeaderError, jpeg_scan_start
@@ -71,7 +71,7 @@ class PhotoFolder(Shown):
     folder: Path
     photos: list[Photo]
     skipped: list[tuple[str, Finding]] = field(default_factory=list)
-    warnings: list[Message] = field(default_factory=list)
+    warnings: list[Finding] = field(default_factory=list)
     duplicates: list[tuple[str, str]] = field(default_factory=list)
 
     def with_masks(self, masks: Mapping[str, Path] | None) -> PhotoFolder:

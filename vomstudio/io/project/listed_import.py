@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.document.kinds.contact import Contact
 from vomstudio.document.kinds.lithology import Lithology
@@ -56,7 +56,7 @@ class ImportedFeatures:
 
     features: tuple[Feature, ...]
     skipped: tuple[tuple[str, Finding], ...]
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def read_listed(
     table = path.suffix.lower() in (".csv", ".txt")
     watched = Silent() if progress is None else progress
     rows: list[_Row] = []
-    stated: list[Message] = []
+    stated: list[Finding] = []
     for row in _table(path, stated) if table else _layers(path, watched):
         if not len(rows) % _LOOKED_AT:
             watched.step(len(rows))
@@ -127,7 +127,7 @@ def read_listed(
             unknown.add(kind)
         type_id = types.get(kind) or types.get("contact") or next(iter(types.values()), "")
         made.append(_feature(row, model, places, type_id, area_inside, points))
-    warnings: list[Message] = [
+    warnings: list[Finding] = [
         *stated,
         *findings,
         *(Finding("import.type-replaced", type=kind) for kind in sorted(unknown)),
@@ -272,7 +272,7 @@ def _points(shape: Any) -> Iterator[Floats]:
         yield points[:-1] if closed else points
 
 
-def _table(path: Path, findings: list[Message]) -> Iterator[_Row]:
+def _table(path: Path, findings: list[Finding]) -> Iterator[_Row]:
     """Yield the rows of a table. findings : receives those about its CRS"""
     import shapely
 

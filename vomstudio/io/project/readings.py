@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vomstudio.core.findings import Finding, Message, finding_of
+from vomstudio.core.findings import Finding, finding_of
 from vomstudio.core.identifiers import new_id
 from vomstudio.document.kinds.reading import Reading
 from vomstudio.errors import InputError, UsageError
@@ -71,7 +71,7 @@ class FieldReadings:
 
     rows: tuple[FieldRow, ...]
     bad: tuple[BadRow, ...]
-    findings: tuple[Message, ...]
+    findings: tuple[Finding, ...]
 
     @property
     def type_names(self) -> tuple[str, ...]:

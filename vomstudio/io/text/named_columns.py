@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.geometry.places import why_no_coordinate, why_no_error
 from vomstudio.io.text.column_names import plain
@@ -182,7 +182,7 @@ class NamedTable:
             if (said := why_no_coordinate((place[0], place[1], place[2]))) is not None:
                 raise self.at(row, said, "x")
 
-    def at(self, row: int, cause: Message, called: str) -> InputError:
+    def at(self, row: int, cause: Finding, called: str) -> InputError:
         return InputError(
             cause, file=self.path, line=int(self.table.line_numbers[row]), field=called
         )

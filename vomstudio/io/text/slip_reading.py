@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, InputError
 from vomstudio.geology.notation import parse_rake
 from vomstudio.geology.orientation import (
@@ -255,7 +255,7 @@ class _Row:
             raise self._error(Finding("table.not-a-number", cell=cell))
         return value if math.isfinite(value) else None
 
-    def _error(self, cause: Message | InputError) -> InputError:
+    def _error(self, cause: Finding | InputError) -> InputError:
         return InputError(cause, file=self.path, line=self.line)
 
 

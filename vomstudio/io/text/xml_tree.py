@@ -11,7 +11,7 @@ from math import isfinite, nan
 from pathlib import Path
 from typing import Any
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.regular import is_regular, open_regular, read_small
 from vomstudio.words import tr
@@ -92,7 +92,7 @@ def is_xml(path: str | Path) -> bool:
     return head.replace(b"\0", b"").lstrip().startswith(b"<")
 
 
-def wrong(path: Path, element: Element, cause: Message, field: str | None = None) -> InputError:
+def wrong(path: Path, element: Element, cause: Finding, field: str | None = None) -> InputError:
     """An error that names file, line and element, or another field of it."""
     return InputError(cause, file=path, line=element.sourceline, field=field or element.tag)
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.photogrammetry.surface.atlas import Atlas, AtlasOptions, make_atlas, uv_mesh
@@ -94,7 +94,7 @@ class Textured:
         quality: int = JPEG_QUALITY,
         force: bool = False,
         progress: Progress | None = None,
-    ) -> list[Message]:
+    ) -> list[Finding]:
         """Write the model by the ending of each path (.obj with MTL and JPEG, .glb, .ply ...).
 
         origin : added to the coordinates, which are World then. quality : of the JPEG pages
@@ -105,7 +105,7 @@ class Textured:
         from vomstudio.io.models.writing import write_model
 
         paths = [path] if isinstance(path, str | Path) else list(path)
-        said: list[Message] = []
+        said: list[Finding] = []
         with tempfile.TemporaryDirectory(prefix="vomstudio-") as folder:
             stem = Path(paths[0]).stem if paths else "model"
             mesh = replace(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.results import FLAT, Result
 
 Array = npt.NDArray[np.float64]
@@ -57,4 +57,4 @@ class WrittenElevation(Result):
     slope: str | None
     aspect: str | None
     contours: str | None
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]

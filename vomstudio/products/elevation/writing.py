@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message, plain
+from vomstudio.core.findings import Finding, plain
 from vomstudio.errors import InputError
 from vomstudio.files.atomic import atomic_group, check_target
 from vomstudio.files.extensions import check_extension
@@ -92,7 +92,7 @@ def write_elevation(
     north_known: bool = True,
     model: str | None = None,
     content_hash: str | None = None,
-    warnings: tuple[Message, ...] = (),
+    warnings: tuple[Finding, ...] = (),
     force: bool = False,
 ) -> WrittenElevation:
     """All files, whole or none of them.

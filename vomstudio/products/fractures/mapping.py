@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.fractures.network import Counted, Mapped, fracture_network
@@ -116,7 +116,7 @@ def map_fractures(
         raw = read_raw_lines(order.traces, options.layer, columns, progress, order.frame)
     placed = _placed(raw, attitude)
     drawn, plane = placed.drawn, placed.plane
-    warnings: list[Message] = list(drawn.warnings)
+    warnings: list[Finding] = list(drawn.warnings)
     if place is not None:
         circle = placed.circle(place)
         counted = Counted(circle_area(*circle), circle=circle)
@@ -156,7 +156,7 @@ def map_fractures(
     return replace(mapped, y_axis="up") if plane is None and is_view_plane(drawn.crs) else mapped
 
 
-def _new_findings(messages: Sequence[Message], known: Sequence[Message]) -> list[Message]:
+def _new_findings(messages: Sequence[Finding], known: Sequence[Finding]) -> list[Finding]:
     """Return messages without findings about the frame that the traces have too."""
     codes = {each.code for each in known if isinstance(each, Finding)}
     return [
@@ -201,7 +201,7 @@ def _placed(raw: RawLayer, attitude: Plane | None) -> _Placed:
     if attitude is not None:
         plane = _given_plane(attitude, in_space, int(lacks_heights.sum()))
     if plane is None:
-        findings: list[Message] = []
+        findings: list[Finding] = []
         is_outline = raw.outline_mask()
         if is_outline.any():
             findings = [Finding("lines.closed", lines=int(is_outline.sum()))]
@@ -233,7 +233,7 @@ def _given_plane(attitude: Plane, in_space: Sequence[Floats], flat: int) -> Trac
     raise GeometryError(finding, field="--plane")
 
 
-def _add_findings(drawn: DrawnLayer, findings: Sequence[Message]) -> DrawnLayer:
+def _add_findings(drawn: DrawnLayer, findings: Sequence[Finding]) -> DrawnLayer:
     return replace(drawn, warnings=(*drawn.warnings, *findings))
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.products.ortho.tiles import Grid, Members, Tile, TilePicture, empty
@@ -84,7 +84,7 @@ class CloudSource:
             np.ascontiguousarray(rgba), np.ascontiguousarray(z[inner]), int(filled[inner].sum())
         )
 
-    def warnings(self) -> list[Message]:
+    def warnings(self) -> list[Finding]:
         return []
 
     def _seen_through(

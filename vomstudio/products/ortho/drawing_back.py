@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.files.regular import SIDECAR_BYTES, open_regular, read_json
 from vomstudio.geometry.cloud import PointCloud
@@ -105,7 +105,7 @@ class Brought:
         return sum(int((~line.is_met).sum()) for line in (*self.lines, *self.skipped))
 
     @property
-    def warnings(self) -> tuple[Message, ...]:
+    def warnings(self) -> tuple[Finding, ...]:
         return off_surface_findings(self.off_surface, len(self.skipped))
 
 
@@ -152,11 +152,11 @@ def read_sidecar(path: str | Path) -> Sidecar:
 @np.errstate(all="ignore")
 def read_drawing(
     path: str | Path, sidecar: Sidecar, progress: Progress | None = None
-) -> tuple[tuple[ReadLine, ...], tuple[Message, ...]]:
+) -> tuple[tuple[ReadLine, ...], tuple[Finding, ...]]:
     """The lines of a drawing in pixels (column, row) of the picture, and what must be said. Raises
     InputError where the file cannot be read, holds no line, or was drawn on another picture."""
     path = Path(path)
-    warnings: list[Message] = []
+    warnings: list[Finding] = []
     if path.suffix.lower() in (".svg", ".svgz"):
         drawing = read_svg(path)
         _check_marks(drawing.marks, sidecar, path)
@@ -270,10 +270,10 @@ def _is_like(box: Array, sidecar: Sidecar) -> bool:
 
 def _gis_lines(
     path: Path, sidecar: Sidecar, progress: Progress | None
-) -> tuple[list[ReadLine], list[Message]]:
+) -> tuple[list[ReadLine], list[Finding]]:
     """The lines of a GIS layer or a drawing for CAD in pixels, and what must be said."""
     read = read_gis_lines(path, progress)
-    warnings: list[Message] = list(read.warnings)
+    warnings: list[Finding] = list(read.warnings)
     _check_marks((_head_of(path),), sidecar, path)
     lines, said = _in_picture(read, sidecar, path)
     warnings += said
@@ -299,7 +299,7 @@ def _inside_share(lines: Sequence[ReadLine], sidecar: Sidecar) -> float:
 
 def _in_picture(
     read: ReadLines, sidecar: Sidecar, path: Path
-) -> tuple[list[ReadLine], list[Message]]:
+) -> tuple[list[ReadLine], list[Finding]]:
     """Lines in the coordinates of the GeoTIFF, each layer from its own, and what was left out.
     Raises InputError where nothing is left of a drawing that has lines."""
     geojson = path.suffix.lower() in (".geojson", ".json")

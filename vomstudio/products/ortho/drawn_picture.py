@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.ortho.drawn_tiles import drawn_tiles
@@ -32,7 +32,7 @@ class DrawnPicture:
     depth: npt.NDArray[np.float32]
     filled: int
     hole_m: float | None
-    said: tuple[Message, ...]
+    said: tuple[Finding, ...]
 
     def draw(self, tile: Tile) -> TilePicture:
         part = np.s_[tile.row : tile.row + tile.height, tile.column : tile.column + tile.width]
@@ -40,7 +40,7 @@ class DrawnPicture:
         filled = self.filled if tile.number == 0 else 0
         return TilePicture(self.rgba[part], self.depth[part], filled)
 
-    def warnings(self) -> list[Message]:
+    def warnings(self) -> list[Finding]:
         return list(self.said)
 
 

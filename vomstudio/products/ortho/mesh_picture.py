@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.rays.raycast import GridHits, cast_grid, cast_quarters
@@ -83,7 +83,7 @@ class MeshSource:
         shape = (tile.height, tile.width)
         return TilePicture(rgba.reshape(*shape, 4), depth.reshape(shape))
 
-    def warnings(self) -> list[Message]:
+    def warnings(self) -> list[Finding]:
         return [Finding("texture.not-drawn", file=path) for path in sorted(self._store.unreadable)]
 
     def _smooth(

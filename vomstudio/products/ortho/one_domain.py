@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import UsageError
 from vomstudio.geology.statistics import flip_to, orientation_tensor
 from vomstudio.products.ortho.domain_axes import FAULTS, domains_of, no_domains, off_axis
@@ -152,7 +152,7 @@ class OneDomain:
     def hole_m(self) -> float | None:
         return getattr(self.source, "hole_m", None)
 
-    def warnings(self) -> list[Message]:
+    def warnings(self) -> list[Finding]:
         return [*self.source.warnings(), *self.territory.notes]
 
     def draw(self, tile: Tile) -> TilePicture:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message, plain
+from vomstudio.core.findings import Finding, plain
 from vomstudio.errors import InputError
 from vomstudio.files.atomic import atomic_group, check_target
 from vomstudio.files.extensions import check_extension
@@ -67,7 +67,7 @@ class Made:
     sheet: Path | None
     drawing: dict[str, Path]
     coverage: float
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     facts: dict[str, Any]
 
 
@@ -119,7 +119,7 @@ def write_orthophoto(
     targets += chosen
     _check_targets(targets, (depth, sidecar, world), force)
     grid = plan.grid
-    warnings: list[Message] = [*plan.notes]
+    warnings: list[Finding] = [*plan.notes]
     if is_map and crs is None:
         warnings.append(Finding("raster.no-crs"))
     if features is not None:

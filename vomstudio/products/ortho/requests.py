@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.results import FLAT, Result
 from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.domains import ProjectionAxis
@@ -71,7 +71,7 @@ class Requested:
 
     plan: Plan
     fold: FoldView | None
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 def parse_region(text: str) -> Region:
@@ -125,7 +125,7 @@ def request_picture(
     all of it
     Raises InputError, UsageError.
     """
-    view, fold, warnings = direction.view, direction.fold, list[Message]()
+    view, fold, warnings = direction.view, direction.fold, list[Finding]()
     if fold is not None:
         warnings += fold.warnings
         warnings += _validity_findings(fold.valid, fold.verdict)
@@ -241,7 +241,7 @@ class WrittenOrthophoto(Result):
     figures : OrthophotoFigures
     fold : FoldView or None
         Fold axis along which the picture looks.
-    warnings : tuple of Message
+    warnings : tuple of Finding
     """
 
     image: str
@@ -252,11 +252,11 @@ class WrittenOrthophoto(Result):
     drawing: dict[str, str] | None
     figures: OrthophotoFigures = field(metadata=FLAT)
     fold: FoldView | None
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 def written(
-    made: Made, asked: Requested, image: str, sheet: str | None, warnings: Sequence[Message] = ()
+    made: Made, asked: Requested, image: str, sheet: str | None, warnings: Sequence[Finding] = ()
 ) -> WrittenOrthophoto:
     """Return the result of a drawn picture. warnings : about the model, listed first"""
     return WrittenOrthophoto(

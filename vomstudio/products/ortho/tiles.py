@@ -10,7 +10,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 
 TILE = 1024
 
@@ -121,5 +121,5 @@ class Drawer(Protocol[Drawn_co]):
 class Source(Drawer[TilePicture], Protocol):
     """What can draw a tile of a picture."""
 
-    def warnings(self) -> list[Message]:
+    def warnings(self) -> list[Finding]:
         """What was noticed while drawing."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.products.sample.check import Check
 from vomstudio.version import __version__
@@ -15,7 +15,7 @@ from vomstudio.words import to_translate, tr
 TITLE = to_translate("Measurements on the sample outcrop")
 
 
-def as_text(checks: Sequence[Check], notes: Sequence[Message]) -> str:
+def as_text(checks: Sequence[Check], notes: Sequence[Finding]) -> str:
     """A table with one line for every check, and how many of the stated regions hold the truth."""
     rows = [_heads(), *map(_cells, checks)]
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
@@ -39,7 +39,7 @@ def tally(checks: Sequence[Check]) -> Finding:
 
 
 def as_html(
-    checks: Sequence[Check], notes: Sequence[Message], images: Mapping[str, str], seconds: float
+    checks: Sequence[Check], notes: Sequence[Finding], images: Mapping[str, str], seconds: float
 ) -> str:
     """Return the report as HTML. images : file name beside the page -> caption"""
     head, *body = [_heads(), *map(_cells, checks)]

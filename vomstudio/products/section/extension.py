@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.results import HIDDEN
 from vomstudio.errors import GeometryError
 from vomstudio.files.atomic import atomic_group, write_bytes
@@ -80,7 +80,7 @@ class ExtendedPlane(Shown):
     beds: tuple[Bed, ...]
     length_m: float
     within_share: float
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     traces: tuple[Trace, ...] = field(default=(), metadata=HIDDEN)
     bands: Bands | None = field(default=None, metadata=HIDDEN)
 
@@ -256,7 +256,7 @@ def _half_angles(belief: PlaneBelief) -> tuple[float, float]:
     return float(small), float(large)
 
 
-def _warnings(beds: list[Bed], thickness: float | None) -> tuple[Message, ...]:
+def _warnings(beds: list[Bed], thickness: float | None) -> tuple[Finding, ...]:
     if thickness is None or max(bed.most_error95_m for bed in beds) < 0.5 * thickness:
         return ()
     return (Finding("extension.beds-indistinct"),)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import InputError
 from vomstudio.io.gate.points import ModelFrame, points_to_world
 from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
@@ -38,7 +38,7 @@ class ProfileLine:
         Metres per unit of a drawing for CAD; None if it states none.
     is_unnamed : bool
         Whether this is GeoJSON without a ``crs``, which is in degrees by its standard.
-    warnings : tuple of Message
+    warnings : tuple of Finding
     """
 
     path: Path
@@ -46,7 +46,7 @@ class ProfileLine:
     stated: StatedCrs
     unit_m: float | None = None
     is_unnamed: bool = False
-    warnings: tuple[Message, ...] = ()
+    warnings: tuple[Finding, ...] = ()
 
 
 def read_profile_line(path: str | Path, progress: Progress | None = None) -> ProfileLine:
@@ -76,7 +76,7 @@ def read_profile_line(path: str | Path, progress: Progress | None = None) -> Pro
 
 def profile_in_world(
     line: ProfileLine, crs: str | None, bounds: Array
-) -> tuple[Array, tuple[Message, ...]]:
+) -> tuple[Array, tuple[Finding, ...]]:
     """Convert a line of section to World.
 
     The unit that a drawing for CAD states counts only if the line meets the model in that unit and
@@ -94,7 +94,7 @@ def profile_in_world(
     Returns
     -------
     points : (n, 2) float64
-    warnings : tuple of Message
+    warnings : tuple of Finding
 
     Raises
     ------
@@ -161,7 +161,7 @@ class ReadFeatures:
 
     items: tuple[Item, ...] = ()
     convention: str = ""
-    warnings: tuple[Message, ...] = ()
+    warnings: tuple[Finding, ...] = ()
 
 
 def read_features(
@@ -219,7 +219,7 @@ def read_features(
         }
         for k in np.flatnonzero(keep)
     ]
-    warnings: list[Message] = [*table.warnings, *placed.findings]
+    warnings: list[Finding] = [*table.warnings, *placed.findings]
     lines = int((~table.is_plane).sum())
     if lines:
         warnings.append(Finding("section.lines-left-out", count=lines))

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.results import FLAT, Result
 from vomstudio.errors import InputError
 from vomstudio.files.atomic import atomic_group, check_target
@@ -93,7 +93,7 @@ class WrittenSection(Result):
     file: str
     figures: SectionFigures = field(metadata=FLAT)
     features_file: str | None
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
 
 
 def format_of(path: str | Path) -> str:
@@ -200,7 +200,7 @@ def write_section(
     model: str = "",
     metric: bool = True,
     north_known: bool = True,
-    warnings: tuple[Message, ...] = (),
+    warnings: tuple[Finding, ...] = (),
     force: bool = False,
 ) -> WrittenSection:
     """Write one file, whole or not at all; a table of features beside a table. Raises UsageError,

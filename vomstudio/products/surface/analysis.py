@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.results import HIDDEN
 from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.orientation import Line, Plane
@@ -139,7 +139,7 @@ class SurfaceFigures(Shown):
         None if the plane fits the whole patch.
     hurst, smoothest : Hurst or None, SmoothestLine or None
         If None, `hurst_reason` and `smoothest_reason` state why.
-    warnings : tuple of Message
+    warnings : tuple of Finding
     deviations : (rows, columns) array
         Map of the deviations, m; NaN without data.
     plan : HeightPlan or None
@@ -165,7 +165,7 @@ class SurfaceFigures(Shown):
     hurst_reason: Finding | None
     smoothest: SmoothestLine | None
     smoothest_reason: Finding | None
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     deviations: Array = field(default_factory=lambda: np.zeros((0, 0)), metadata=HIDDEN)
     plan: HeightPlan | None = field(default=None, metadata=HIDDEN)
     at_points: Array = field(default_factory=lambda: np.zeros(0), metadata=HIDDEN)
@@ -469,7 +469,7 @@ def _warnings(
     known: Array,
     noise: float,
     cell: float,
-) -> tuple[Message, ...]:
+) -> tuple[Finding, ...]:
     warnings = []
     if trim is not None:
         warnings.append(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.results import HIDDEN
 from vomstudio.errors import GeometryError
 from vomstudio.extraction.measurable import (
@@ -71,7 +71,7 @@ class MeasurableMap(Shown):
         Median and tenth percentile of the expected 95 % errors over the area.
     best : dict or None
         Place with the least error of a trace: x, y, z, error95_deg, extent_m, relief_m.
-    warnings : tuple of Message
+    warnings : tuple of Finding
     measurable : Measurable
         Errors of the elements.
     values : dict
@@ -94,7 +94,7 @@ class MeasurableMap(Shown):
     median_deg: float
     tenth_deg: float
     best: dict[str, float] | None
-    warnings: tuple[Message, ...]
+    warnings: tuple[Finding, ...]
     measurable: Measurable = field(repr=False, metadata=HIDDEN)
     values: dict[str, npt.NDArray[np.float32]] = field(repr=False, metadata=HIDDEN)
 
@@ -113,7 +113,7 @@ def measurable_map(
 
     Raises the errors of `extraction.measurable.measurable`.
     """
-    warnings: list[Message] = []
+    warnings: list[Finding] = []
     length = options.length_m
     if length is None:
         resolution = options.resolution_m or usual_resolution(data)

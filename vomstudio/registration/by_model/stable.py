@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.io.gate.drawn_layers import extract_area, read_raw_areas
 from vomstudio.io.gate.points import ModelFrame
 from vomstudio.progress import Progress
@@ -40,7 +40,7 @@ def near_places(points: Array, places: Array, reach: float) -> Flags:
 
 def in_polygons(
     points: Array, path: Path, crs: str | None = None, progress: Progress | None = None
-) -> tuple[Flags, tuple[Message, ...]]:
+) -> tuple[Flags, tuple[Finding, ...]]:
     """Find the points inside the polygons of a layer, seen from above.
 
     Parameters
@@ -56,7 +56,7 @@ def in_polygons(
     Returns
     -------
     inside : (n,) bool
-    messages : tuple of Message
+    messages : tuple of Finding
         About the frame and the shapes of the layer.
 
     Raises

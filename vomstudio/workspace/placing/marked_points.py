@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vomstudio.core.findings import Message
+from vomstudio.core.findings import Finding
 from vomstudio.errors import GeometryError
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.registration.evidence import Evidence
@@ -18,7 +18,7 @@ def marked_pairs(
     marks_file: Path | None,
     evidence: Evidence,
     crs: str | None,
-    messages: list[Message],
+    messages: list[Finding],
 ) -> tuple[Pairs, str | None]:
     """Triangulate control points from their marks in photos, and add them to the pairs.
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding, Message
+from vomstudio.core.findings import Finding
 from vomstudio.core.results import FLAT, HIDDEN, Result
 from vomstudio.document.records import Registration
 from vomstudio.errors import InputError
@@ -49,7 +49,7 @@ class ReferenceFit(Result):
     crs: str | None = field(metadata=HIDDEN)
     stable_m: float | None
     scale_fitted: bool
-    warnings: tuple[Message, ...] = field(metadata=HIDDEN)
+    warnings: tuple[Finding, ...] = field(metadata=HIDDEN)
     reference: Registration | None = field(default=None, metadata=HIDDEN)
 
 
@@ -141,9 +141,9 @@ def fit_model(
 
 def _stable(
     points: Array, target: WorldModel, path: Path, progress: Progress
-) -> tuple[npt.NDArray[np.bool_], float | None, list[Message]]:
+) -> tuple[npt.NDArray[np.bool_], float | None, list[Finding]]:
     names = (tr("The mask"), tr("the reference"))
-    messages: list[Message]
+    messages: list[Finding]
     if path.suffix.lower() in POLYGONS:
         reach = None
         flags, about_layer = in_polygons(points, path, target.crs, progress)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vomstudio.core.findings import Finding, Message, cause_of
+from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.results import FLAT, HIDDEN, OPTIONAL, Result
 from vomstudio.document.records import IDENTITY, UNDECLARED, Model, ReadNorth, Registration
 from vomstudio.errors import GeometryError, UsageError
@@ -86,7 +86,7 @@ def register_model(model: str, options: RegisterOptions, progress: Progress) -> 
         from vomstudio.io.models.opening import read_model
 
         loaded = read_model(Path(model), progress)
-    messages, unused = list[Message](), list[Message]()
+    messages, unused = list[Finding](), list[Finding]()
     record = None if loaded is None else _model_record(loaded, messages)
     evidence, crs, read_north = _evidence(options, crs, loaded, messages, unused)
     if record is not None and evidence.scale is not None and record.registration is not None:
@@ -118,7 +118,7 @@ def register_model(model: str, options: RegisterOptions, progress: Progress) -> 
     return Registered(result, misses, loaded, crs, fitted, registration)
 
 
-def _model_record(loaded: LoadedModel, messages: list[Message]) -> Model:
+def _model_record(loaded: LoadedModel, messages: list[Finding]) -> Model:
     """Return the record of the model before the registration.
 
     Findings about the registration file beside it are appended to `messages`.
@@ -139,7 +139,7 @@ def _registration(
     crs: str | None,
     fitted: ReferenceFit | None,
     read_north: ReadNorth | None,
-    messages: list[Message],
+    messages: list[Finding],
 ) -> Registration:
     """Return the registration record of a placement, as the window creates it."""
     from vomstudio.io.models.registration_file import registration_path
@@ -165,7 +165,7 @@ def _registration(
 
 
 def _unused_marks_error(
-    failure: GeometryError, unused: Sequence[Message], evidence: Evidence
+    failure: GeometryError, unused: Sequence[Finding], evidence: Evidence
 ) -> GeometryError:
     """Return the error of a registration that failed because of unused marks."""
     finding = cause_of(failure)
@@ -262,8 +262,8 @@ def _evidence(
     options: RegisterOptions,
     crs: str | None,
     loaded: LoadedModel | None,
-    messages: list[Message],
-    unused: list[Message],
+    messages: list[Finding],
+    unused: list[Finding],
 ) -> tuple[Evidence, str | None, ReadNorth | None]:
     """Return the observations, the CRS of World and the north reference of azimuths.
 
@@ -394,7 +394,7 @@ def _north(
 
 
 def _turn_to_grid(
-    options: RegisterOptions, evidence: Evidence, north: North, messages: list[Message]
+    options: RegisterOptions, evidence: Evidence, north: North, messages: list[Finding]
 ) -> ReadNorth | None:
     """Convert azimuths and compass readings to grid north.
 
