@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from vomstudio.core.progress import Progress
 from vomstudio.io.gate.drawn_layers import (
     DrawnLayer,
     extract_area,
@@ -13,7 +14,6 @@ from vomstudio.io.gate.drawn_layers import (
     read_raw_areas,
     read_raw_lines,
 )
-from vomstudio.progress import Progress
 
 
 def read_lines(

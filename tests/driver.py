@@ -16,11 +16,11 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QWidget
 
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Model
 from vomstudio.io.settings import read_settings
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.records import Model
+from vomstudio.studio.running_jobs import Jobs
 from vomstudio.ui.shell.main_window import MainWindow
-from vomstudio.workspace.running_jobs import Jobs
 
 LEFT = Qt.MouseButton.LeftButton
 NONE = Qt.KeyboardModifier.NoModifier

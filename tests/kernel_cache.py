@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from vomstudio.paths import user_cache
+from vomstudio.core.paths import user_cache
 
 
 def share_kernel_cache() -> None:

@@ -11,9 +11,9 @@ from typing import Any
 
 import pytest
 
+from vomstudio.core.errors import InputError, VomError, VomWarning
 from vomstudio.core.finding_texts import TEXTS, texts_of
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, VomError, VomWarning
 
 
 @contextmanager

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from vomstudio.document.records import (
-    Frame,
+from vomstudio.geometry.frames import Frame
+from vomstudio.geometry.registrations import (
     ObservationGroup,
     ReadNorth,
     Registration,

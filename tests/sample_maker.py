@@ -10,7 +10,7 @@ from types import ModuleType
 import numpy as np
 
 from vomstudio.geology.orientation import Line, Plane
-from vomstudio.io.project.sample import SamplePicks, SampleTruth
+from vomstudio.project.sample import SamplePicks, SampleTruth
 
 PACKAGING = Path(__file__).resolve().parents[1] / "packaging"
 

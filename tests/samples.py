@@ -7,18 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.document.kinds.contact import Contact
-from vomstudio.document.kinds.control_point import ControlPoint
-from vomstudio.document.kinds.dimension import Dimension
-from vomstudio.document.kinds.intersection import Intersection
-from vomstudio.document.kinds.known_line import KnownLine
-from vomstudio.document.kinds.lineation import Lineation
-from vomstudio.document.kinds.lithology import Lithology
-from vomstudio.document.kinds.patch import Patch
-from vomstudio.document.kinds.reading import Reading
-from vomstudio.document.kinds.station import Station
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import FaceGrid, Feature, Group, Model, Registration
+from vomstudio.geometry.registrations import Registration
+from vomstudio.project.kinds.contact import Contact
+from vomstudio.project.kinds.control_point import ControlPoint
+from vomstudio.project.kinds.dimension import Dimension
+from vomstudio.project.kinds.intersection import Intersection
+from vomstudio.project.kinds.known_line import KnownLine
+from vomstudio.project.kinds.lineation import Lineation
+from vomstudio.project.kinds.lithology import Lithology
+from vomstudio.project.kinds.patch import Patch
+from vomstudio.project.kinds.reading import Reading
+from vomstudio.project.kinds.station import Station
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.records import FaceGrid, Feature, Group, Model
 
 # A zigzag on a plane that dips, with a little roughness.
 ZIGZAG = (

@@ -12,8 +12,8 @@ from babel.messages.extract import extract_from_dir
 from babel.messages.mofile import write_mo
 
 from vomstudio.cli import main
-from vomstudio.languages import use_users_language
-from vomstudio.words import tr, use_catalogue
+from vomstudio.core.languages import use_users_language
+from vomstudio.core.words import tr, use_catalogue
 
 ROOT = Path(__file__).resolve().parents[1]
 KEYWORDS = {

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from vomstudio.words import to_translate, tr, tr_n, use_catalogue
+from vomstudio.core.words import to_translate, tr, tr_n, use_catalogue
 
 POINTS = "{name} has {length:.2f} m."
 ONE, MANY = "{count} photo of {name}", "{count} photos of {name}"

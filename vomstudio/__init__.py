@@ -6,7 +6,7 @@ asked for is imported then; nothing slow stands in the way before.
 
 import importlib
 
-from vomstudio.version import __version__
+from vomstudio.core.version import __version__
 
 # Text only: nothing below the application imports this module, and it imports nothing of them.
 _PLACES = {
@@ -48,7 +48,7 @@ _PLACES = {
     "Section": "sections",
     "register": "registrations",
     "compare": "comparisons",
-    "agreement": "agreements",
+    "agreement": "model_agreement",
     "facets": "extractions",
     "follow": "extractions",
     "propose_traces": "proposals",
@@ -57,14 +57,14 @@ _PLACES = {
     "ProjectModel": "projects",
     "sample": "samples",
 }
-_ELSEWHERE = {"CancelToken": "vomstudio.progress"}
+_ELSEWHERE = {"CancelToken": "vomstudio.core.progress"}
 
 __all__ = [*sorted([*_PLACES, *_ELSEWHERE, "errors"]), "__version__"]
 
 
 def __getattr__(name: str) -> object:
     if name == "errors":
-        found: object = importlib.import_module("vomstudio.errors")
+        found: object = importlib.import_module("vomstudio.core.errors")
     elif name in _PLACES:
         found = getattr(importlib.import_module(f"vomstudio.api.{_PLACES[name]}"), name)
     elif name in _ELSEWHERE:

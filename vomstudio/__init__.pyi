@@ -1,5 +1,3 @@
-from vomstudio import errors as errors
-from vomstudio.api.agreements import agreement as agreement
 from vomstudio.api.comparisons import compare as compare
 from vomstudio.api.curved_beds import fit_curved as fit_curved
 from vomstudio.api.elevations import ElevationModel as ElevationModel
@@ -12,6 +10,7 @@ from vomstudio.api.measurables import measurable as measurable
 from vomstudio.api.measures import displacement as displacement
 from vomstudio.api.measures import log as log
 from vomstudio.api.measures import threepoint as threepoint
+from vomstudio.api.model_agreement import agreement as agreement
 from vomstudio.api.models import Mesh as Mesh
 from vomstudio.api.models import PointCloud as PointCloud
 from vomstudio.api.models import read as read
@@ -45,5 +44,6 @@ from vomstudio.api.surveys import check as check
 from vomstudio.api.surveys import plan as plan
 from vomstudio.api.surveys import read_photos as read_photos
 from vomstudio.api.tables import read_orientations as read_orientations
-from vomstudio.progress import CancelToken as CancelToken
-from vomstudio.version import __version__ as __version__
+from vomstudio.core import errors as errors
+from vomstudio.core.progress import CancelToken as CancelToken
+from vomstudio.core.version import __version__ as __version__

@@ -1,6 +1,6 @@
 """Where the program begins, as a command and as `python -m vomstudio`."""
 
-from vomstudio.early_stop import hear
+from vomstudio.core.early_stop import hear
 
 hear()
 

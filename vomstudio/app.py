@@ -8,8 +8,8 @@ import threading
 from collections.abc import Sequence
 from typing import Any
 
-from vomstudio.early_stop import stop as stop_early
-from vomstudio.failures import asked_to_stop
+from vomstudio.core.early_stop import stop as stop_early
+from vomstudio.core.failures import stop_requests
 
 _STOPPING = [
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
@@ -31,7 +31,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print("vomstudio: Cancelled.", file=sys.stderr)
         return 130
     finally:
-        asked_to_stop.forget()
+        stop_requests.forget()
         # An interruption that leaves code compiled from a text, as that of dataclasses is while
         # modules are read, makes Python end itself by the signal in spite of the exit code, unless
         # such code has run since.
@@ -44,11 +44,11 @@ def _hear_stop_signals() -> dict[int, Any]:
     is ignored stays so."""
     if threading.current_thread() is not threading.main_thread():
         return {}
-    asked_to_stop.forget()
+    stop_requests.forget()
     usual = (signal.SIG_DFL, signal.default_int_handler, stop_early)
     before = {n: signal.getsignal(n) for n in _STOPPING if signal.getsignal(n) in usual}
     for number in before:
-        asked_to_stop.listen(number)
+        stop_requests.listen(number)
     return before
 
 
@@ -63,7 +63,7 @@ def _run(words: list[str], before: dict[int, Any], *, ours: bool) -> int:
     if words[:1] == ["--worker"]:
         # Ctrl+C reaches every process of a terminal: whoever started the worker ends it.
         _leave({number: signal.SIG_IGN for number in before if number == signal.SIGINT})
-    from vomstudio.languages import use_users_language
+    from vomstudio.core.languages import use_users_language
 
     use_users_language()
     if words[:1] == ["--graphics"]:
@@ -71,7 +71,7 @@ def _run(words: list[str], before: dict[int, Any], *, ours: bool) -> int:
         _leave(dict.fromkeys(before, signal.SIG_DFL))
     if words[:1] == ["--worker"]:
         _leave({number: handler for number, handler in before.items() if number != signal.SIGINT})
-        from vomstudio.jobs.worker import main as work
+        from vomstudio.studio.jobs.worker import main as work
 
         return work()
     if words[:1] == ["--graphics"]:
@@ -82,15 +82,15 @@ def _run(words: list[str], before: dict[int, Any], *, ours: bool) -> int:
 
     if not is_for_window(words):
         from vomstudio.cli import main as command_line
-        from vomstudio.failures import log
+        from vomstudio.core.failures import log
 
         log.start("command")
         if ours:
-            asked_to_stop.watch()
+            stop_requests.watch()
         return command_line(words)
     _leave(before)
-    from vomstudio.failures import crashes, exception_hooks
-    from vomstudio.failures.error_collector import ERRORS
+    from vomstudio.core.failures import crashes, exception_hooks
+    from vomstudio.core.failures.error_collector import ERRORS
     from vomstudio.ui.shell.window_start import run_window
 
     exception_hooks.install(crashes.WINDOW)
@@ -102,7 +102,7 @@ def _run(words: list[str], before: dict[int, Any], *, ours: bool) -> int:
     finally:
         exception_hooks.uninstall()
     if ours:
-        from vomstudio.failures.quick_end import end_with
+        from vomstudio.core.failures.quick_exit import end_with
 
         end_with(code)
     return code

@@ -51,7 +51,7 @@ import matplotlib.backends.backend_qtagg, pyvistaqt, qtawesome
 
 _DESKTOP_FILES = """
 import json, sys
-from vomstudio.files.desktop import desktop_files
+from vomstudio.core.files.desktop import desktop_files
 files = desktop_files(json.loads(sys.argv[1]))
 print(json.dumps({str(path): text for path, text in files.items()}))
 """

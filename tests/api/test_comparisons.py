@@ -55,7 +55,8 @@ def test_it_can_be_stopped() -> None:
 
 
 def test_the_error_of_a_projects_registration_is_taken(tmp_path: Path) -> None:
-    from vomstudio.document.records import Frame, Registration
+    from vomstudio.geometry.frames import Frame
+    from vomstudio.geometry.registrations import Registration
 
     variances = np.diag([0.0, 0.0, 0.01**2, 0.0, 0.02**2, 0.02**2, 0.02**2])
     record = Registration(

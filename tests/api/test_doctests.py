@@ -12,7 +12,8 @@ import matplotlib.pyplot as plt
 import pytest
 
 import vomstudio as vs
-from vomstudio import api, progress
+from vomstudio import api
+from vomstudio.core import progress
 
 MODULES = [
     importlib.import_module(f"vomstudio.api.{m.name}") for m in pkgutil.iter_modules(api.__path__)

@@ -63,7 +63,7 @@ def test_what_is_no_map_is_refused() -> None:
         vs.fractures(JOINTS, circle=(100, 100, 1))
 
 
-@pytest.mark.filterwarnings("ignore:The data lie outside:vomstudio.errors.VomWarning")
+@pytest.mark.filterwarnings("ignore:The data lie outside:vomstudio.core.errors.VomWarning")
 def test_an_area_that_crosses_itself_is_told_with_both_sizes(tmp_path: Path) -> None:
     """A bow tie: two triangles of 25 square metres each, which cancel by the order of corners."""
     bow = shapely.Polygon([(0, 0), (10, 10), (10, 0), (0, 10)])

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 import vomstudio as vs
 from tests.messages import refused, warned
-from vomstudio.tables.orientation_table import COLUMNS
+from vomstudio.project.tables.orientation_table import COLUMNS
 
 SAMPLE = vs.sample("picks.csv")
 

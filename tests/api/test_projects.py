@@ -12,7 +12,7 @@ import shapely
 
 import vomstudio as vs
 from tests.messages import refused, warned
-from vomstudio.tables.orientation_table import COLUMNS
+from vomstudio.project.tables.orientation_table import COLUMNS
 
 MODEL = vs.sample("sample.obj")
 SPECIMEN = Path(__file__).resolve().parents[1] / "specimens" / "schema1.vom"

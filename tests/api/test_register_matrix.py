@@ -14,7 +14,7 @@ MODEL = np.array([[0, 0, 0], [9, 0, 0], [0, 8, 1], [3, 2, 7], [5, 6, 0.5]])
 WORLD = 2.0 * MODEL[:, [1, 0, 2]] * [-1, 1, 1] + [398_000.0, 4_980_000.0, 20.0]
 
 
-@pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning")
+@pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
 def test_it_is_an_array_of_float64_that_takes_model_to_world() -> None:
     found = vs.register(MODEL, WORLD)
     assert isinstance(found.matrix, np.ndarray)

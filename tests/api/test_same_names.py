@@ -79,7 +79,7 @@ PAIRS = {
     "name",
     [pytest.param(name, marks=[pytest.mark.full] if name == "check" else []) for name in PAIRS],
 )
-@pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning")
+@pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
 def test_names_and_values_are_those_of_the_command(
     name: str, tmp_path: Path, command: Callable[..., dict[str, Any]]
 ) -> None:
@@ -95,7 +95,7 @@ def test_names_and_values_are_those_of_the_command(
         same(told[key], getattr(found, key), key)
 
 
-@pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning")
+@pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
 def test_sets_of_facets_are_objects_as_those_of_sets_are(
     tmp_path: Path, command: Callable[..., dict[str, Any]]
 ) -> None:

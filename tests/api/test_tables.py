@@ -12,7 +12,7 @@ import pytest
 
 import vomstudio as vs
 from tests.messages import refused, warned
-from vomstudio.tables.orientation_table import COLUMNS
+from vomstudio.project.tables.orientation_table import COLUMNS
 
 Write = Callable[[str], Path]
 

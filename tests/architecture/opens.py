@@ -1,7 +1,7 @@
 """Where the program opens files for reading, by its own text.
 
 Whoever packs a folder chooses what lies under its names, and a pipe or device holds up whoever
-opens it. So what is read is opened by `vomstudio/files/regular.py`, which waits for nothing;
+opens it. So what is read is opened by `vomstudio/core/files/regular.py`, which waits for nothing;
 libraries that open names themselves are called where it has been asked about the name.
 
 Print what breaks that with `python -m tests.architecture.opens`.
@@ -17,13 +17,13 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = "vomstudio"
-HOUSE = "files/regular.py"
+HOUSE = "core/files/regular.py"
 ALLOWED = {
-    "failures/": "stands below the room of files; reads what the program wrote into its own folder",
-    "files/atomic.py": "flushes what it has just made",
+    "core/failures/": "is below core/files and reads what the program wrote into its own folder",
+    "core/files/atomic.py": "flushes what it has just made",
     "photogrammetry/base/checkpoints.py": "flushes what it has just made",
-    "io/project/journal_ground.py": "keeps a descriptor of the journal that SQLite has opened",
-    "io/project/journal_connection.py": "keeps a descriptor of the index that SQLite has opened",
+    "project/journal/file_watch.py": "keeps a descriptor of the journal that SQLite has opened",
+    "project/journal/connection.py": "keeps a descriptor of the index that SQLite has opened",
 }
 """Who opens by name himself, and why. Folders end in a stroke."""
 LIBRARIES = {

@@ -10,8 +10,8 @@ from pathlib import Path
 from vomstudio.cli.common.declared_options import help_text, metavar
 from vomstudio.core.operations import DOORS
 from vomstudio.core.options import Declaration, declarations
-from vomstudio.workspace.operations import OPERATIONS
-from vomstudio.workspace.project_options import ACTION_OPTIONS
+from vomstudio.studio.operations import OPERATIONS
+from vomstudio.studio.project_options import ACTION_OPTIONS
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 COMMANDS, ARCHITECTURE = DOCS / "cli.md", DOCS / "architecture.md"

@@ -10,15 +10,15 @@ from pathlib import Path
 import pytest
 
 import vomstudio
-from vomstudio.document.measurement import Measurement
 from vomstudio.geology.notation import degrees, format_attitude, format_line, format_plane
 from vomstudio.geology.orientation import Line, Plane
+from vomstudio.project.measurement import Measurement
 
 FOLDER = Path(vomstudio.__file__).parent
 ATTITUDE_AND_ERROR = re.compile(r"\{[^{}:]*\}[^{}±]{0,6}±\s*\{[^{}]*\}\s*(°|deg)")
 """A text, then ± an angle; a number before ± has a format of its own."""
 FORMATTERS = {"degrees", "number", "figures"}
-OTHER_FIGURES = {"cli/stats.py", "registration/summary.py", "survey/photo_limits.py"}
+OTHER_FIGURES = {"cli/stats.py", "registration/summary.py", "photogrammetry/survey/photo_limits.py"}
 """alpha95 and the registration of means, axes of rotations, sizes of planes."""
 
 

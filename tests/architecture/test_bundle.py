@@ -60,8 +60,8 @@ def test_the_worker_of_a_bundle_ignores_other_pythons(interpreter: Path, tmp_pat
     (poison / "json.py").write_text("raise SystemExit('imported from PYTHONPATH')")
     script = """
         import sys, threading
-        from vomstudio.jobs.model_tasks import LOAD_MODEL, ModelFile
-        from vomstudio.jobs.supervisor import Worker
+        from vomstudio.studio.jobs.model_tasks import LOAD_MODEL, ModelFile
+        from vomstudio.studio.jobs.supervisor import Worker
         from pathlib import Path
         end = threading.Event()
         events = []

@@ -15,7 +15,7 @@ from tests.architecture.test_examples import NEW
 from tests.pictures_maker import maker
 from vomstudio.cli import COMMANDS
 from vomstudio.cli.common.entry import _parser
-from vomstudio.tables.orientation_table import COLUMNS
+from vomstudio.project.tables.orientation_table import COLUMNS
 from vomstudio.ui.shell.help_pages import anchor
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -211,7 +211,7 @@ def test_the_page_lists_the_columns_of_the_orientation_table_in_their_order() ->
 
 
 def test_the_page_of_projects_names_the_schema_of_today() -> None:
-    from vomstudio.io.project.journal_migration import SCHEMA_VERSION
+    from vomstudio.project.journal.migration import SCHEMA_VERSION
 
     page = " ".join((ROOT / "docs" / "projects.md").read_text(encoding="utf-8").split())
     assert f"(schema {SCHEMA_VERSION})" in page

@@ -24,8 +24,8 @@ RUN = re.compile(r"^Then run:\n\n```bash\npython (.*?)\n```", re.MULTILINE)
 # Tests that an added file can affect.
 AFFECTED = (
     "tests/architecture",
-    "tests/document",
-    "tests/tools",
+    "tests/project",
+    "tests/studio/tools",
     "tests/io/models/test_registry.py",
     "tests/io/control",
     "tests/cli/test_contract.py",
@@ -44,16 +44,16 @@ from pathlib import Path
 
 import numpy as np
 
-from vomstudio.document import edits
-from vomstudio.document.kinds import kind_named
-from vomstudio.document.kinds.remark import Remark
-from vomstudio.document.records import Frame, Model
+from vomstudio.project import edits
+from vomstudio.project.kinds import kind_named
+from vomstudio.project.kinds.remark import Remark
+from vomstudio.project.records import Frame, Model
 from vomstudio.io.control.control_files import crs_of, read_control, read_marks
 from vomstudio.io.models.opening import read_model
-from vomstudio.io.project.export import export_records
-from vomstudio.io.project.folder import Project
-from vomstudio.tools.registry import TOOLS
-from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
+from vomstudio.project.exports.export import export_records
+from vomstudio.project.folder import Project
+from vomstudio.studio.tools.registry import TOOLS
+from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 
 here = Path(sys.argv[1])
 said = {}
@@ -83,7 +83,7 @@ class Context:
     session = session
 
     def measure(self, feature):
-        from vomstudio.document.measurement_cache import measure_all
+        from vomstudio.project.measurement_cache import measure_all
         return measure_all(session.records, [feature])[0]
 
     def __getattr__(self, name):
@@ -162,8 +162,8 @@ def test_the_page_has_an_example_of_each_thing_that_can_be_added() -> None:
     assert folders == {
         "vomstudio/io/models/formats",
         "vomstudio/io/control/formats",
-        "vomstudio/document/kinds",
-        "vomstudio/tools",
+        "vomstudio/project/kinds",
+        "vomstudio/studio/tools",
         "vomstudio/ui/interpret/tool_panels",
         "vomstudio/cli",
     }

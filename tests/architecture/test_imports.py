@@ -11,24 +11,16 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 
 UNDER_THE_WINDOW = (
-    "reprs",
-    "errors",
-    "paths",
-    "progress",
-    "signals",
+    "core",
     "geometry",
     "geology",
-    "document",
-    "files",
-    "tables",
     "io",
+    "project",
     "registration",
-    "survey",
     "photogrammetry",
+    "extraction",
     "products",
-    "jobs",
-    "tools",
-    "workspace",
+    "studio",
     "cli",
     "api",
 )

@@ -21,7 +21,7 @@ def test_the_allowed_are_there_and_need_it() -> None:
 
 
 def test_opens_of_every_kind_are_found(tmp_path: Path) -> None:
-    (tmp_path / PACKAGE / "files").mkdir(parents=True)
+    (tmp_path / PACKAGE / "core" / "files").mkdir(parents=True)
     (tmp_path / PACKAGE / opens.HOUSE).write_text("def open_regular(path): return open(path)")
     lines = [
         "open(p)", "open(p, 'rb')", "open(p, mode='rb')", "open(p, 'r+b')", "p.open('rb')",

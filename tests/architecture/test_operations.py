@@ -15,8 +15,8 @@ from vomstudio.cli.common.arguments import Parser
 from vomstudio.cli.common.first_word import COMMANDS
 from vomstudio.core.operations import DOORS, Operation
 from vomstudio.core.options import Options, declarations
-from vomstudio.workspace.operations import OPERATIONS
-from vomstudio.workspace.project_options import ACTION_OPTIONS
+from vomstudio.studio.operations import OPERATIONS
+from vomstudio.studio.project_options import ACTION_OPTIONS
 
 each_operation = pytest.mark.parametrize("operation", OPERATIONS, ids=lambda each: each.name)
 

@@ -81,9 +81,10 @@ def metadata(tmp_path_factory: pytest.TempPathFactory) -> PathDistribution:
     """Metadata of the wheel, made in a copy because building leaves files behind."""
     folder = tmp_path_factory.mktemp("metadata")
     source = folder / "source"
-    (source / "vomstudio").mkdir(parents=True)
-    modules = ("vomstudio/__init__.py", "vomstudio/version.py")
+    source.mkdir()
+    modules = ("vomstudio/__init__.py", "vomstudio/core/version.py")
     for name in ("pyproject.toml", "setup.py", "README.md", "LICENSE", "THIRD_PARTY.md", *modules):
+        (source / name).parent.mkdir(exist_ok=True)
         shutil.copy(ROOT / name, source / name)
     code = (
         "import sys; from setuptools import build_meta; "

@@ -53,7 +53,7 @@ def test_everything_that_is_offered_is_there_and_is_completed() -> None:
     assert set(vs.__all__) <= set(dir(vs))
     for name in vs.__all__:
         assert getattr(vs, name) is not None
-    assert vs.errors is importlib.import_module("vomstudio.errors")
+    assert vs.errors is importlib.import_module("vomstudio.core.errors")
     with pytest.raises(AttributeError, match="no attribute 'reed'"):
         vs.reed  # noqa: B018 - asking for it is the test
 

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vomstudio.errors import InputError
-from vomstudio.paths import documentation, resource
+from vomstudio.core.errors import InputError
+from vomstudio.core.paths import documentation, resource
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -103,7 +103,7 @@ def test_a_wheel_carries_the_resources_and_finds_them(tmp_path: Path) -> None:
     installed = tmp_path / "installed"
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(installed)
-    asked = "from vomstudio.paths import documentation, resource; "
+    asked = "from vomstudio.core.paths import documentation, resource; "
     asked += "print(resource('outcrop', 'outcrop.obj')); print(documentation())"
     found, pages = subprocess.run(
         [sys.executable, "-c", asked],

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from tests.sample_maker import maker
-from vomstudio.io.project.sample import read_picks, read_truth, sample_model
-from vomstudio.paths import resource
+from vomstudio.core.paths import resource
+from vomstudio.project.sample import read_picks, read_truth, sample_model
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = [ROOT / "packaging" / "make_sample", *(ROOT / "packaging" / "sample_outcrop").glob("*.py")]

@@ -10,17 +10,17 @@ import pytest
 from PIL import Image
 
 from tests.sample_maker import maker
+from vomstudio.core.paths import resource
 from vomstudio.geometry.rays.raytree import RayTree
 from vomstudio.io.models.opening import read_model
-from vomstudio.io.project.sample import (
+from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
+from vomstudio.project.sample import (
     read_true_cameras,
     sample_control,
     sample_marks,
     sample_model,
     sample_photos,
 )
-from vomstudio.paths import resource
-from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
 
 
 def rows(path: Path) -> list[dict[str, str]]:

@@ -83,9 +83,9 @@ def ours(images: Path, work: Path, size: int, threads: int) -> dict[str, Any]:
     code = (
         "import sys; from pathlib import Path\n"
         "from vomstudio.io.photos.reading import read_photos\n"
-        "from vomstudio.jobs.executors import Threads\n"
+        "from vomstudio.studio.jobs.executors import Threads\n"
         "from vomstudio.photogrammetry.align.alignment import Options, align\n"
-        "from vomstudio.progress import Silent\n"
+        "from vomstudio.core.progress import Silent\n"
         "photos = read_photos(Path(sys.argv[1])).photos\n"
         "size, threads = int(sys.argv[3]), int(sys.argv[4])\n"
         "align(photos, Path(sys.argv[2]), Options(max_size=size, threads=threads),\n"

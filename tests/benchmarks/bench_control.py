@@ -17,14 +17,14 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from tests.photogrammetry.georeferencing.test_georeference import scene_of
 from tests.photogrammetry.made_photos import around, face
-from tests.photogrammetry.place.test_georeference import scene_of
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.geometry.cameras import View
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.photogrammetry.place.control import place_by_control
+from vomstudio.photogrammetry.georeferencing.control import place_by_control
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.blunders import find_blunders
 from vomstudio.registration.combined import difference

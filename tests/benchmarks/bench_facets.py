@@ -140,7 +140,7 @@ def main() -> None:
     parser.add_argument("--without-open3d", action="store_true")
     args = parser.parse_args()
     if args.model:
-        from vomstudio.workspace.world_models import read_in_world
+        from vomstudio.studio.world_models import read_in_world
 
         data = read_in_world(args.model).data
         begun = time.perf_counter()

@@ -29,7 +29,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.extraction.best_cost import AUTO, follow_best
 from vomstudio.extraction.followed_trace import near_surface
 from vomstudio.extraction.following import Follower, Path

@@ -20,7 +20,7 @@ import numpy as np
 
 from tests.benchmarks.bench_whole import render, stations
 from tests.photogrammetry.dense.dense_truth import lying_face, tie_points
-from vomstudio.jobs.executors import Threads
+from vomstudio.core.progress import Silent
 from vomstudio.photogrammetry.align.scene_check import check_scene
 from vomstudio.photogrammetry.base.memory import peak_bytes
 from vomstudio.photogrammetry.dense.depthmaps import depth_map, make_task
@@ -29,7 +29,7 @@ from vomstudio.photogrammetry.dense.pairs import choose_pairs
 from vomstudio.photogrammetry.dense.undistortion import UndistortTask, undistort
 from vomstudio.photogrammetry.surface import meshing, texture
 from vomstudio.photogrammetry.surface.atlas import AtlasOptions
-from vomstudio.progress import Silent
+from vomstudio.studio.jobs.executors import Threads
 
 DENSE_PX, FACES_EACH = 320, 300
 

@@ -24,7 +24,7 @@ from scipy.spatial.transform import Rotation
 from vomstudio.geology.orientation import Line
 from vomstudio.geology.view_attitudes import camera_rotations, error_axes
 from vomstudio.geometry.cameras import Intrinsics, View
-from vomstudio.geometry.tilts import errors_95_deg
+from vomstudio.geometry.rotation_errors import errors_95_deg
 from vomstudio.io.control.attitude_tables import attitude_table
 from vomstudio.registration.attitude_evidence import MOUNT_DOUBT_DEG, held
 from vomstudio.registration.observations import Attitudes, Directions, Observed, Points

@@ -17,9 +17,9 @@ from typing import TypeVar
 
 import numpy as np
 
-from vomstudio.extraction.selecting.looking import Looking
-from vomstudio.extraction.selecting.neighbours import Neighbours, neighbours_of
-from vomstudio.extraction.selecting.values import within
+from vomstudio.extraction.selection.field_values import within
+from vomstudio.extraction.selection.neighbours import Neighbours, neighbours_of
+from vomstudio.extraction.selection.visible_region import Looking
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 

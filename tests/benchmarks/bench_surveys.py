@@ -21,9 +21,9 @@ import numpy as np
 from tests.photogrammetry.align.made_surveys import centre_error, made, pixel_on_rock
 from tests.photogrammetry.align.surveys import SURVEYS, Survey
 from tests.photogrammetry.made_photos import Finder
-from vomstudio.errors import VomError
+from vomstudio.core.errors import VomError
+from vomstudio.core.progress import Silent
 from vomstudio.photogrammetry.align.alignment import Alignment, Options, align
-from vomstudio.progress import Silent
 
 HEAD = (
     f"{'survey':34s} {'photos':>6s} {'placed':>6s} {'peer':>5s} {'px':>7s} {'peer px':>8s} "
@@ -51,7 +51,7 @@ def peer(work: Path, names: list[str], survey: Survey) -> tuple[int, float]:
 def placed(survey: Survey, work: Path, pixels: bool) -> tuple[Alignment, list[str]]:
     if pixels:
         from vomstudio.io.photos.reading import read_photos
-        from vomstudio.jobs.executors import Threads
+        from vomstudio.studio.jobs.executors import Threads
 
         photos = read_photos(survey.write(work / "photos")).photos
         alignment = align(photos, work, Options(), Threads(2), Silent())

@@ -25,9 +25,9 @@ import numpy as np
 from tests.photogrammetry import rock_face as rock
 from tests.photogrammetry.surface.texture_truth import Comparison, compare
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.jobs.executors import Threads
 from vomstudio.photogrammetry.surface.meshing import SurfaceOptions, build_surface
 from vomstudio.photogrammetry.surface.texture import make_texture
+from vomstudio.studio.jobs.executors import Threads
 
 BOX = (-6.2, 6.2, -3.1, 3.1)
 GREEN = (600.0, 430.0, 100.0, 130.0)

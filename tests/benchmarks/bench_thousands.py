@@ -76,7 +76,7 @@ def depth(x: Any, z: Any) -> Any:
 
 def trace(number: int, model: Any) -> Any:
     """A line across the cliff where a plane of some attitude meets it."""
-    from vomstudio.document.kinds.trace import Trace
+    from vomstudio.project.kinds.trace import Trace
 
     rng = np.random.default_rng(number)
     count = int(rng.integers(8, 31))
@@ -92,10 +92,10 @@ def trace(number: int, model: Any) -> Any:
 
 
 def make_project(folder: Path, count: int) -> Path:
-    from vomstudio.document import edits
-    from vomstudio.document.edit import change
     from vomstudio.io.gate.frame_options import FrameOptions
-    from vomstudio.workspace.headless_project import HeadlessProject
+    from vomstudio.project import edits
+    from vomstudio.project.edit import change
+    from vomstudio.studio.headless_project import HeadlessProject
 
     path = folder / f"{count}.vom"
     head = HeadlessProject.create(path)
@@ -169,7 +169,7 @@ def in_window(path: Path, profiles: Path | None) -> None:
 
     from tests import driver
     from tests.benchmarks.bench_viewport import memory_mb
-    from vomstudio.document import edits
+    from vomstudio.project import edits
 
     app = QApplication([])
     window = driver.make_window()
@@ -254,7 +254,7 @@ def shown_whole(window: Any) -> bool:
 
 def moved(studio: Any, id_: str, k: int) -> None:
     """Another place for one vertex of a trace, as its handle gives it."""
-    from vomstudio.document import edits
+    from vomstudio.project import edits
 
     old = studio.records[id_]
     x, y, z = old.vertices[1]
@@ -269,8 +269,8 @@ def moved(studio: Any, id_: str, k: int) -> None:
 
 # --- without a window ----------------------------------------------------------------------------
 def headless(path: Path) -> None:
-    from vomstudio.document import edits
-    from vomstudio.workspace.headless_project import HeadlessProject
+    from vomstudio.project import edits
+    from vomstudio.studio.headless_project import HeadlessProject
 
     begun, used = time.perf_counter(), time.process_time()
     with HeadlessProject.open(path) as head:

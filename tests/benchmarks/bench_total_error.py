@@ -17,13 +17,15 @@ import numpy as np
 import numpy.typing as npt
 
 from tests.benchmarks.bench_registration import _TURN, CASES, Case
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.measurement_cache import Measurements
-from vomstudio.document.records import Frame, Model, Registration
 from vomstudio.geology.orientation import Plane, line_from_rake
-from vomstudio.geometry.tilts import enlarged_semi_axes
+from vomstudio.geometry.frames import Frame
+from vomstudio.geometry.registrations import Registration
+from vomstudio.geometry.rotation_errors import enlarged_semi_axes
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.measurement_cache import Measurements
+from vomstudio.project.records import Model
+from vomstudio.project.tables.project_table import project_table
 from vomstudio.registration.placing import place
-from vomstudio.tables.project_table import project_table
 
 Array = npt.NDArray[np.float64]
 _VERTICES, _LENGTH_M, _RELIEF_M = 30, 8.0, 2.0

@@ -461,7 +461,7 @@ def stock_drag(app: QApplication, mesh, steps: int) -> list[float]:  # type: ign
 
 def run(app: QApplication, millions: float, steps: int, folder: Path) -> None:
     from vomstudio.rendering.qt.viewport import Viewport
-    from vomstudio.tools.interaction_types import Preview
+    from vomstudio.studio.tools.interaction_types import Preview
 
     mesh = outcrop(int(millions * 1e6), folder)
     print(f"\n== {len(mesh.faces):,} triangles, {TEXTURES} textures of {TEXTURE_SIDE}^2")

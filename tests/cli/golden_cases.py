@@ -333,7 +333,7 @@ CASES = (
 # --- running --------------------------------------------------------------------------------------
 def prepare(folder: Path) -> dict[str, str]:
     """Make the small inputs of the cases below `folder`; what the words in braces stand for."""
-    from vomstudio.paths import resource
+    from vomstudio.core.paths import resource
 
     work, specimens = folder / "work", folder / "specimens"
     work.mkdir(parents=True)

@@ -12,8 +12,8 @@ import vomstudio as vs
 from tests.messages import shown_codes
 from vomstudio.cli import COMMANDS
 from vomstudio.cli.common.output import to_json
+from vomstudio.core.errors import WorkerError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import WorkerError
 
 POINTS = "0 0 0\n9 0 0\n0 9 1\n9 9 1.1\n"
 

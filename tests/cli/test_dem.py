@@ -116,9 +116,11 @@ def test_a_wall_cannot_be_seen_from_above(run, tmp_path: Path) -> None:  # type:
 def test_a_model_stands_as_in_its_project(run, table: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
     """Registered to World by points: twice as large, turned by 90 degrees, shifted."""
     import vomstudio as vs
-    from vomstudio.document import edits
-    from vomstudio.document.records import Frame, Model, Registration
-    from vomstudio.io.project.folder import Project
+    from vomstudio.geometry.frames import Frame
+    from vomstudio.geometry.registrations import Registration
+    from vomstudio.project import edits
+    from vomstudio.project.folder import Project
+    from vomstudio.project.records import Model
 
     mesh = tmp_path / "face.xyz"
     mesh.write_text(table.read_text().replace("1,1,nan\n", ""))

@@ -15,13 +15,13 @@ from PIL import Image
 import vomstudio as vs
 from vomstudio.cli import main
 from vomstudio.cli.demo import _photos
-from vomstudio.document.kinds.patch import Patch
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.io.project import sample
-from vomstudio.io.project.folder import Project
+from vomstudio.core.progress import Silent
 from vomstudio.products.sample.check import DISPLACEMENT, FOLD_AXIS, INTERSECTION
 from vomstudio.products.sample.photo_check import CAMERA_CENTRES, MODEL_OFFSET
-from vomstudio.progress import Silent
+from vomstudio.project import sample
+from vomstudio.project.folder import Project
+from vomstudio.project.kinds.patch import Patch
+from vomstudio.project.kinds.trace import Trace
 
 
 @pytest.fixture(
@@ -95,7 +95,7 @@ def test_the_project_opens_with_beds_and_fault_as_traces_and_joints_as_patches(
         project.close()
 
 
-@pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning")
+@pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
 def test_exported_traces_are_counted_on_their_face(demo: tuple[Path, dict], tmp_path: Path) -> None:
     """On the map they cross 90 times. In space they are 7.493 m long on average, and wind on the
     rough face; in the drawing on the face they are 5.341 m long and cross once."""

@@ -328,7 +328,7 @@ def test_layers_of_other_pictures_and_lines_that_are_none(run, scene, tmp_path) 
 
 
 @pytest.mark.parametrize("plunge", [90, -90])
-@pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning")
+@pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
 def test_the_interpretation_of_a_roof_lies_on_the_map(run, tmp_path, plunge) -> None:  # type: ignore[no-untyped-def]
     """Seen from above and from below, which turns the picture over: both are on the map."""
     import vomstudio as vs
@@ -407,7 +407,7 @@ def test_a_line_on_a_cloud_lies_on_the_sheet_that_the_picture_shows(run, tmp_pat
     assert np.linalg.norm(back - line, axis=1).max() < 0.03
 
 
-@pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning")
+@pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
 def test_lines_of_cad_are_named_after_their_layers_and_get_its_type(run, scene, tmp_path) -> None:  # type: ignore[no-untyped-def]
     import vomstudio as vs
 

@@ -8,11 +8,12 @@ import pytest
 
 import vomstudio as vs
 from tests.messages import shown_codes
-from vomstudio.document import edits
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Frame, Model
-from vomstudio.io.project.folder import Project
+from vomstudio.geometry.frames import Frame
 from vomstudio.io.text.orientation_reading import read_orientations
+from vomstudio.project import edits
+from vomstudio.project.folder import Project
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.records import Model
 
 # Vertices on a plane that dips 45 degrees to the east, and on its mirror image to the west.
 EAST = ((0.0, 0.0, 0.0), (0.0, 9.0, 0.0), (4.0, 5.0, -4.0), (8.0, 1.0, -8.0), (3.0, 2.0, -3.0))

@@ -15,12 +15,12 @@ import pytest
 
 from tests.messages import error_of, refused, shown_codes
 from vomstudio.cli import COMMANDS, is_for_window
+from vomstudio.core.errors import TargetError
+from vomstudio.core.files.desktop import install
 from vomstudio.core.findings import Finding
-from vomstudio.errors import TargetError
-from vomstudio.files.desktop import install
-from vomstudio.paths import resource
+from vomstudio.core.paths import resource
+from vomstudio.core.version import __version__
 from vomstudio.ui.shell.window_start import DESKTOP_NAME
-from vomstudio.version import __version__
 
 
 def unknown_command(value: str, nearest: str | None) -> Finding:
@@ -180,7 +180,7 @@ def test_versions_are_those_that_are_installed(run: Any) -> None:
 
 
 def test_a_broken_driver_leaves_the_versions(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vomstudio.cli.common.own_options.sys.executable", "/bin/false")
+    monkeypatch.setattr("vomstudio.cli.common.global_options.sys.executable", "/bin/false")
     assert json.loads(run("--version", "--json").out)["graphics"] is None
 
 
@@ -190,7 +190,7 @@ def test_the_desktop_has_entry_icon_and_type(
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     # A path with everything that the specification escapes.
     python = '/a "b" $c/100 %/`d`\\python'
-    monkeypatch.setattr("vomstudio.paths.sys.executable", python)
+    monkeypatch.setattr("vomstudio.core.paths.sys.executable", python)
     monkeypatch.delenv("VOMSTUDIO_LAUNCHER", raising=False)
     files = [Path(path) for path in json.loads(run("--install-desktop", "--json").out)["files"]]
     entry_file, icon, types = files
@@ -283,6 +283,6 @@ def test_a_folder_that_cannot_be_made_is_named(
 
 
 def test_other_systems_have_no_such_menu(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vomstudio.files.desktop.sys.platform", "darwin")
+    monkeypatch.setattr("vomstudio.core.files.desktop.sys.platform", "darwin")
     with refused("desktop.not-linux", TargetError):
         install()

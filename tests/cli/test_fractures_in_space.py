@@ -18,7 +18,7 @@ from tests.messages import codes
 
 CRS = "EPSG:32633"
 AT = np.array([500_000.0, 5_000_000.0, 100.0])
-pytestmark = pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
 CLIFF = [
     [(0, 0, 0), (10, 0, 0)],
     [(5, 0, -5), (5, 0, 5)],  # vertical: a point on the map

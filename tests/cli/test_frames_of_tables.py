@@ -88,7 +88,7 @@ class TestFramesOfTables:
         assert "frame.assumed" in codes(answer)
 
 
-@pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning")
+@pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
 @pytest.mark.parametrize("call", [vs.threepoint, lambda t, **k: vs.log(t, bed=(60, 60), **k)])
 def test_python_functions_honour_the_prj(tmp_path: Path, call) -> None:
     mercator = write_table(tmp_path / "picks.csv", convert(bed_points(), "EPSG:3857"), "EPSG:3857")

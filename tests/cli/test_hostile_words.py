@@ -130,7 +130,7 @@ def test_pixels_that_cannot_be_are_refused(run, write, tmp_path: Path, command: 
 
 @pytest.mark.full
 def test_a_model_with_a_texture_is_drawn_in_pixels_larger_than_it(run, tmp_path: Path) -> None:
-    from vomstudio.paths import resource
+    from vomstudio.core.paths import resource
 
     model = resource("outcrop") / "outcrop.obj"
     words = ("ortho", model, "--trend", "10", "--plunge", "20", "-o", tmp_path / "o.tif")

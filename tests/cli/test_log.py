@@ -74,7 +74,7 @@ def test_more_than_three_points_tell_their_own_error(run, write) -> None:
     assert stated["dip_deg"] == found["dip_deg"]
 
 
-@pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning")
+@pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
 def test_scripts_find_the_same(write) -> None:
     points = np.array([[float(w) for w in line.split()] for line in BENNISON.splitlines()])
     seam = vs.threepoint(points, sigma_m=5.0)
@@ -102,12 +102,13 @@ def test_scripts_find_the_same(write) -> None:
 def project(tmp_path: Path) -> Path:
     """Traces of four beds, dipping 30 to the East, on a stair, and a line up the stair on which
     two beds are described; beside them a line of one point and a namesake."""
-    from vomstudio.document import edits
-    from vomstudio.document.bed_words import describe_bed
-    from vomstudio.document.kinds.dimension import Dimension
-    from vomstudio.document.kinds.trace import Trace
-    from vomstudio.document.records import Frame, Model
-    from vomstudio.io.project.folder import Project
+    from vomstudio.geometry.frames import Frame
+    from vomstudio.project import edits
+    from vomstudio.project.bed_descriptions import describe_bed
+    from vomstudio.project.folder import Project
+    from vomstudio.project.kinds.dimension import Dimension
+    from vomstudio.project.kinds.trace import Trace
+    from vomstudio.project.records import Model
 
     made = Project.create(tmp_path / "p.vom")
     session = made.session
@@ -178,9 +179,9 @@ def test_a_log_of_a_project_says_what_was_typed(run, project: Path, tmp_path: Pa
 
 def test_the_bedding_is_that_of_the_traces_near_the_line(run, project: Path) -> None:
     """The other limb, which dips to the West 50 m away, counts only if it is asked for."""
-    from vomstudio.document import edits
-    from vomstudio.document.kinds.trace import Trace
-    from vomstudio.io.project.folder import Project
+    from vomstudio.project import edits
+    from vomstudio.project.folder import Project
+    from vomstudio.project.kinds.trace import Trace
 
     made = Project.open(project)
     session = made.session
@@ -224,10 +225,11 @@ def test_rows_without_a_place_are_told(run, write, empty: str) -> None:
 def test_a_line_along_a_rough_face_does_not_make_the_boundaries_uncertain(run, tmp_path) -> None:  # type: ignore[no-untyped-def]
     """Beds whose traces stray by 1 cm, and a line that follows the steps of the face between them:
     the thickness is known by the traces. An overturned bed is told."""
-    from vomstudio.document import edits
-    from vomstudio.document.kinds.trace import Trace
-    from vomstudio.document.records import Frame, Model
-    from vomstudio.io.project.folder import Project
+    from vomstudio.geometry.frames import Frame
+    from vomstudio.project import edits
+    from vomstudio.project.folder import Project
+    from vomstudio.project.kinds.trace import Trace
+    from vomstudio.project.records import Model
 
     generator = np.random.default_rng(5)
     made = Project.create(tmp_path / "p.vom")

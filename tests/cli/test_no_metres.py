@@ -11,7 +11,7 @@ import ezdxf
 import numpy as np
 import pytest
 
-from vomstudio.cli.common.lengths import named_by_unit
+from vomstudio.cli.common.unitless_lengths import named_by_unit
 from vomstudio.io.photos.cameras_file import Cameras, write_cameras
 
 GOLDEN = Path(__file__).parent / "golden"

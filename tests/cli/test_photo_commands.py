@@ -10,8 +10,8 @@ import pytest
 from tests.io.photos import photo_maker
 from tests.messages import shown_codes, shown_values
 from tests.photogrammetry.surface import wall_maker as wall
-from vomstudio.survey.check_results import ADVICE
-from vomstudio.survey.video import UNCHANGED
+from vomstudio.photogrammetry.survey.check_results import ADVICE
+from vomstudio.photogrammetry.survey.video import UNCHANGED
 
 SPECIMENS = Path(__file__).parents[1] / "specimens"
 
@@ -148,7 +148,7 @@ def test_plan_refuses_in_one_sentence(run, words: list[str], said: str) -> None:
 
 
 def test_frames_are_taken_and_counted(run, tmp_path: Path) -> None:
-    from tests.survey.test_video import film
+    from tests.photogrammetry.survey.test_video import film
 
     video = film(tmp_path / "a.avi", [*np.arange(40) * 12.0, *[468.0] * 20])
     ran = run("frames", video, "-o", tmp_path / "out", "--json")

@@ -12,19 +12,20 @@ import pytest
 from tests.cli.conftest import Run
 from tests.messages import by_code, codes, shown_codes
 from tests.specimens import figures
-from vomstudio.document import edits
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Frame, Model
+from vomstudio.core.paths import resource
 from vomstudio.geology.profiles import DEFAULTS, TEXTBOOK
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import MeshSurface
+from vomstudio.geometry.frames import Frame
 from vomstudio.io.models.opening import read_model
-from vomstudio.io.project.folder import Project
-from vomstudio.io.project.journal import read_replay
-from vomstudio.io.project.journal_migration import SCHEMA_VERSION
-from vomstudio.io.project.sample import read_truth, sample_model
-from vomstudio.paths import resource
-from vomstudio.tools.local_surface import around
+from vomstudio.project import edits
+from vomstudio.project.folder import Project
+from vomstudio.project.journal.database import read_replay
+from vomstudio.project.journal.migration import SCHEMA_VERSION
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.records import Model
+from vomstudio.project.sample import read_truth, sample_model
+from vomstudio.studio.tools.local_surface import around
 
 pytestmark = pytest.mark.usefixtures("own_folders")
 

@@ -9,8 +9,8 @@ import pytest
 from vomstudio import cli
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.writing import write_control, write_marks
-from vomstudio.jobs.reconstruction_tasks import Reconstruction, ReconstructionOrder
-from vomstudio.survey.check_results import SurveyReport
+from vomstudio.photogrammetry.survey.check_results import SurveyReport
+from vomstudio.studio.jobs.reconstruction_tasks import Reconstruction, ReconstructionOrder
 
 PHOTOS = ("a.jpg", "b.jpg")
 RESULT = Reconstruction(
@@ -41,7 +41,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[ReconstructionOrder]:
         seen.append(order)
         return RESULT
 
-    monkeypatch.setattr("vomstudio.jobs.run_job.run_job", run_job)
+    monkeypatch.setattr("vomstudio.studio.jobs.run_job.run_job", run_job)
     return seen
 
 

@@ -14,12 +14,12 @@ import pytest
 import shapely
 
 import vomstudio as vs
-from vomstudio.io.project.journal import read_replay
+from vomstudio.project.journal.database import read_replay
 
 SPECIMEN = Path(__file__).resolve().parents[1] / "specimens" / "schema1.vom"
 pytestmark = [
     pytest.mark.filterwarnings("ignore:'crs' was not provided"),
-    pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning"),
+    pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning"),
 ]
 Rows = list[tuple[dict[str, str], shapely.LineString]]
 

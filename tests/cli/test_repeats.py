@@ -13,10 +13,11 @@ import pytest
 import vomstudio as vs
 from tests.messages import codes, shown_values, warned
 from vomstudio.core.findings import Finding
-from vomstudio.document import edits, repeats
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Frame, Model
-from vomstudio.io.project.folder import Project
+from vomstudio.geometry.frames import Frame
+from vomstudio.project import edits, repeated_features
+from vomstudio.project.folder import Project
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.records import Model
 
 HEAD = "id,dip_direction_deg,dip_deg,max_confidence95_deg,repeat_of,interpreter\n"
 TABLE = (
@@ -166,7 +167,7 @@ def project(tmp_path):
             vertices = tuple(map(tuple, own.tolist()))
             one = Trace(id_, id_.upper(), "bedding", "m", "0" * 64, vertices, interpreter="AB")
             session.apply(edits.add_trace(session.records, one))
-        session.apply(repeats.link_repeat(session.records, "b3", "b1", "CD"))
+        session.apply(repeated_features.link_repeat(session.records, "b3", "b1", "CD"))
         session.save()
     return folder
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from vomstudio.cli import main
-from vomstudio.paths import resource
+from vomstudio.core.paths import resource
 
 
 def vector(trend_deg: float, plunge_deg: float) -> np.ndarray:
@@ -67,7 +67,7 @@ def test_half_of_the_traces_are_good_after_three_clicks_each() -> None:
     from vomstudio.geology.quality import judge, total_error_deg
     from vomstudio.geometry.planes import fit_plane
     from vomstudio.geometry.surface import VertexSurface
-    from vomstudio.workspace.world_models import read_in_world
+    from vomstudio.studio.world_models import read_in_world
 
     def rows(name: str) -> list[dict[str, str]]:
         with resource("sample", name).open(newline="") as stream:

@@ -13,8 +13,8 @@ import vomstudio as vs
 from tests.messages import by_code
 from vomstudio.geology.faults.kinematics import movements
 from vomstudio.geology.orientation import Plane, slip_from_rake
-from vomstudio.io.project.export import export_project
 from vomstudio.io.text.slip_reading import read_slips
+from vomstudio.project.exports.export import export_project
 
 SPECIMEN = Path(__file__).parents[1] / "specimens" / "schema1.vom"
 TABLE = "strike,dip,trend,plunge,sense\n0,45,90,45,N\n180,45,270,45,N\n"

@@ -255,7 +255,7 @@ def test_points_beside_the_surface_are_counted_and_the_line_made_denser(
     assert np.abs(line[:, 1] - height(line[:, 0], line[:, 2])).max() < 2e-3
 
 
-@pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning")
+@pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
 def test_the_interpretation_goes_over_the_picture_and_back_into_a_project(run, tmp_path) -> None:  # type: ignore[no-untyped-def]
     project = tmp_path / "p.vom"
     shutil.copytree(SPECIMEN, project)
@@ -302,7 +302,7 @@ def test_the_interpretation_goes_over_the_picture_and_back_into_a_project(run, t
     assert run(*back, "--from-ortho", found["drawing"]["dxf"], "-o", tmp_path / "v.csv").code == 0
 
 
-@pytest.mark.filterwarnings("ignore::vomstudio.errors.VomWarning")
+@pytest.mark.filterwarnings("ignore::vomstudio.core.errors.VomWarning")
 def test_parts_of_the_interpretation_are_chosen(run, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
     model = SPECIMEN / "models" / "face" / "face.obj"
     words = ("ortho", model, "--trend", 31, "--plunge", 11, "--gsd", 0.1)

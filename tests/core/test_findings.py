@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from vomstudio.cli.common.output import to_json
+from vomstudio.core.errors import InputError, from_dict
 from vomstudio.core.finding_texts import SUBJECTS, TEXTS, texts_of
 from vomstudio.core.findings import (
     Finding,
@@ -22,8 +23,7 @@ from vomstudio.core.findings import (
     uncoded,
     without_repeats,
 )
-from vomstudio.errors import InputError, from_dict
-from vomstudio.jobs.serialisation import decode, encode
+from vomstudio.studio.jobs.serialisation import decode, encode
 
 ROOT = Path(__file__).resolve().parents[2]
 SENTENCE = re.compile(

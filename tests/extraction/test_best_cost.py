@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.benchmarks.bench_followed import holds, outcrop
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.extraction.best_cost import best_of, costs_of, follow_best
 from vomstudio.extraction.followed_trace import followed_trace
 from vomstudio.extraction.following import Follower

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from tests.extraction.planes_by_construction import angle_deg, clouds_of, normal_of, sheet
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.progress import Silent
 from vomstudio.extraction.cells.planes import begun_on_cells
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.facets import find_facets
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.nearby.cell_grid import grid_of
-from vomstudio.progress import Silent
 
 ATTITUDES = [(40.0, 70.0), (130.0, 85.0), (250.0, 15.0)]
 

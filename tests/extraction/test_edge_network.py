@@ -10,12 +10,12 @@ import pytest
 
 from tests.extraction.small_onnx import convolution
 from tests.messages import refused
-from vomstudio.errors import Cancelled, UsageError
+from vomstudio.core.errors import Cancelled, UsageError
+from vomstudio.core.progress import CancelToken, Silent
 from vomstudio.extraction.proposals.edge_network import EdgeNetwork
 from vomstudio.extraction.proposals.edge_pictures import wearing_edges, write_edges
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
-from vomstudio.progress import CancelToken, Silent
 
 # Half of the difference of grey between the pixels to either side.
 SOBEL = np.zeros((1, 3, 3, 3))

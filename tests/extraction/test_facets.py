@@ -18,14 +18,14 @@ from tests.extraction.planes_by_construction import (
     sheet,
 )
 from tests.messages import by_code
+from vomstudio.core.errors import Cancelled, GeometryError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import declarations
-from vomstudio.errors import Cancelled, GeometryError, UsageError
+from vomstudio.core.progress import CancelToken, Silent
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.facets import Facets, find_facets
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.progress import CancelToken, Silent
 
 ATTITUDES = [(40.0, 70.0), (130.0, 85.0), (250.0, 15.0)]
 

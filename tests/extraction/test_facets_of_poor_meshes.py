@@ -12,7 +12,7 @@ import shapely
 from tests.extraction.planes_by_construction import grid_mesh, normal_of, sheet
 from tests.messages import by_code
 from vomstudio.extraction.facets import find_facets
-from vomstudio.extraction.selecting.neighbours import neighbours_of
+from vomstudio.extraction.selection.neighbours import neighbours_of
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 

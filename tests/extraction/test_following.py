@@ -12,8 +12,8 @@ from scipy.sparse.csgraph import dijkstra
 from tests.benchmarks.bench_followed import population
 from tests.extraction.planes_by_construction import grid_mesh
 from tests.messages import refused
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, UsageError
 from vomstudio.extraction.followed_trace import plane_of
 from vomstudio.extraction.following import Follower
 from vomstudio.extraction.surface_graph import SurfaceGraph

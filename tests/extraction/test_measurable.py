@@ -10,10 +10,11 @@ import numpy.typing as npt
 import pytest
 from scipy.stats import chi2, spearmanr
 
-from vomstudio.errors import Cancelled, GeometryError, UsageError
-from vomstudio.extraction.finer_faces import finer
+from vomstudio.core.errors import Cancelled, GeometryError, UsageError
+from vomstudio.core.progress import Silent
 from vomstudio.extraction.measurable import CLASSES, Measurable, measurable
 from vomstudio.extraction.measurable_options import MeasurableOptions
+from vomstudio.extraction.refinement import finer
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.quality import total_error_deg
 from vomstudio.geometry.cloud import PointCloud
@@ -21,7 +22,6 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.geometry.planes import fit_plane
 from vomstudio.geometry.surface import VertexSurface
-from vomstudio.progress import Silent
 
 Floats = npt.NDArray[np.float64]
 UP = (0.0, 0.0, 1.0)
@@ -279,7 +279,7 @@ def test_simulated_traces_state_what_the_map_tells() -> None:
 
 @pytest.mark.slow
 def test_on_the_sample_simulated_traces_state_what_the_map_tells() -> None:
-    from vomstudio.workspace.world_models import read_in_world
+    from vomstudio.studio.world_models import read_in_world
 
     mesh = read_in_world(SAMPLE).data
     assert isinstance(mesh, Mesh)

@@ -12,7 +12,7 @@ from PIL import Image
 
 from tests.extraction.planes_by_construction import grid_mesh
 from tests.messages import refused
-from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos, open_photos
 from vomstudio.extraction.photo_following import PhotoFollower
 from vomstudio.extraction.photo_trace import photo_trace

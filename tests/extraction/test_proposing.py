@@ -8,13 +8,13 @@ import pytest
 
 from tests.messages import refused
 from tests.tiers import first_in_default_tier
-from vomstudio.errors import Cancelled, UsageError
+from vomstudio.core.errors import Cancelled, UsageError
+from vomstudio.core.progress import CancelToken, Progress, Silent
 from vomstudio.extraction.proposals.traces import ProposedTraces, propose_traces
 from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.extraction.trace_options import ProposalOptions
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.progress import CancelToken, Progress, Silent
 
 Array = npt.NDArray[np.float64]
 RESOLUTION = 0.05

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from tests.extraction.planes_by_construction import angle_deg, normal_of, sheet
-from vomstudio.errors import UsageError
+from vomstudio.core.errors import UsageError
+from vomstudio.core.progress import Silent
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.facet_search import search
 from vomstudio.extraction.facet_table import FacetTable
 from vomstudio.extraction.set_sequence import dbscan, set_poles
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.progress import Silent
 
 Array = np.ndarray
 

@@ -8,7 +8,7 @@ import pytest
 from tests.extraction.planes_by_construction import clouds_of, grid_mesh, normal_of, sheet
 from tests.messages import by_code, refused
 from tests.tiers import first_in_default_tier
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.extraction.surface_fields import KINDS, SurfaceFields, field_name, surface_fields
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh

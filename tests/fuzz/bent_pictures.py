@@ -298,7 +298,7 @@ def _orthophoto(path: Path) -> object:
 def _decoded(path: Path) -> object:
     import cv2
 
-    from vomstudio.files.untrusted.pictures import decode_picture
+    from vomstudio.core.files.untrusted.pictures import decode_picture
 
     pixels = decode_picture(path.read_bytes(), cv2.IMREAD_COLOR, str(path))
     return None if pixels is None else pixels.shape
@@ -317,13 +317,13 @@ def _heights(path: Path) -> object:
 
 
 def _place(path: Path) -> object:
-    from vomstudio.io.gis.raster_place import place_on_map
+    from vomstudio.io.gis.raster_georeference import place_on_map
 
     return place_on_map(path)
 
 
 def _refused(message: str, path: Path) -> object:
-    from vomstudio.errors import InputError
+    from vomstudio.core.errors import InputError
 
     raise InputError(message, file=None if path.name in message else path)
 
@@ -346,7 +346,7 @@ def _status(name: str) -> int:
 
 def serve() -> None:
     """Read the files that are named on stdin, one after the other; a JSON for each reader."""
-    from vomstudio.errors import VomError
+    from vomstudio.core.errors import VomError
 
     small = Path(sys.stdin.readline().strip())
     # What is imported, and compiled, is not a file's.
@@ -449,7 +449,7 @@ def campaign(count: int, seed: int, report: Report = str) -> Outcome:
     Outcome
         Codes of the answers, and the broken promises.
     """
-    from vomstudio.files.untrusted.budgets import decoded_limit
+    from vomstudio.core.files.untrusted.budgets import decoded_limit
 
     counts: Counter[str] = Counter()
     wrong: list[str] = []

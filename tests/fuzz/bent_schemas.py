@@ -35,7 +35,7 @@ from tests.fuzz.stopping import until_stopped
 
 MAX_S = 20.0
 MAX_BYTES = 1_500_000_000
-"""1 GB and 128 times the file (`vomstudio.files.memory_limit`), and the libraries."""
+"""1 GB and 128 times the file (`vomstudio.core.files.memory_limit`), and the libraries."""
 UNSAFE, TOO_MUCH = "file.unsafe-schema", "file.memory-exceeded"
 
 Expected = Literal["refused", "closed", "read", "any"]
@@ -284,7 +284,7 @@ class Reading:
 
 def read(path: Path) -> Reading:
     """Read a file as the commands read drawings."""
-    from vomstudio.errors import VomError
+    from vomstudio.core.errors import VomError
     from vomstudio.io.gis.line_reading import read_gis_lines
 
     begun, code, message = time.monotonic(), "read", ""

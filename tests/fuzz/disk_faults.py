@@ -373,7 +373,7 @@ class Filling:
 
 # --- projects ---------------------------------------------------------------------------------
 def state_of(folder: Path) -> tuple[Any, ...]:
-    from vomstudio.io.project.journal import read_replay
+    from vomstudio.project.journal.database import read_replay
 
     played = read_replay(folder)
     return dict(played.records), played.top == played.saved_top, tuple(played.problems)
@@ -383,10 +383,10 @@ class Work:
     """One thing that is done with a project, on a disk that fails."""
 
     def __init__(self, kind: str, places: dict[str, str], out: Path) -> None:
-        from vomstudio.document.photo_edits import add_photo_set, set_masks
-        from vomstudio.document.records import PhotoSet
-        from vomstudio.io.project.assets import keep_asset
-        from vomstudio.io.project.folder import Project
+        from vomstudio.project.assets import keep_asset
+        from vomstudio.project.folder import Project
+        from vomstudio.project.photo_edits import add_photo_set, set_masks
+        from vomstudio.project.records import PhotoSet
 
         self.label, self.out = kind, out
         self.sound = out.with_name(f"{kind}-sound") / "a.vom"
@@ -405,8 +405,8 @@ class Work:
 
     @staticmethod
     def _edit(project: Any, number: int) -> None:
-        from vomstudio.document import edits
-        from vomstudio.document.records import Feature
+        from vomstudio.project import edits
+        from vomstudio.project.records import Feature
 
         session = project.session
         feature = next(f for f in session.of(Feature))
@@ -414,8 +414,8 @@ class Work:
 
     def trial(self, at: int, number: int, *, goes_on: bool, over: bool) -> str:
         """over : as in a window, where steps wait in memory"""
-        from vomstudio.errors import VomError
-        from vomstudio.io.project.folder import Project
+        from vomstudio.core.errors import VomError
+        from vomstudio.project.folder import Project
 
         shutil.rmtree(self.out, ignore_errors=True)
         self.out.mkdir(parents=True)
@@ -463,7 +463,7 @@ class Work:
         kept: Any, waits: bool, last: Any, met: bool, target: Path, number: int,
         goes_on: bool, told: bool,
     ) -> str:  # fmt: skip
-        from vomstudio.io.project.verify import verify
+        from vomstudio.project.verify import verify
 
         if not known:
             return "MEMORY DIFFERS FROM WHAT WAS SAID"

@@ -30,34 +30,28 @@ from typing import Any
 
 from tests.fuzz.stopping import until_stopped
 from tests.samples import GRID, ONE_OF_EACH, bed
-from vomstudio.document import edits, grid_edits
-from vomstudio.document.edit import Edit
-from vomstudio.document.journal import Replay, replay
-from vomstudio.document.kinds.contact import Contact
-from vomstudio.document.kinds.known_line import KnownLine
-from vomstudio.document.kinds.lithology import Lithology
-from vomstudio.document.kinds.station import Station
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.photo_edits import (
+from vomstudio.geometry.frames import Frame
+from vomstudio.geometry.matrices import IDENTITY
+from vomstudio.geometry.registrations import Registration
+from vomstudio.project import edits, grid_edits
+from vomstudio.project.assets import keep_asset
+from vomstudio.project.edit import Edit
+from vomstudio.project.folder import Project
+from vomstudio.project.journal.replay import Replay, replay
+from vomstudio.project.kinds.contact import Contact
+from vomstudio.project.kinds.known_line import KnownLine
+from vomstudio.project.kinds.lithology import Lithology
+from vomstudio.project.kinds.station import Station
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.photo_edits import (
     PointState,
     add_photo_set,
     add_reconstruction,
     set_masks,
     set_points,
 )
-from vomstudio.document.records import (
-    IDENTITY,
-    FaceGrid,
-    Feature,
-    Frame,
-    Model,
-    PhotoSet,
-    Reconstruction,
-    Registration,
-)
-from vomstudio.io.project.assets import keep_asset
-from vomstudio.io.project.folder import Project
-from vomstudio.io.project.verify import verify
+from vomstudio.project.records import FaceGrid, Feature, Model, PhotoSet, Reconstruction
+from vomstudio.project.verify import verify
 
 MODEL = Model("m1", "cliff", "/nowhere/cliff.obj", "mesh", "0" * 64, Frame("local"))
 _LONGEST_S = 0.25
@@ -305,7 +299,7 @@ def shown(records: Any, draft: Any, dirty: bool) -> str:
 # --- what is found ----------------------------------------------------------------------------
 def judge(told: list[list[str]]) -> str:
     """One word in small letters, or what is lost. told : kind, folder, row and state of steps"""
-    from vomstudio.io.project.journal import SqliteJournal
+    from vomstudio.project.journal.database import SqliteJournal
 
     kind, folder, last, state = told[-1]
     # A kill between the rename and the opening leaves both, whole.

@@ -97,7 +97,7 @@ class Interpreter(Editor):
         from PySide6.QtCore import Qt
 
         from tests import driver
-        from vomstudio.tools.trace import TraceTool
+        from vomstudio.studio.tools.trace import TraceTool
 
         if not isinstance(self.studio.open_tool, TraceTool):
             self.key(Qt.Key.Key_T)
@@ -122,7 +122,7 @@ class Interpreter(Editor):
         from PySide6.QtCore import Qt
 
         from tests import driver
-        from vomstudio.tools.trace import TraceTool
+        from vomstudio.studio.tools.trace import TraceTool
         from vomstudio.ui.interpret.tool_panels.trace import TracePanel
 
         self.studio.cancel_tool()
@@ -153,7 +153,7 @@ class Interpreter(Editor):
             self.key(Qt.Key.Key_Delete)
 
     def put_in_set(self) -> None:
-        from vomstudio.document import edits
+        from vomstudio.project import edits
 
         if self._selected():
             (id_,) = self.studio.selection.ids
@@ -291,7 +291,7 @@ def one_kill(words: list[str], delay_s: float, user: Path) -> tuple[list[list[st
 def campaign(kills: int, seed: int) -> tuple[Counter[str], Counter[str], list[str]]:
     """How kills ended, which steps were told, and what was lost."""
     from tests.journeys.conftest import bare_outcrop
-    from vomstudio.paths import resource
+    from vomstudio.core.paths import resource
 
     chance = random.Random(f"kills in a window {seed}")
     ends, steps = Counter[str](), Counter[str]()

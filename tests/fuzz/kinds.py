@@ -52,7 +52,7 @@ def _photo(path: Path) -> object:
 
 
 def _texture(path: Path) -> object:
-    from vomstudio.errors import InputError
+    from vomstudio.core.errors import InputError
     from vomstudio.rendering.prepare.textures import TextureProblem, load_texture, overview
 
     try:
@@ -69,8 +69,8 @@ def _mask(path: Path) -> object:
 
 
 def _xmp(path: Path) -> object:
-    from vomstudio.errors import InputError
-    from vomstudio.files.regular import read_whole
+    from vomstudio.core.errors import InputError
+    from vomstudio.core.files.regular import read_whole
     from vomstudio.io.photos.xmp import read_drone_tags
 
     try:
@@ -118,19 +118,19 @@ def _settings(path: Path) -> object:
 
 
 def _journal(path: Path) -> object:
-    from vomstudio.io.project.journal import read_replay
+    from vomstudio.project.journal.database import read_replay
 
     return read_replay(path.parent)
 
 
 def _drawing(path: Path) -> object:
-    from vomstudio.products.ortho.drawing_back import read_drawing, read_sidecar
+    from vomstudio.products.ortho.back_projection import read_drawing, read_sidecar
 
     return read_drawing(path, read_sidecar(path.with_suffix(".json")))
 
 
 def _run(path: Path) -> object:
-    from vomstudio.io.project.reconstructions import read_reconstruction
+    from vomstudio.project.reconstructions import read_reconstruction
 
     return read_reconstruction(path.parent, "p", "run")
 
@@ -150,8 +150,9 @@ def _of_folder(module: str, name: str, loader: str = "") -> Callable[[Path], obj
 
 
 def _listed(path: Path) -> object:
-    from vomstudio.document.records import Frame, Model
-    from vomstudio.io.project.listed_import import read_listed
+    from vomstudio.geometry.frames import Frame
+    from vomstudio.project.imports.feature_lists import read_listed
+    from vomstudio.project.records import Model
 
     model = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("crs", "EPSG:32633"))
     return read_listed(path, model, {"m1": model}, "EPSG:32633")
@@ -170,7 +171,7 @@ def _depths(path: Path) -> object:
 
 
 def _comparison(path: Path) -> object:
-    from vomstudio.io.project.comparisons import kept_of
+    from vomstudio.project.comparisons import kept_of
 
     return kept_of(path.parents[1], "m1")
 
@@ -208,7 +209,7 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
         "images.txt",
     )},
     "t.csv": ("t.csv", _of(f"{_TEXT}oriented_planes", "read_planes")),
-    "field.csv": ("field.csv", _of("vomstudio.io.project.field_table", "read_field_table")),
+    "field.csv": ("field.csv", _of("vomstudio.project.imports.field_table", "read_field_table")),
     "slips.txt": ("slips.txt", _of(f"{_TEXT}slip_reading", "read_slips")),
     "log.csv": ("log.csv", _of("vomstudio.io.gate.point_tables", "read_boundaries")),
     "points.csv": ("points.csv", _of("vomstudio.io.gate.point_tables", "read_points")),

@@ -28,15 +28,16 @@ from typing import Any
 from tests.fuzz.stopping import until_stopped
 from tests.samples import GRID, HASH, ONE_OF_EACH
 from tests.specimens.figures import copy_of
-from vomstudio.document import edits, grid_edits
-from vomstudio.document.journal import Replay
-from vomstudio.document.records import Frame, Model
-from vomstudio.errors import VomError
-from vomstudio.io.project.export import export_project
-from vomstudio.io.project.folder import Project
-from vomstudio.io.project.journal import NAME, read_replay
-from vomstudio.io.project.journal_rows import COLUMNS, checksum
-from vomstudio.io.project.verify import verify
+from vomstudio.core.errors import VomError
+from vomstudio.geometry.frames import Frame
+from vomstudio.project import edits, grid_edits
+from vomstudio.project.exports.export import export_project
+from vomstudio.project.folder import Project
+from vomstudio.project.journal.database import NAME, read_replay
+from vomstudio.project.journal.replay import Replay
+from vomstudio.project.journal.rows import COLUMNS, checksum
+from vomstudio.project.records import Model
+from vomstudio.project.verify import verify
 
 LONGEST_S = 20.0
 ODD: list[Any] = [

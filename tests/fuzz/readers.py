@@ -93,7 +93,7 @@ def mutated(data: bytes, others: list[bytes], chance: random.Random) -> bytes:
 
 # --- reading ----------------------------------------------------------------------------------
 def _outcome(kind: str, folder: Path, given: Path | None = None) -> str:
-    from vomstudio.errors import VomError
+    from vomstudio.core.errors import VomError
 
     main, read = READERS[kind]
     names = {path.name for path in folder.rglob("*")} | {folder.name}

@@ -133,7 +133,7 @@ def swollen(kind: str, files: Files) -> Iterator[Swollen]:
 # --- reading ----------------------------------------------------------------------------------
 def child(kind: str, folder: Path) -> None:
     """Reads when it is told to; says what came of it."""
-    from vomstudio.errors import VomError
+    from vomstudio.core.errors import VomError
 
     main, read = READERS[kind]
     # What is imported, and compiled, is not the file's.

@@ -48,9 +48,9 @@ def test_a_name_that_is_a_number_is_named_and_left_aside(tmp_path_factory) -> No
     import json
     import sqlite3
 
-    from vomstudio.io.project.folder import Project
-    from vomstudio.io.project.journal import NAME
-    from vomstudio.io.project.journal_rows import COLUMNS, checksum
+    from vomstudio.project.folder import Project
+    from vomstudio.project.journal.database import NAME
+    from vomstudio.project.journal.rows import COLUMNS, checksum
 
     project = projects.specimen(tmp_path_factory.mktemp("a"))
     db = sqlite3.connect(project / NAME)

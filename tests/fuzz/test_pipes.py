@@ -14,7 +14,7 @@ import pytest
 
 from tests.fuzz.kinds import GO_ON, READERS, seeds
 from tests.fuzz.readers import LONGEST_S, lay
-from vomstudio.errors import InputError, VomError
+from vomstudio.core.errors import InputError, VomError
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="pipes have names on POSIX only")
 
@@ -76,7 +76,7 @@ def _exported(pipe: Path) -> object:
 
 def _taken_over(pipe: Path) -> object:
     """The mask of a photo that is kept in a project."""
-    from vomstudio.io.project.sidecar_import import read_beside
+    from vomstudio.project.imports.sidecar_import import read_beside
 
     found = read_beside(pipe.parent, None, None, {"p.jpg": pipe}, ["p.jpg"])
     raise InputError(found.problems[0])
@@ -84,9 +84,9 @@ def _taken_over(pipe: Path) -> object:
 
 def _aligned(pipe: Path) -> object:
     """A photo that has become one since it was found: it has no features and says why."""
-    from vomstudio.jobs.executors import Threads
+    from vomstudio.core.progress import Silent
     from vomstudio.photogrammetry.align.alignment import Options, find_features
-    from vomstudio.progress import Silent
+    from vomstudio.studio.jobs.executors import Threads
 
     photo = SimpleNamespace(path=pipe, mask=None, width=32, height=24, name="p.jpg")
     found, _ = find_features([photo], pipe.parent, Options(), Threads(1), Silent())
@@ -95,7 +95,7 @@ def _aligned(pipe: Path) -> object:
 
 
 def _set_aside(pipe: Path) -> object:
-    from vomstudio.files.backup import set_aside
+    from vomstudio.core.files.backup import set_aside
 
     return set_aside(pipe)
 
@@ -108,8 +108,8 @@ def _hashed(pipe: Path) -> object:
 
 def _held(pipe: Path) -> object:
     """A journal in whose place somebody has put a pipe."""
-    from vomstudio.io.project.journal_ground import holds
-    from vomstudio.io.project.journal_rows import Head
+    from vomstudio.project.journal.file_watch import holds
+    from vomstudio.project.journal.rows import Head
 
     assert not holds(pipe, Head(1, 1, ""))
     raise InputError("not held", file=pipe)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.messages import by_code, with_code
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.beds.bed_log import bed_log
 from vomstudio.geology.beds.lithologies import in_strabospot
 from vomstudio.geology.beds.log_options import LogOptions

@@ -9,7 +9,7 @@ import pytest
 
 from tests.extraction.planes_by_construction import angle_deg, normal_of
 from tests.messages import refused
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.geology.beds.curved import CurvedBed, curved_bed
 
 Array = np.ndarray

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.messages import refused
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.geology.beds.common_attitude import fit_common_bed
 from vomstudio.geology.faults.cutoffs import cut_offs
 from vomstudio.geology.orientation import Plane

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.messages import by_code, refused
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.geology.faults.displacement import (
     Errors,
     net_slip_of_cutoffs,

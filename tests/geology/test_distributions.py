@@ -16,7 +16,7 @@ from scipy.stats import f as f_distribution
 from tests.geology.samples import bingham_sample, fisher_sample
 from tests.messages import refused
 from tests.tiers import first_in_default_tier
-from vomstudio.errors import UsageError
+from vomstudio.core.errors import UsageError
 from vomstudio.geology.orientation import Line, lines_to_vectors, planes_to_poles
 from vomstudio.geology.populations import distributions
 from vomstudio.geology.populations.distributions import AxisConfidence, LineFigures, uniformity

@@ -10,7 +10,7 @@ import pytest
 from tests.extraction.planes_by_construction import axes_of, normal_of
 from tests.messages import refused
 from tests.tiers import first_in_default_tier
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.geology.beds.extended import (
     bands,
     belief_of_attitude,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.messages import by_code, refused
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.geology.fractures.facet_slopes import MODES, FacetFace, facet_slopes
 from vomstudio.geology.orientation import Plane, normals_to_planes
 from vomstudio.geology.slope_options import SlopeOptions

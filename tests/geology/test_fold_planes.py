@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import vomstudio as vs
-from vomstudio.errors import UsageError
+from vomstudio.core.errors import UsageError
 from vomstudio.geology.fold_options import FoldOptions
 from vomstudio.geology.fold_planes import FoldFilter, choose_planes
 from vomstudio.geology.folds import fold_axis

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from tests.messages import by_code
 from tests.tiers import first_in_default_tier
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.results import to_dict
-from vomstudio.errors import GeometryError
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import (

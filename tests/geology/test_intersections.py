@@ -10,7 +10,7 @@ import pytest
 
 from tests.messages import refused
 from tests.tiers import first_in_default_tier
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.geology.intersections import (
     UncertainPlane,
     intersection_line,

@@ -9,7 +9,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tests.messages import refused
-from vomstudio.errors import InputError
+from vomstudio.core.errors import InputError
 from vomstudio.geology.notation import (
     NOTATIONS,
     format_azimuth,

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.messages import by_code, refused
 from tests.tiers import first_in_default_tier
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.geology.beds.parallel import ParallelBeds, parallel_beds
 from vomstudio.geology.orientation import Plane
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.messages import refused
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.density import density

@@ -13,7 +13,7 @@ from scipy.stats import circmean, circvar
 
 from tests.messages import refused
 from tests.tiers import first_in_default_tier
-from vomstudio.errors import UsageError
+from vomstudio.core.errors import UsageError
 from vomstudio.geology.roses import angles_of, bins_of, histogram_of, rayleigh_p, rose_of
 
 azimuths = st.lists(st.floats(-720, 720), min_size=1, max_size=40)

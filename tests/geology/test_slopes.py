@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.geology.orientation import (
     Line,
     Plane,

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from tests.geology.samples import fisher_sample
 from tests.messages import refused
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import (
     Line,
     angle_between_lines,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from vomstudio.geometry.kernels import all_ready
+from vomstudio.geometry.kernels import compilation_state
 
 
 @pytest.fixture(autouse=True)
@@ -18,9 +18,9 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_what_was_noted_is_known() -> None:
-    assert not all_ready.noted()
-    all_ready.note()
-    assert all_ready.noted()
+    assert not compilation_state.noted()
+    compilation_state.note()
+    assert compilation_state.noted()
 
 
 def test_another_machine_and_another_program_are_not_meant(
@@ -30,18 +30,18 @@ def test_another_machine_and_another_program_are_not_meant(
     package.mkdir()
     source = package / "some_kernels.py"
     source.write_text("one = 1\n")
-    monkeypatch.setattr(all_ready, "_PACKAGE", package)
-    all_ready.note()
-    assert all_ready.noted()
+    monkeypatch.setattr(compilation_state, "_PACKAGE", package)
+    compilation_state.note()
+    assert compilation_state.noted()
     with monkeypatch.context() as elsewhere:
         elsewhere.setattr(platform, "node", lambda: "another")
-        assert not all_ready.noted()
-    assert all_ready.noted()
+        assert not compilation_state.noted()
+    assert compilation_state.noted()
     source.write_text("two = 22\n")
-    assert not all_ready.noted()
+    assert not compilation_state.noted()
 
 
 def test_a_folder_that_cannot_be_written_is_no_trouble(kept: Path) -> None:
     kept.write_text("no folder")
-    all_ready.note()
-    assert not all_ready.noted()
+    compilation_state.note()
+    assert not compilation_state.noted()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 
 LENSES = {

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.messages import refused
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.patches import (

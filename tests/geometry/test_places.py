@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from vomstudio.geometry.places import (
+from vomstudio.geometry.coordinate_limits import (
     FARTHEST_DIAMETERS,
     no_places,
     why_no_coordinate,

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vomstudio.errors import Cancelled
+from vomstudio.core.errors import Cancelled
+from vomstudio.core.progress import CancelToken, Silent
 from vomstudio.geometry.nearby.point_grid import PointGrid
-from vomstudio.progress import CancelToken, Silent
 
 CORNER = np.array([364_520.25, 4_721_864.5, -846.0])
 

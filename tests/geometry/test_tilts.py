@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from vomstudio.geometry.tilts import CHI2_TWO, direction_covariance, errors_95_deg
+from vomstudio.geometry.rotation_errors import CHI2_TWO, direction_covariance, errors_95_deg
 
 
 def test_the_limit_is_that_of_two_dimensions() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.geology.orientation import lines_to_vectors
 from vomstudio.geometry.view_frame import ViewFrame
 

@@ -11,7 +11,7 @@ import pytest
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.units import UNPLACED, WORLD, Axes
 from vomstudio.io.models.writing import write_model
-from vomstudio.tables.orientation_table import write_orientation_csv
+from vomstudio.project.tables.orientation_table import write_orientation_csv
 
 CLOUD = PointCloud(np.random.default_rng(0).normal(size=(50, 3)))
 ENDINGS = (".ply", ".obj", ".dxf", ".glb")

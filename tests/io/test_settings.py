@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.messages import refused
-from vomstudio.errors import TargetError
+from vomstudio.core.errors import TargetError
 from vomstudio.io.settings import Settings, read_settings, write_settings
 
 

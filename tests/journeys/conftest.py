@@ -14,7 +14,7 @@ from tests import driver
 from tests.conftest import use_home
 from tests.guards import has_failed
 from tests.shared_window import SharedWindow
-from vomstudio.paths import resource
+from vomstudio.core.paths import resource
 from vomstudio.ui.shell.main_window import MainWindow
 
 

@@ -30,9 +30,9 @@ from PySide6.QtWidgets import (
 
 from tests import driver
 from tests.journeys.conftest import bare_outcrop, read_picks
-from vomstudio.document import edits
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Model
+from vomstudio.project import edits
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.records import Model
 
 _BOOK = """station,kind,dip direction,dip,x,y,z
 F1,Bedding,270,45,500010,5100010,1
@@ -193,8 +193,8 @@ class Walk:
     def _surface(self, model: Model) -> None:
         from dataclasses import replace
 
-        from vomstudio.document.kinds.patch import Patch
-        from vomstudio.tools.brush_stroke import record_figures
+        from vomstudio.project.kinds.patch import Patch
+        from vomstudio.studio.tools.brush_stroke import record_figures
 
         opened, zero = self.window.studio.models[model.id], (0.0, 0.0, 0.0)
         ids = np.arange(len(opened.data.faces) // 2)

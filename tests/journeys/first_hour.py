@@ -26,8 +26,8 @@ from PySide6.QtWidgets import QAbstractItemView, QApplication, QComboBox, QLineE
 from tests import driver
 from tests.driver import CTRL, click, drag, key, look_at, move, pick, pixel, wait
 from tests.journeys.conftest import bare_outcrop, read_picks
-from vomstudio.document.kinds.lineation import Lineation
-from vomstudio.document.kinds.patch import Patch
+from vomstudio.project.kinds.lineation import Lineation
+from vomstudio.project.kinds.patch import Patch
 from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
 from vomstudio.ui.interpret.tool_panels.line import LinePanel
 from vomstudio.ui.interpret.tool_panels.patch import PatchPanel

@@ -19,31 +19,24 @@ from typing import Any
 import numpy as np
 
 from tests.samples import ZIGZAG
-from vomstudio.document import edits
-from vomstudio.document.kinds.dimension import Dimension
-from vomstudio.document.kinds.lineation import Lineation
-from vomstudio.document.kinds.patch import Patch
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.photo_edits import add_photo_set, add_reconstruction
-from vomstudio.document.records import (
-    IDENTITY,
-    Frame,
-    ImageMark,
-    MarkedPoint,
-    Mask,
-    Model,
-    PhotoSet,
-    Reconstruction,
-    Registration,
-)
+from vomstudio.geometry.frames import Frame
+from vomstudio.geometry.matrices import IDENTITY
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.registrations import Registration
 from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.io.control.points import ControlPoint
-from vomstudio.io.project.assets import asset_path, keep_asset
-from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
-from vomstudio.tools.line import LineTool
-from vomstudio.tools.measure import MeasureTool
-from vomstudio.tools.trace import TraceTool
+from vomstudio.project import edits
+from vomstudio.project.assets import asset_path, keep_asset
+from vomstudio.project.kinds.dimension import Dimension
+from vomstudio.project.kinds.lineation import Lineation
+from vomstudio.project.kinds.patch import Patch
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.photo_edits import add_photo_set, add_reconstruction
+from vomstudio.project.records import ImageMark, MarkedPoint, Mask, Model, PhotoSet, Reconstruction
+from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
+from vomstudio.studio.tools.line import LineTool
+from vomstudio.studio.tools.measure import MeasureTool
+from vomstudio.studio.tools.trace import TraceTool
 
 Event = tuple[str, Callable[[], object]]
 
@@ -321,7 +314,7 @@ def main() -> None:
     parser.add_argument("--models", type=Path)
     parser.add_argument("--step", action="store_true")
     args = parser.parse_args()
-    from vomstudio.paths import resource
+    from vomstudio.core.paths import resource
 
     outcrop = resource("outcrop", "outcrop.obj")
     if args.mode == "studio":

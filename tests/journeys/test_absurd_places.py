@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit
 from tests import driver
 from tests.driver import key
 from tests.messages import shown_codes
-from vomstudio.tools.trace import TraceTool
+from vomstudio.studio.tools.trace import TraceTool
 from vomstudio.ui.interpret.tool_panels.trace import TracePanel
 
 pytestmark = pytest.mark.full

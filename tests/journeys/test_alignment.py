@@ -18,8 +18,9 @@ from tests.messages import figures, shown_codes
 from tests.photogrammetry import made_reconstruction
 from tests.photogrammetry.made_reconstruction import NAMES
 from vomstudio.core.findings import Finding
-from vomstudio.document import edits
-from vomstudio.document.records import Frame, Model
+from vomstudio.geometry.frames import Frame
+from vomstudio.project import edits
+from vomstudio.project.records import Model
 from vomstudio.ui.alignment.alignment_dialog import AlignmentDialog
 from vomstudio.ui.common.command_targets import current_model
 

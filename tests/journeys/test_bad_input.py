@@ -16,9 +16,9 @@ from tests import driver
 from tests.driver import click, drag, key, look_at, pixel, wait
 from tests.journeys.conftest import bare_outcrop
 from tests.journeys.recorded import on_screen
-from vomstudio.paths import resource
-from vomstudio.tools.patch import PatchTool
-from vomstudio.tools.trace import TraceTool
+from vomstudio.core.paths import resource
+from vomstudio.studio.tools.patch import PatchTool
+from vomstudio.studio.tools.trace import TraceTool
 
 pytestmark = pytest.mark.full
 

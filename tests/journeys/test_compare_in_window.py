@@ -11,11 +11,11 @@ import pytest
 from tests import driver
 from tests.messages import shown_codes
 from vomstudio.core.identifiers import new_id
-from vomstudio.document import edits
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Model
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.writing import write_model
+from vomstudio.project import edits
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.records import Model
 from vomstudio.ui.registration.compare_panel import FIELD, ComparePanel
 
 UP = 0.02

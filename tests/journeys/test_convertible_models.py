@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QAbstractButton
 
 from tests.driver import wait
 from tests.frames import ZONE, bed_grid, convert, write_cloud
-from vomstudio.document.records import Model
+from vomstudio.project.records import Model
 
 pytestmark = pytest.mark.full
 

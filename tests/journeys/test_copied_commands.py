@@ -19,11 +19,11 @@ from tests import driver
 from tests.driver import LEFT, NONE, wait
 from vomstudio.cli.common.entry import main
 from vomstudio.core.findings import Finding
-from vomstudio.document import edits
-from vomstudio.document.kinds.reading import Reading
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import FeatureType, Model
 from vomstudio.products.net.figure_style import FigureStyle
+from vomstudio.project import edits
+from vomstudio.project.kinds.reading import Reading
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.records import FeatureType, Model
 from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
 from vomstudio.ui.analyse.sets_panel import SetsPanel
 from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
@@ -265,7 +265,7 @@ def _moved(outcrop, folder):
 
 @pytest.mark.full
 def test_a_registration_by_points(window, model_id, told, picks) -> None:
-    from vomstudio.document.kinds.control_point import ControlPoint
+    from vomstudio.project.kinds.control_point import ControlPoint
     from vomstudio.ui.interpret.tool_panels.control import ControlPanel
 
     studio = window.studio

@@ -11,8 +11,8 @@ from tests import driver
 from tests.driver import wait
 from tests.journeys.test_in_photos import TRUE, sample  # noqa: F401
 from tests.messages import figures
-from vomstudio.document.records import Model
 from vomstudio.io.photos.cameras_file import write_cameras
+from vomstudio.project.records import Model
 
 pytestmark = pytest.mark.full
 

@@ -15,10 +15,10 @@ from PySide6.QtWidgets import QApplication
 from tests import driver
 from tests.driver import LEFT, NONE, wait
 from vomstudio.cli.common.entry import main
-from vomstudio.document import edits
-from vomstudio.document.domains import domain_names
-from vomstudio.document.kinds.trace import Trace
 from vomstudio.geology.orientation import planes_to_normals
+from vomstudio.project import edits
+from vomstudio.project.domains import domain_names
+from vomstudio.project.kinds.trace import Trace
 from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
 from vomstudio.ui.sections.section_panel import SectionPanel
 

@@ -19,9 +19,9 @@ from PySide6.QtWidgets import (
 
 from tests import driver
 from tests.driver import click, key, look_at, wait
-from vomstudio.document import edits
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.tools.registry import TOOLS
+from vomstudio.project import edits
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.ui.shell.work_panels import work_panels
 
 

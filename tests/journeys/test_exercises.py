@@ -171,7 +171,7 @@ def test_2_photos_of_a_drone_with_their_positions(run: Run, tmp_path: Path) -> N
 
 # --- 3: a film with which nothing can be done ----------------------------------------------------
 def test_3_a_film_is_given_up_in_words(run: Run, tmp_path: Path) -> None:
-    from tests.survey.test_video import film
+    from tests.photogrammetry.survey.test_video import film
 
     still_and_shaken = film(tmp_path / "walk.avi", np.arange(140) * 10.0, [0.0] * 40 + [7.0] * 100)
     told = run("frames", still_and_shaken, "-o", tmp_path / "frames")

@@ -14,10 +14,10 @@ from PySide6.QtWidgets import QLabel
 from tests import driver
 from tests.extraction.test_facets_with_levels import at_two_levels
 from tests.messages import by_code, figures, shown_codes
-from vomstudio.document.kinds.patch import Patch
+from vomstudio.core.paths import resource
 from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.geometry.patches import has_id
-from vomstudio.paths import resource
+from vomstudio.project.kinds.patch import Patch
 from vomstudio.ui.common import theme
 from vomstudio.ui.surface.facet_words import share_text
 from vomstudio.ui.surface.facets_panel import FacetsPanel

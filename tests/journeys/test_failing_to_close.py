@@ -14,8 +14,8 @@ from PySide6.QtWidgets import QApplication, QMessageBox
 
 from tests import driver
 from tests.driver import CTRL, LEFT, wait
-from vomstudio.failures.error_collector import ERRORS
-from vomstudio.io.project.folder import is_free, untitled_projects
+from vomstudio.core.failures.error_collector import ERRORS
+from vomstudio.project.folder import is_free, untitled_projects
 from vomstudio.ui.survey.planner_dialog import PlannerDialog
 
 pytestmark = [pytest.mark.expects_log, pytest.mark.full]

@@ -14,11 +14,11 @@ from PySide6.QtCore import QEventLoop, QObject, QTimer, Signal, qWarning
 from PySide6.QtWidgets import QApplication, QFileDialog, QPushButton, QWidget
 
 from tests import driver
-from tests.jobs import odd_jobs
 from tests.messages import shown_codes
-from vomstudio.failures import crashes, exception_hooks, log
+from tests.studio.jobs import odd_jobs
+from vomstudio.core.failures import crashes, exception_hooks, log
 from vomstudio.io.settings import read_settings
-from vomstudio.jobs.job import Job, Nothing
+from vomstudio.studio.jobs.job import Job, Nothing
 from vomstudio.ui.common import qt_messages
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.shell.failure_notices import FailureNotices, compose_report
@@ -197,9 +197,9 @@ def odd_workers(monkeypatch):
     real = subprocess.Popen
 
     def start(words, **more):
-        return real([sys.executable, "-m", "tests.jobs.odd_jobs"], **{**more, "cwd": ROOT})
+        return real([sys.executable, "-m", "tests.studio.jobs.odd_jobs"], **{**more, "cwd": ROOT})
 
-    monkeypatch.setattr("vomstudio.jobs.supervisor.subprocess.Popen", start)
+    monkeypatch.setattr("vomstudio.studio.jobs.supervisor.subprocess.Popen", start)
 
 
 @pytest.mark.parametrize(
@@ -289,7 +289,7 @@ def test_a_report_that_cannot_be_written_is_said(window, monkeypatch):
 
 def test_a_crash_of_the_last_run_is_said_at_the_next_start(hooked, qtbot):
     words = (
-        "import os; from vomstudio.failures import exception_hooks; "
+        "import os; from vomstudio.core.failures import exception_hooks; "
         "exception_hooks.install('window'); os.abort()"
     )
     subprocess.run([sys.executable, "-c", words], check=False, capture_output=True)
@@ -344,7 +344,7 @@ def test_the_hooks_are_taken_back(own_folders):
 
 def test_a_crash_is_said_beside_the_work_that_it_left_open(hooked, qtbot):
     words = (
-        "import os; from vomstudio.failures import exception_hooks; "
+        "import os; from vomstudio.core.failures import exception_hooks; "
         "exception_hooks.install('window'); os.abort()"
     )
     subprocess.run([sys.executable, "-c", words], check=False, capture_output=True)

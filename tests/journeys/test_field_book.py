@@ -12,9 +12,9 @@ from PySide6.QtWidgets import QApplication, QDialogButtonBox, QFileDialog
 
 from tests import driver
 from tests.driver import wait
-from vomstudio.document import edits
-from vomstudio.document.kinds.reading import Reading
-from vomstudio.document.kinds.trace import Trace
+from vomstudio.project import edits
+from vomstudio.project.kinds.reading import Reading
+from vomstudio.project.kinds.trace import Trace
 from vomstudio.ui.analyse.readings_dialog import ReadingsDialog
 
 pytestmark = pytest.mark.full

@@ -12,13 +12,14 @@ from PySide6.QtTest import QTest
 
 from tests import driver
 from tests.messages import shown_codes
-from vomstudio.document import edits
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Frame, Model
 from vomstudio.extraction.surface_fields import surface_fields
-from vomstudio.geometry.moving import moved
+from vomstudio.geometry.frames import Frame
+from vomstudio.geometry.model_transform import moved
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.writing import write_model
+from vomstudio.project import edits
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.records import Model
 from vomstudio.rendering.view.scalars import map_table
 from vomstudio.ui.surface.fields_panel import FieldsPanel
 

@@ -12,8 +12,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QComboBox, QFileDialog, QLineEdit, QMessageBox
 
 from tests import driver
-from vomstudio.document import edits
-from vomstudio.document.kinds.trace import Trace
+from vomstudio.project import edits
+from vomstudio.project.kinds.trace import Trace
 
 pytestmark = pytest.mark.full
 

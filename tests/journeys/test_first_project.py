@@ -17,8 +17,8 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QMessageBox
 
 from tests import driver
 from tests.driver import click, drag, focus, key, look_at, pick, pixel, traces, wait
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.tools.trace import TraceTool
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.studio.tools.trace import TraceTool
 
 pytestmark = pytest.mark.full
 

@@ -18,11 +18,12 @@ from scipy.spatial.transform import Rotation
 from tests import driver
 from tests.messages import shown_codes, shown_values
 from vomstudio.cli.common.entry import main
-from vomstudio.document import edits
-from vomstudio.document.records import Model, Registration
 from vomstudio.geometry import transform
+from vomstudio.geometry.registrations import Registration
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.writing import write_model
+from vomstudio.project import edits
+from vomstudio.project.records import Model
 from vomstudio.ui.registration.fit_dialog import FitDialog
 from vomstudio.ui.registration.picking_view import PickingView
 

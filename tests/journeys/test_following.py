@@ -8,7 +8,7 @@ from PySide6.QtCore import QPoint, Qt
 
 from tests import driver
 from tests.driver import click, drag, key, look_at, move, pixel, wait
-from vomstudio.tools.trace import TraceTool
+from vomstudio.studio.tools.trace import TraceTool
 from vomstudio.ui.interpret.tool_panels.trace import TracePanel
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier

@@ -11,8 +11,8 @@ from tests import driver
 from tests.driver import click, drag, key, move, wait
 from tests.journeys.test_in_photos import points_of, sample, shown, spot, traced  # noqa: F401
 from tests.messages import shown_codes
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.tools.trace import TraceTool
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.studio.tools.trace import TraceTool
 from vomstudio.ui.interpret.tool_panels.trace import TracePanel
 
 pytestmark = pytest.mark.full

@@ -16,10 +16,10 @@ from tests import driver
 from tests.driver import LEFT, NONE, wait
 from tests.messages import figures, shown_codes, shown_values
 from vomstudio.cli.common.entry import main
-from vomstudio.document import edits, grid_edits
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import FaceGrid
 from vomstudio.geology.orientation import Plane
+from vomstudio.project import edits, grid_edits
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.records import FaceGrid
 from vomstudio.ui.sections.displacement_panel import DisplacementPanel
 from vomstudio.ui.sections.fractures_panel import FracturesPanel
 

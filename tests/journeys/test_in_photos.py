@@ -14,14 +14,14 @@ from PySide6.QtWidgets import QApplication
 from tests import driver
 from tests.driver import click, drag, key, look_at, move, wait
 from tests.messages import shown_codes
-from vomstudio.document import edits
-from vomstudio.document.kinds.patch import Patch
-from vomstudio.document.kinds.trace import Trace
+from vomstudio.core.paths import resource
 from vomstudio.geometry.patches import ids_of
 from vomstudio.io.photos.cameras_file import write_cameras
-from vomstudio.io.project.sample import read_picks, read_true_cameras
-from vomstudio.paths import resource
-from vomstudio.tools.trace import TraceTool
+from vomstudio.project import edits
+from vomstudio.project.kinds.patch import Patch
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.sample import read_picks, read_true_cameras
+from vomstudio.studio.tools.trace import TraceTool
 
 TRUE = read_true_cameras()
 

@@ -17,9 +17,9 @@ from PySide6.QtWidgets import (
 
 from tests import driver
 from tests.driver import click, key, look_at, wait
-from vomstudio.document.kinds.control_point import ControlPoint
-from vomstudio.tools.line import LineTool
-from vomstudio.tools.trace import TraceTool
+from vomstudio.project.kinds.control_point import ControlPoint
+from vomstudio.studio.tools.line import LineTool
+from vomstudio.studio.tools.trace import TraceTool
 from vomstudio.ui.common.vertex_table import VertexTable
 from vomstudio.ui.interpret.tool_panels.control import ControlPanel
 from vomstudio.ui.interpret.tool_panels.line import LinePanel

@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from tests.journeys.recorded import LAST, make_studio, on_screen
-from vomstudio.io.project.folder import untitled_projects
+from vomstudio.project.folder import untitled_projects
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -13,9 +13,9 @@ from PySide6.QtWidgets import QApplication
 
 from tests import driver
 from vomstudio.core.options import given_options
-from vomstudio.document.kinds.known_line import KnownLine
-from vomstudio.document.records import Model
 from vomstudio.geometry.transform import apply
+from vomstudio.project.kinds.known_line import KnownLine
+from vomstudio.project.records import Model
 from vomstudio.registration.register_options import RegisterOptions
 from vomstudio.ui.interpret.tool_panels.control import ControlPanel
 

@@ -19,13 +19,13 @@ from tests import driver
 from tests.journeys.test_known_lines import SCALE, TURN, tilted, to_file
 from vomstudio.cli.common.arguments import Parser
 from vomstudio.cli.common.declared_options import add_options, options_from
-from vomstudio.document import edits
-from vomstudio.document.compass_edits import compass_of
-from vomstudio.document.kinds.known_line import KnownLine
-from vomstudio.document.kinds.reading import Reading
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Model
 from vomstudio.geometry.transform import apply
+from vomstudio.project import edits
+from vomstudio.project.compass_edits import compass_of
+from vomstudio.project.kinds.known_line import KnownLine
+from vomstudio.project.kinds.reading import Reading
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.records import Model
 from vomstudio.registration.register_options import RegisterOptions
 from vomstudio.ui.interpret.tool_panels.compass_dialog import CompassDialog
 from vomstudio.ui.interpret.tool_panels.control import ControlPanel
@@ -205,7 +205,7 @@ def test_planes_that_were_read_place_a_model(window, tilted, picks, truth, monke
 
 def commanded(words: list[str]) -> np.ndarray:
     """(3, 3) the rotation that the command's options give."""
-    from vomstudio.workspace.placing.register_order import register_model
+    from vomstudio.studio.placing.register_order import register_model
 
     parser = Parser()
     add_options(parser, RegisterOptions)

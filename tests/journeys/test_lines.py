@@ -8,15 +8,15 @@ from PySide6.QtCore import QPoint, Qt
 
 from tests import driver
 from tests.driver import click, drag, key, look_at, move, pixel, wait
-from vomstudio.document import edits
-from vomstudio.document.kinds.dimension import Dimension
-from vomstudio.document.kinds.intersection import Intersection
-from vomstudio.document.kinds.lineation import Lineation
-from vomstudio.document.kinds.trace import Trace
 from vomstudio.geology.orientation import lines_to_vectors
 from vomstudio.geometry import transform
+from vomstudio.project import edits
+from vomstudio.project.kinds.dimension import Dimension
+from vomstudio.project.kinds.intersection import Intersection
+from vomstudio.project.kinds.lineation import Lineation
+from vomstudio.project.kinds.trace import Trace
 from vomstudio.rendering.view.first_view import first_view
-from vomstudio.tools.line import LineTool
+from vomstudio.studio.tools.line import LineTool
 from vomstudio.ui.interpret.tool_panels.line import LinePanel
 from vomstudio.ui.interpret.tool_panels.measure import MeasurePanel
 

@@ -13,14 +13,14 @@ from tests import driver
 from tests.driver import LEFT, NONE, wait
 from tests.messages import figures, shown_codes
 from vomstudio.cli.common.entry import main
-from vomstudio.document import grid_edits
-from vomstudio.document.grid_edits import marks_of
-from vomstudio.document.records import FaceGrid, Model
-from vomstudio.geology.looked_at.cells import exposed_faces
-from vomstudio.tools.cells import CellsTool
+from vomstudio.geology.coverage.cells import exposed_faces
+from vomstudio.project import grid_edits
+from vomstudio.project.grid_edits import marks_of
+from vomstudio.project.records import FaceGrid, Model
+from vomstudio.studio.surfaces.face_grids import world_grid
+from vomstudio.studio.tools.cells import CellsTool
 from vomstudio.ui.interpret.tool_panels.cells import CellsPanel
 from vomstudio.ui.sections.looked_at_panel import LookedAtPanel
-from vomstudio.workspace.surfaces.face_grids import world_grid
 
 
 def press(button) -> None:

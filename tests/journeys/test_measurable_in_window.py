@@ -10,11 +10,11 @@ from PySide6.QtTest import QTest
 
 from tests import driver
 from tests.journeys.test_fields_in_window import choose, panel_of, shown, values
-from vomstudio.document import edits
-from vomstudio.document.kinds.trace import Trace
 from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.geology.orientation import Plane
 from vomstudio.products.surface.measurable_map import measurable_map, share_findings
+from vomstudio.project import edits
+from vomstudio.project.kinds.trace import Trace
 from vomstudio.ui.surface.fields_panel import FieldsPanel
 from vomstudio.ui.surface.measurable_plane import OF_SET
 

@@ -21,15 +21,16 @@ from tests.journeys.recorded import on_screen
 from tests.messages import refused, shown_codes, shown_values
 from tests.samples import ZIGZAG
 from tests.small_disk import fill, small_disk
+from vomstudio.core.files.lock import ProjectLock
 from vomstudio.core.identifiers import new_id
-from vomstudio.document import edits
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import FeatureType, Frame, Model
-from vomstudio.files.lock import ProjectLock
+from vomstudio.geometry.frames import Frame
 from vomstudio.io.models.opening import file_hash, read_model
-from vomstudio.io.project.folder import Project
-from vomstudio.io.project.journal import read_replay
-from vomstudio.tools.trace import TraceTool
+from vomstudio.project import edits
+from vomstudio.project.folder import Project
+from vomstudio.project.journal.database import read_replay
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.records import FeatureType, Model
+from vomstudio.studio.tools.trace import TraceTool
 
 
 def bed_on_model(window, shift: float = 0.0, name: str = "") -> Trace:

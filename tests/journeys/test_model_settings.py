@@ -16,7 +16,7 @@ from tests import driver
 from tests.journeys.test_photos import looked_at
 from tests.messages import figures, shown_codes, shown_values
 from vomstudio.core.findings import Finding
-from vomstudio.paths import resource
+from vomstudio.core.paths import resource
 from vomstudio.ui.survey.reconstruct_dialog import ReconstructDialog
 
 pytestmark = pytest.mark.full

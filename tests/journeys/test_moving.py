@@ -12,8 +12,8 @@ from PySide6.QtWidgets import QApplication
 from tests import driver
 from tests.driver import click, drag, key, look_at, pick, pixel, traces, wait
 from tests.journeys.recorded import on_screen
-from vomstudio.paths import resource
-from vomstudio.tools.trace import TraceTool
+from vomstudio.core.paths import resource
+from vomstudio.studio.tools.trace import TraceTool
 
 pytestmark = pytest.mark.full
 

@@ -8,12 +8,12 @@ from PySide6.QtCore import QPoint, Qt
 
 from tests import driver
 from tests.driver import click, drag, key, look_at, wait
-from vomstudio.document.kinds.contact import Contact
-from vomstudio.document.kinds.lithology import Lithology
-from vomstudio.document.kinds.station import Station
-from vomstudio.tools import lithology
-from vomstudio.tools.contact import ContactTool
-from vomstudio.tools.lithology import LithologyTool
+from vomstudio.project.kinds.contact import Contact
+from vomstudio.project.kinds.lithology import Lithology
+from vomstudio.project.kinds.station import Station
+from vomstudio.studio.tools import lithology
+from vomstudio.studio.tools.contact import ContactTool
+from vomstudio.studio.tools.lithology import LithologyTool
 from vomstudio.ui.interpret.table_model import COLUMNS
 from vomstudio.ui.interpret.tool_panels.contact import ContactPanel
 from vomstudio.ui.interpret.tool_panels.lithology import LithologyPanel
@@ -219,7 +219,7 @@ def test_a_rock_area_is_measured_on_the_surface(opened):
 
 
 def test_what_was_exported_is_imported_from_the_menu_as_one_step(opened, tmp_path):
-    from vomstudio.io.project.export import export_records
+    from vomstudio.project.exports.export import export_records
     from vomstudio.ui.interpret.listed_import import ListedImport
 
     window, studio = opened, opened.studio

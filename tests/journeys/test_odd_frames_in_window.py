@@ -23,11 +23,11 @@ from tests.cli.test_parity_of_frames import (
     write_points,
 )
 from tests.messages import shown_codes
+from vomstudio.studio.notices import Notice
 from vomstudio.ui.analyse.net.commands import import_readings
 from vomstudio.ui.analyse.readings_dialog import ReadingsDialog
 from vomstudio.ui.interpret.tool_panels.control import ControlPanel
 from vomstudio.ui.sections.three_points_panel import ThreePointsPanel
-from vomstudio.workspace.notices import Notice
 
 pytestmark = pytest.mark.full
 

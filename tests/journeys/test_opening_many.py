@@ -6,7 +6,7 @@ import pytest
 
 from tests.driver import wait
 from tests.ui.conftest import add_bed, add_cliff, save_beds
-from vomstudio.document import edits
+from vomstudio.project import edits
 from vomstudio.ui.scene import scene_presenter
 
 pytestmark = pytest.mark.full

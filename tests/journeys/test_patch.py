@@ -10,9 +10,9 @@ from PySide6.QtWidgets import QApplication
 
 from tests import driver
 from tests.driver import CTRL, click, drag, key, look_at, move, open_outcrop, pixel, wait
-from vomstudio.document.kinds.patch import Patch
 from vomstudio.geometry.patches import ids_of
-from vomstudio.tools.patch import PatchTool
+from vomstudio.project.kinds.patch import Patch
+from vomstudio.studio.tools.patch import PatchTool
 from vomstudio.ui.interpret.tool_panels.patch import PatchPanel
 
 RIGHT, MIDDLE = Qt.MouseButton.RightButton, Qt.MouseButton.MiddleButton

@@ -17,10 +17,10 @@ from tests import driver
 from tests.driver import CTRL, LEFT, click, key, pick, wait
 from tests.messages import shown_codes
 from vomstudio.core.identifiers import new_id
-from vomstudio.document.photo_edits import add_photo_set
-from vomstudio.document.records import PhotoSet
+from vomstudio.core.paths import resource
 from vomstudio.io.photos.drawn_masks import mask_place
-from vomstudio.paths import resource
+from vomstudio.project.photo_edits import add_photo_set
+from vomstudio.project.records import PhotoSet
 from vomstudio.ui.interpret.tree_photos import PHOTO
 from vomstudio.ui.interpret.tree_view import ID, NAME, ORIENTATION
 

@@ -15,13 +15,13 @@ from tests import driver
 from tests.driver import click, drag, move, wait
 from tests.messages import figures, shown_codes, shown_values
 from vomstudio.core.findings import Finding
+from vomstudio.core.paths import resource
 from vomstudio.geometry.pixel_areas import stroke_area
 from vomstudio.io.control.control_files import read_control, read_marks
 from vomstudio.io.photos.cameras_file import Cameras, write_cameras
 from vomstudio.io.photos.reading import read_photos
-from vomstudio.io.project.sample import read_true_cameras
-from vomstudio.jobs.reconstruction_tasks import ReconstructionOrder
-from vomstudio.paths import resource
+from vomstudio.project.sample import read_true_cameras
+from vomstudio.studio.jobs.reconstruction_tasks import ReconstructionOrder
 
 TRUE = read_true_cameras()
 NAMES = ("HL_2041.jpg", "HL_2042.jpg", "HL_2043.jpg", "HL_2044.jpg")
@@ -176,7 +176,7 @@ def test_a_mask_of_the_user_is_shown_and_put_aside_before_it_is_changed(looked_a
 def test_what_cannot_be_written_beside_the_photos_is_kept_in_the_project(
     looked_at, photos, monkeypatch
 ):
-    from vomstudio.errors import TargetError
+    from vomstudio.core.errors import TargetError
     from vomstudio.ui.photos import photo_exports
 
     keep = photo_exports.keep_mask
@@ -206,8 +206,8 @@ def test_what_cannot_be_written_beside_the_photos_is_kept_in_the_project(
 
 @pytest.mark.full
 def test_a_mask_that_cannot_be_written_waits_in_memory_with_its_step(looked_at, monkeypatch):
-    from vomstudio.errors import TargetError
-    from vomstudio.io.project import assets
+    from vomstudio.core.errors import TargetError
+    from vomstudio.project import assets
 
     def refused(path, data, *, force=False):
         raise TargetError(Finding("disk.full"), file=path)

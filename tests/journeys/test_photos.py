@@ -13,8 +13,8 @@ from PySide6.QtWidgets import QFileDialog, QListWidget, QToolButton
 
 from tests import driver
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import Model
 from vomstudio.io.photos.cameras_file import read_cameras
+from vomstudio.project.records import Model
 
 
 def looked_at(window) -> None:

@@ -14,7 +14,7 @@ from tests import driver
 from tests.driver import LEFT, NONE, wait
 from tests.messages import shown_codes, shown_values
 from vomstudio.cli.common.entry import main
-from vomstudio.document.kinds.trace import Trace
+from vomstudio.project.kinds.trace import Trace
 from vomstudio.ui.analyse.repeats_panel import RepeatsPanel
 from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
 from vomstudio.ui.shell.main_window import MainWindow

@@ -9,7 +9,7 @@ import pytest
 from tests import driver
 from tests.driver import wait
 from vomstudio.rendering.view.drawing import PREVIEW
-from vomstudio.workspace import model_loading
+from vomstudio.studio import model_loading
 
 pytestmark = pytest.mark.full
 

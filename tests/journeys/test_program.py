@@ -11,8 +11,8 @@ import time
 import pytest
 
 from tests.journeys.test_kills import ROOT, alive, descendants
-from vomstudio.io.project.folder import untitled_folder
-from vomstudio.paths import resource
+from vomstudio.core.paths import resource
+from vomstudio.project.folder import untitled_folder
 
 pytestmark = pytest.mark.full
 

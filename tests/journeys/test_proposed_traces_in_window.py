@@ -10,8 +10,8 @@ from PySide6.QtTest import QTest
 from tests import driver
 from tests.extraction.small_onnx import convolution
 from tests.messages import figures, shown_codes
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.tools.trace import TraceTool
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.studio.tools.trace import TraceTool
 from vomstudio.ui.surface.trace_words import reason_text
 from vomstudio.ui.surface.traces_panel import TracesPanel
 

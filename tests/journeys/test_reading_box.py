@@ -11,8 +11,8 @@ from shapely.geometry import LineString, Point, box
 
 from tests import driver
 from tests.driver import click, key, look_at, move
-from vomstudio.tools.line import LineTool
-from vomstudio.tools.trace import TraceTool
+from vomstudio.studio.tools.line import LineTool
+from vomstudio.studio.tools.trace import TraceTool
 
 pytestmark = pytest.mark.full
 

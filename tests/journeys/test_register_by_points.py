@@ -9,8 +9,8 @@ from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QFileDialog
 
 from tests import driver
-from vomstudio.document.kinds.control_point import ControlPoint
-from vomstudio.document.records import Model
+from vomstudio.project.kinds.control_point import ControlPoint
+from vomstudio.project.records import Model
 from vomstudio.ui.interpret.tool_panels.control import ControlPanel
 
 COUNT = 10

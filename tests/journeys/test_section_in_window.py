@@ -17,9 +17,9 @@ from tests import driver
 from tests.driver import LEFT, NONE, wait
 from tests.messages import shown_codes, shown_values
 from vomstudio.cli.common.entry import main
-from vomstudio.document import edits
-from vomstudio.document.kinds.dimension import Dimension
-from vomstudio.document.kinds.trace import Trace
+from vomstudio.project import edits
+from vomstudio.project.kinds.dimension import Dimension
+from vomstudio.project.kinds.trace import Trace
 from vomstudio.ui.sections.elevation_panel import ElevationPanel
 from vomstudio.ui.sections.section_panel import SectionPanel
 

@@ -26,9 +26,9 @@ from tests.driver import (
     pixel,
     wait,
 )
-from vomstudio.document.kinds.patch import Patch
 from vomstudio.geometry.patches import ids_of
-from vomstudio.tools.select import SelectTool
+from vomstudio.project.kinds.patch import Patch
+from vomstudio.studio.tools.select import SelectTool
 from vomstudio.ui.interpret.tool_panels.select import SelectPanel
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier

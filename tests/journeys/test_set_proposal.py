@@ -10,9 +10,9 @@ from PySide6.QtTest import QTest
 from tests import driver
 from tests.geology.test_set_proposals import CASES, cluster, scatter
 from tests.messages import shown_codes, shown_values
-from vomstudio.document import edits
-from vomstudio.document.kinds.reading import Reading
 from vomstudio.geology.orientation import normals_to_planes
+from vomstudio.project import edits
+from vomstudio.project.kinds.reading import Reading
 from vomstudio.ui.analyse.sets_panel import SetsPanel
 
 SIZES = {"J1": 300, "J2": 250, "J3": 250}

@@ -19,11 +19,11 @@ from tests import driver
 from tests.driver import LEFT, NONE, wait
 from tests.messages import shown_codes
 from vomstudio.cli.common.entry import main
-from vomstudio.document import edits
-from vomstudio.document.kinds.reading import Reading
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Model
 from vomstudio.extraction.facet_options import FacetOptions
+from vomstudio.project import edits
+from vomstudio.project.kinds.reading import Reading
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.records import Model
 from vomstudio.ui.analyse.slopes_panel import SlopesPanel
 
 FACE = (120.0, 70.0)

@@ -8,10 +8,10 @@ import pytest
 from tests import driver
 from tests.driver import pause, wait
 from tests.io.models.test_copc import N, make
-from vomstudio.document.records import Model
 from vomstudio.geometry.streaming.octree import StreamedCloud
 from vomstudio.io.models import copc
 from vomstudio.io.models.opening import file_hash, read_model
+from vomstudio.project.records import Model
 from vomstudio.rendering.view.drawing import PREVIEW
 from vomstudio.rendering.view.scalars import FieldStyle
 

@@ -14,11 +14,11 @@ from tests.extraction.planes_by_construction import angle_deg, axes_of, normal_o
 from tests.messages import shown_codes
 from tests.products.test_surface import ATTITUDE, grooves, mesh_over, self_affine
 from vomstudio.core.findings import Finding
-from vomstudio.document import edits
-from vomstudio.document.kinds.patch import Patch
-from vomstudio.document.kinds.trace import Trace
 from vomstudio.io.models.writing import write_model
-from vomstudio.tools.brush_stroke import record_figures
+from vomstudio.project import edits
+from vomstudio.project.kinds.patch import Patch
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.studio.tools.brush_stroke import record_figures
 from vomstudio.ui.analyse.surfaces.extend_dialog import FIELD, ExtendDialog
 from vomstudio.ui.analyse.surfaces.surface_dialog import SurfaceDialog
 

@@ -14,11 +14,11 @@ from PySide6.QtTest import QTest
 
 from tests import driver
 from tests.driver import CTRL, LEFT, NONE, click, drag, key, look_at, wait
-from vomstudio.document import edits, grid_edits
-from vomstudio.document.kinds.known_line import KnownLine
-from vomstudio.document.kinds.patch import Patch
-from vomstudio.document.records import FaceGrid
-from vomstudio.tools.patch import PatchTool
+from vomstudio.project import edits, grid_edits
+from vomstudio.project.kinds.known_line import KnownLine
+from vomstudio.project.kinds.patch import Patch
+from vomstudio.project.records import FaceGrid
+from vomstudio.studio.tools.patch import PatchTool
 from vomstudio.ui.sections.looked_at_panel import LookedAtPanel
 
 SHIFT = Qt.KeyboardModifier.ShiftModifier

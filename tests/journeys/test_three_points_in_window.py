@@ -15,8 +15,8 @@ from tests import driver
 from tests.driver import LEFT, NONE, wait
 from tests.messages import figures, shown_codes, shown_values
 from vomstudio.cli.common.entry import main
-from vomstudio.document.kinds.reading import Reading
-from vomstudio.document.kinds.trace import Trace
+from vomstudio.project.kinds.reading import Reading
+from vomstudio.project.kinds.trace import Trace
 from vomstudio.ui.sections.three_points_panel import ThreePointsPanel
 
 BENNISON = (("393", "2374", "550"), ("1891", "2738", "650"), ("2191", "1037", "450"))

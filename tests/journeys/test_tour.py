@@ -11,8 +11,8 @@ from PySide6.QtWidgets import QApplication, QToolButton
 
 from tests import driver
 from tests.driver import click, drag, key, wait
-from vomstudio.document.kinds.trace import Trace
 from vomstudio.io.settings import read_settings
+from vomstudio.project.kinds.trace import Trace
 from vomstudio.ui.analyse.ortho_dialog import OrthoDialog
 from vomstudio.ui.shell.tour import Tour
 from vomstudio.ui.shell.tour_card import card_place

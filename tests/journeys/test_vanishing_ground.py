@@ -27,11 +27,11 @@ from tests.journeys.test_photo_window import (
     press as press_in,
 )
 from tests.small_disk import failing_disk, fill, small_disk
-from vomstudio.document.records import Mask
-from vomstudio.io.project.folder import Project
-from vomstudio.io.project.journal import NAME, read_replay
-from vomstudio.io.project.journal_failures import is_lost
-from vomstudio.io.project.verify import verify
+from vomstudio.project.folder import Project
+from vomstudio.project.journal.database import NAME, read_replay
+from vomstudio.project.journal.failures import is_lost
+from vomstudio.project.records import Mask
+from vomstudio.project.verify import verify
 
 pytestmark = [pytest.mark.full, pytest.mark.usefixtures("new_window")]
 

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QMessageBox
 
 from tests import driver
 from tests.messages import shown_codes, shown_values
-from tests.survey.test_video import film
+from tests.photogrammetry.survey.test_video import film
 from vomstudio.ui.survey.video_dialog import VideoDialog
 
 

@@ -9,8 +9,8 @@ from PySide6.QtCore import QPoint, Qt
 from tests import driver
 from tests.driver import click, drag, key, wait
 from vomstudio.core.findings import Finding
-from vomstudio.extraction.selecting.looking import count_of
-from vomstudio.tools.select import SelectTool
+from vomstudio.extraction.selection.visible_region import count_of
+from vomstudio.studio.tools.select import SelectTool
 
 pytestmark = pytest.mark.full
 

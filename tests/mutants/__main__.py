@@ -191,7 +191,7 @@ def summary(rows: list[dict[str, Any]]) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.mutants")
-    parser.add_argument("package", help="a folder of vomstudio, such as geometry or io/project")
+    parser.add_argument("package", help="a folder of vomstudio, such as geometry or project")
     parser.add_argument("--sample", type=int, default=60)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--limit", type=float, metavar="S", help="seconds for one mutant")

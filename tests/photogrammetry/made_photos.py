@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.progress import Progress
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.photogrammetry.align.features import ExtractTask, Features
-from vomstudio.progress import Progress
 
 Array = npt.NDArray[np.float64]
 

@@ -12,10 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vomstudio.document import edits
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Frame, Model
-from vomstudio.io.project.folder import Project
+from vomstudio.geometry.frames import Frame
+from vomstudio.project import edits
+from vomstudio.project.folder import Project
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.records import Model
 
 ROOT = Path(__file__).resolve().parents[2]
 NAME = "de_DE.UTF-8"

@@ -122,7 +122,7 @@ def test_noise_on_a_closed_stdout_does_not_reach_the_table_written(
     points: Path, tmp_path: Path
 ) -> None:
     noisy = (
-        "import os, sys, vomstudio.tables.orientation_table as t; old = t.plane_row\n"
+        "import os, sys, vomstudio.project.tables.orientation_table as t; old = t.plane_row\n"
         "def noise(*a, **k): os.write(1, b'noise'); return old(*a, **k)\n"
         "t.plane_row = noise\n"
         "from vomstudio.cli import main; sys.exit(main())"

@@ -11,7 +11,7 @@ import pytest
 
 from tests.messages import shown_codes, shown_values
 from tests.tiers import first_in_default_tier
-from vomstudio.failures.missing_libraries import missing_library
+from vomstudio.core.failures.missing_libraries import missing_library
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="about X11")
 

@@ -21,11 +21,11 @@ from tests.photogrammetry import photo_set, rock_face
 from tests.process.reconstruction_runs import End, reconstruct, refused, whole
 from tests.small_disk import small_disk
 from vomstudio.cli import main
-from vomstudio.errors import InputError, TargetError, VomError
+from vomstudio.core.errors import InputError, TargetError, VomError
+from vomstudio.core.progress import Inline, Silent
 from vomstudio.geometry.cameras import View
 from vomstudio.photogrammetry.base.settings import Settings
 from vomstudio.photogrammetry.pipeline.reconstruction import reconstruct as reconstruct_here
-from vomstudio.progress import Inline, Silent
 
 
 def here(photos: Path, out: Path, **settings: object) -> VomError:

@@ -20,7 +20,7 @@ from tests.process.reconstruction_runs import (
     whole,
 )
 from tests.small_disk import small_disk
-from vomstudio.jobs.endings import ending
+from vomstudio.studio.jobs.worker_exits import ending
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="about POSIX signals")
 ONE = ("--threads", 1)

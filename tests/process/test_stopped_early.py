@@ -34,7 +34,9 @@ def _hearing() -> None:
     signals.signal(signals.SIGHUP, signals.SIG_DFL)
 
 
-@pytest.mark.parametrize("module", ["vomstudio.languages", "vomstudio.cli", "vomstudio.cli.info"])
+@pytest.mark.parametrize(
+    "module", ["vomstudio.core.languages", "vomstudio.cli", "vomstudio.cli.info"]
+)
 @pytest.mark.parametrize("signal", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_it_ends_in_a_sentence(module: str, signal: str) -> None:
     words = [sys.executable, "-P", "-c", STOPPED.format(module=module, signal=signal)]
@@ -100,7 +102,7 @@ sys.exit(vomstudio.app.main())
 """
 
 
-@pytest.mark.parametrize("module", ["vomstudio.cli.fit", "vomstudio.tables.fitted_planes"])
+@pytest.mark.parametrize("module", ["vomstudio.cli.fit", "vomstudio.project.tables.fitted_planes"])
 def test_an_interruption_that_is_swallowed_is_remembered(module: str, tmp_path: Path) -> None:
     points, out = tmp_path / "points.txt", tmp_path / "out.csv"
     points.write_text("0 0 0\n1 0 0\n0 1 0\n1 1 0.01\n")
@@ -153,7 +155,7 @@ def _as_command() -> str:
     ("module", "words"),
     [
         ("vomstudio.app", ["info", "nothing.obj"]),
-        ("vomstudio.failures", ["info", "nothing.obj"]),
+        ("vomstudio.core.failures", ["info", "nothing.obj"]),
         ("vomstudio.app", []),
         ("vomstudio.ui.shell.window_start", []),
     ],

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vomstudio.errors import UsageError
+from vomstudio.core.errors import UsageError
 from vomstudio.geology.beds import lithologies
 from vomstudio.geology.beds.bed_log import bed_log
 from vomstudio.geology.beds.lithologies import in_strabospot

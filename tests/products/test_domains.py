@@ -15,19 +15,19 @@ import pytest
 import rasterio
 
 from tests.messages import by_code, refused
-from vomstudio.errors import UsageError
+from vomstudio.core.errors import UsageError
 from vomstudio.geology.domains import projection_axes
 from vomstudio.geology.notation import plane_option
 from vomstudio.geology.orientation import Line, angle_between_lines, planes_to_normals
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.ortho.domain_axes import axes_of_domains
+from vomstudio.products.ortho.domain_mask import territory
 from vomstudio.products.ortho.interpretation import Item, items_of_table
-from vomstudio.products.ortho.one_domain import territory
 from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import plan
 from vomstudio.products.ortho.view_directions import view_along_line
-from vomstudio.products.section.curtain import curtain_of_plane
 from vomstudio.products.section.directions import Directions, by_domain, domain_projections
+from vomstudio.products.section.section_lines import curtain_of_plane
 from vomstudio.products.section.writing import project_items
 
 Floats = npt.NDArray[np.float64]

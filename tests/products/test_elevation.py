@@ -8,7 +8,7 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import Delaunay
 
 from tests.messages import refused
-from vomstudio.errors import UsageError
+from vomstudio.core.errors import UsageError
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh

@@ -10,7 +10,7 @@ import pytest
 
 from tests.extraction.planes_by_construction import grid_mesh, normal_of
 from tests.messages import refused
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.geology.beds.extended import belief_of_attitude, belief_of_fit, repeated
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud

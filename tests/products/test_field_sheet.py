@@ -20,6 +20,9 @@ from matplotlib.transforms import Bbox
 
 from tests.messages import refused
 from tests.tiers import first_in_default_tier
+from vomstudio.photogrammetry.survey.plan_camera import PlanCamera
+from vomstudio.photogrammetry.survey.planning import Manner, SurveyPlan, plan_survey
+from vomstudio.photogrammetry.survey.survey_options import PlanOptions
 from vomstudio.products.report.field_sheet import (
     CONTROL,
     OBLIQUE,
@@ -28,9 +31,6 @@ from vomstudio.products.report.field_sheet import (
     figures,
     write_field_sheet,
 )
-from vomstudio.survey.plan_camera import PlanCamera
-from vomstudio.survey.planning import Manner, SurveyPlan, plan_survey
-from vomstudio.survey.survey_options import PlanOptions
 
 APSC = PlanCamera("test <one>", 24.0, 16.0, 24.0, 6000, 4000)
 
@@ -136,7 +136,7 @@ def test_the_drawings_show_positions_where_they_are(manner: Manner) -> None:
 def test_a_sheet_is_written_without_its_date_and_only_over_what_may_go(
     plan: SurveyPlan, tmp_path: Path, ending: str
 ) -> None:
-    from vomstudio.errors import TargetError
+    from vomstudio.core.errors import TargetError
 
     path = tmp_path / f"sheet.{ending}"
     write_field_sheet(path, plan)
@@ -367,7 +367,7 @@ def test_a_line_of_a_sheet_has_112_letters_at_most(
 
 @pytest.mark.parametrize("name", ["a.txt", "a", "a.png"])
 def test_a_sheet_is_refused_by_its_ending(plan: SurveyPlan, tmp_path: Path, name: str) -> None:
-    from vomstudio.errors import UsageError
+    from vomstudio.core.errors import UsageError
 
     with refused(
         "output.unknown-format",

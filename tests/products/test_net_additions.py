@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from tests.geology.samples import fisher_sample
 from tests.messages import refused
-from vomstudio.errors import UsageError
+from vomstudio.core.errors import UsageError
 from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import (
     Line,
@@ -35,10 +35,10 @@ from vomstudio.products.net.contents import (
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
 from vomstudio.products.net.figure_options import StereonetFigure
 from vomstudio.products.net.figure_style import FigureStyle
-from vomstudio.products.net.found_in_sets import averages_of, girdles_of, maxima_of, with_findings
 from vomstudio.products.net.legend import legend_entries
 from vomstudio.products.net.net_options import Turning, net_after, typed_cone, typed_slip
-from vomstudio.products.net.net_wishes import NetWishes
+from vomstudio.products.net.preparation import NetWishes
+from vomstudio.products.net.set_statistics import averages_of, girdles_of, maxima_of, with_findings
 from vomstudio.products.net.style import NetStyle
 from vomstudio.products.net.table_net import error_ellipses
 

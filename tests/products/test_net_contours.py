@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from tests.messages import refused
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
 from vomstudio.geology.density import DENSITY_METHODS, DENSITY_UNITS, density
 from vomstudio.geology.stereonet import unproject
 from vomstudio.products.net.contents import Contouring, NetContents, make_sets

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from vomstudio.geology.common_turns import Turns, together
+from vomstudio.geology.common_rotation_errors import Turns, together
 from vomstudio.geology.folds import fold_axis
-from vomstudio.geometry.tilts import enlarged_semi_axes
+from vomstudio.geometry.rotation_errors import enlarged_semi_axes
 from vomstudio.io.text.orientation_reading import read_orientations
 from vomstudio.products.net.contents import (
     NetContents,

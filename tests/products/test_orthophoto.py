@@ -14,18 +14,18 @@ import rasterio
 from tests.marked import SPAN, UTM, found_dots, height, marked_cloud, marked_mesh
 from tests.messages import by_code, refused
 from tests.tiers import first_in_default_tier
-from vomstudio.errors import Cancelled, InputError, TargetError, UsageError
+from vomstudio.core.errors import Cancelled, InputError, TargetError, UsageError
+from vomstudio.core.progress import CancelToken, Silent
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.products.ortho import orthophoto, planning, tiles, view_directions
 from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import plan
+from vomstudio.products.ortho.view_description import direction_text
 from vomstudio.products.ortho.view_directions import view_along_axis, view_along_line, view_of_plane
-from vomstudio.products.ortho.view_words import direction_text
 from vomstudio.products.sample.check import Check
 from vomstudio.products.sample.report import as_text
-from vomstudio.progress import CancelToken, Silent
 
 SAME = np.eye(4)
 VIEWS = [(0, 90), (40, 35), (305, 62), (180, -90), (220, 50)]
@@ -461,7 +461,7 @@ def test_stopping_or_failing_leaves_nothing(tmp_path: Path, monkeypatch: Any) ->
 def test_a_view_of_a_model_without_north_and_scale_names_no_winds_and_no_metres(
     tmp_path: Path,
 ) -> None:
-    from vomstudio.products.ortho.view_words import end_labels
+    from vomstudio.products.ortho.view_description import end_labels
 
     known = view_along_line(90, 0)
     unknown = replace(known, north_known=False, metric=False)
@@ -484,7 +484,7 @@ def test_the_sheet_says_which_way_is_which_and_how_long_a_metre_is(tmp_path: Pat
     from PIL import Image
 
     from vomstudio.products.ortho.vector_drawing import paper_scale
-    from vomstudio.products.ortho.view_words import end_labels
+    from vomstudio.products.ortho.view_description import end_labels
 
     assert end_labels(view_along_line(0, 20)) == ("W (270)", "E (090)", "up")
     assert end_labels(view_along_line(0, 20).flipped()) == ("E (090)", "W (270)", "up")

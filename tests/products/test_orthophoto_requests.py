@@ -13,8 +13,8 @@ import rasterio
 
 from tests.marked import UTM, marked_cloud, marked_mesh
 from tests.messages import refused
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import Plane, lines_to_vectors
 from vomstudio.geology.table_folds import TableFold, table_fold
 from vomstudio.geometry.cloud import PointCloud

@@ -12,6 +12,7 @@ import pytest
 import rasterio
 
 from tests.marked import UTM
+from vomstudio.core.progress import Silent
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.ortho import orthophoto, tiles
@@ -20,7 +21,6 @@ from vomstudio.products.ortho.orthophoto import write_orthophoto
 from vomstudio.products.ortho.planning import plan
 from vomstudio.products.ortho.tiles import TILE, Grid, Tile, TilePicture
 from vomstudio.products.ortho.view_directions import view_along_line
-from vomstudio.progress import Silent
 
 SAME = np.eye(4)
 

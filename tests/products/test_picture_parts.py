@@ -13,8 +13,8 @@ from PIL import Image
 
 from tests.marked import UTM
 from tests.messages import refused
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import lines_to_vectors
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh

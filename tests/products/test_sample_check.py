@@ -14,8 +14,8 @@ from scipy.stats import binom, chi2, t
 
 from tests.messages import refused
 from tests.sample_maker import drawn, maker
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import (
     Line,
@@ -28,7 +28,6 @@ from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.planes import PlaneFit, fit_plane, fit_planes
 from vomstudio.io.photos.cameras_file import Cameras
-from vomstudio.io.project.sample import SamplePicks, SampleTruth
 from vomstudio.products.sample import photo_check
 from vomstudio.products.sample.check import (
     DISPLACEMENT,
@@ -52,6 +51,7 @@ from vomstudio.products.sample.photo_check import (
     photo_findings,
 )
 from vomstudio.products.sample.report import as_html, as_text, tally
+from vomstudio.project.sample import SamplePicks, SampleTruth
 
 
 def law(cliff_seeds: list[int], draws: int) -> dict[str, list[bool]]:

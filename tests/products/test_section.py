@@ -11,9 +11,9 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.ortho.interpretation import Item, apparent_dip_deg, count_features
-from vomstudio.products.section.curtain import curtain_of_line, curtain_of_plane
 from vomstudio.products.section.cutting import cut_model
 from vomstudio.products.section.directions import Directions
+from vomstudio.products.section.section_lines import curtain_of_line, curtain_of_plane
 from vomstudio.products.section.writing import project_items
 
 UTM = np.array([576_700.0, 5_188_150.0, 160.0])

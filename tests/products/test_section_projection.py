@@ -9,21 +9,21 @@ import numpy as np
 import pytest
 
 from tests.messages import refused
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.document.records.feature_types import DEFAULT_TYPES
-from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.ortho.interpretation import NO_COLOR, Item, items_of_table
-from vomstudio.products.section.curtain import Curtain, curtain_of_line, curtain_of_plane
 from vomstudio.products.section.cutting import cut_model
 from vomstudio.products.section.directions import Directions
+from vomstudio.products.section.section_lines import Curtain, curtain_of_line, curtain_of_plane
 from vomstudio.products.section.writing import (
     figures_of,
     project_items,
     section_drawing,
     write_section,
 )
+from vomstudio.project.records.feature_types import DEFAULT_TYPES
 
 EAST = curtain_of_plane(Plane(90.0, 90.0), (0.0, 0.0, 0.0))
 GROUND = Mesh(

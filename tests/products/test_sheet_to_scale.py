@@ -14,13 +14,13 @@ import pytest
 from PIL import Image
 
 from tests.messages import refused
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
 from vomstudio.products.ortho.legend_entries import entries_of
 from vomstudio.products.ortho.sheet import format_of, write_sheet
 from vomstudio.products.ortho.vector_drawing import Drawing, Shape, paper_scale, placed_labels
+from vomstudio.products.ortho.view_description import unknown_direction_text
 from vomstudio.products.ortho.view_directions import view_along_line
-from vomstudio.products.ortho.view_words import unknown_direction_text
 
 MM = 72.0 / 25.4
 

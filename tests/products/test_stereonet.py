@@ -16,7 +16,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from vomstudio.errors import UsageError
+from vomstudio.core.errors import UsageError
 from vomstudio.geology.density import DENSITY_METHODS, DENSITY_UNITS
 from vomstudio.geology.folds import fold_axis
 from vomstudio.geology.orientation import Line, Plane, angle_between_lines, normals_to_planes

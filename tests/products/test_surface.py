@@ -10,9 +10,9 @@ import pytest
 
 from tests.extraction.planes_by_construction import angle_deg, axes_of, normal_of
 from tests.messages import by_code, refused
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.geology.roughness import increments
-from vomstudio.geology.roughness.holding import where_it_holds
+from vomstudio.geology.roughness.planar_part import where_it_holds
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.surface.analysis import analyse

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vomstudio.errors import UsageError
+from vomstudio.core.errors import UsageError
 from vomstudio.geology.orientation import Line, Plane, angle_between_lines, normals_to_planes
 from vomstudio.io.text.orientation_reading import read_orientations
 from vomstudio.products.net.table_net import net_of_table

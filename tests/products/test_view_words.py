@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
+from vomstudio.products.ortho.view_description import direction_text, end_labels
 from vomstudio.products.ortho.view_directions import view_along_line
-from vomstudio.products.ortho.view_words import direction_text, end_labels
 
 
 @pytest.mark.parametrize("trend", range(0, 360, 15))

@@ -13,8 +13,8 @@ from scipy.stats import norm
 from tests.frames import ZONE, bed_grid, convert
 from tests.messages import refused, with_code
 from tests.registration.rock_faces import Case, ledges, once, sampled, smooth
-from vomstudio.errors import Cancelled, GeometryError, InputError
-from vomstudio.progress import CancelToken, Silent
+from vomstudio.core.errors import Cancelled, GeometryError, InputError
+from vomstudio.core.progress import CancelToken, Silent
 from vomstudio.registration.by_model.reference import fit_to_reference
 from vomstudio.registration.by_model.refining import Refined, determined
 from vomstudio.registration.by_model.stable import in_polygons, near_cloud

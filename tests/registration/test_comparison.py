@@ -7,10 +7,10 @@ import numpy.typing as npt
 import pytest
 
 from tests.messages import refused, with_code
-from vomstudio.errors import Cancelled, GeometryError, UsageError
+from vomstudio.core.errors import Cancelled, GeometryError, UsageError
+from vomstudio.core.progress import CancelToken, Silent
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.progress import CancelToken, Silent
 from vomstudio.registration.distances import m3c2
 from vomstudio.registration.distances.cloud_distance import CloudSides
 from vomstudio.registration.distances.comparison import compare, statistics

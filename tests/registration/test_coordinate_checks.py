@@ -8,7 +8,7 @@ import pytest
 from pyproj import Transformer
 
 from tests.messages import refused, with_code
-from vomstudio.errors import GeometryError, InputError
+from vomstudio.core.errors import GeometryError, InputError
 from vomstudio.registration import coordinate_checks as checks
 from vomstudio.registration.observations import Points
 from vomstudio.registration.placing import register_points

@@ -8,14 +8,16 @@ import pytest
 from scipy.stats import chi2
 
 from tests.registration.rock_faces import sampled
-from vomstudio.document.records import Frame, Model, Registration
+from vomstudio.geometry.frames import Frame
+from vomstudio.geometry.registrations import Registration
 from vomstudio.io.control.observation_tables import Pairs
+from vomstudio.project.records import Model
 from vomstudio.registration.by_model.reference import fit_to_reference
 from vomstudio.registration.combined import difference
 from vomstudio.registration.placing import place
 from vomstudio.registration.results import Placed
 from vomstudio.registration.similarity import Similarity, jacobian
-from vomstudio.workspace.placing.registering import (
+from vomstudio.studio.placing.registering import (
     add_reference_error,
     placed_by_points,
     registration_of,

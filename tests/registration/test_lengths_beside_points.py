@@ -9,7 +9,7 @@ import pytest
 
 from tests.messages import refused, with_code
 from tests.registrations import TURN
-from vomstudio.errors import UsageError
+from vomstudio.core.errors import UsageError
 from vomstudio.io.control.observation_tables import Pairs, ScaleBar, read_scale_bars
 from vomstudio.registration.compass_evidence import Segment
 from vomstudio.registration.evidence import Evidence, register

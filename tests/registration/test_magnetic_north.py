@@ -7,7 +7,7 @@ from datetime import date
 import pytest
 
 from tests.messages import refused
-from vomstudio.errors import UsageError
+from vomstudio.core.errors import UsageError
 from vomstudio.io.gis.crs import convergence_deg, from_degrees
 from vomstudio.registration.north import North, declination_deg
 

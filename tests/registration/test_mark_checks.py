@@ -11,7 +11,7 @@ import pytest
 from tests.messages import refused
 from tests.registrations import TURN
 from tests.tiers import first_in_default_tier
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.registration.marks.mark_checks import (
     name_findings,

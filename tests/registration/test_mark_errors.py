@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 
 from tests.io.photos.camera_files import ring
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.triangulation import triangulate
 from vomstudio.registration.marks.mark_errors import (

@@ -7,10 +7,10 @@ import numpy.typing as npt
 import pytest
 
 from tests.messages import with_code
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.io.control.observation_tables import Pairs
-from vomstudio.registration.doubts.comparing import left_over
-from vomstudio.registration.doubts.mirrors import fits_as_mirror, tipping_findings
+from vomstudio.registration.checks.comparison import left_over
+from vomstudio.registration.checks.mirrors import fits_as_mirror, tipping_findings
 from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.observations import Points
 from vomstudio.registration.placing import register_points

@@ -10,10 +10,10 @@ import pytest
 from pyproj import Transformer
 
 from tests.messages import with_code
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
+from vomstudio.registration.checks.heights import missing_height_findings
+from vomstudio.registration.checks.mixed_values import mixed_row_findings, mixed_values
 from vomstudio.registration.coordinate_checks import find_misplaced_points, misreading_findings
-from vomstudio.registration.doubts.heights import missing_height_findings
-from vomstudio.registration.doubts.mixed import mixed_row_findings, mixed_values
 from vomstudio.registration.placing import register_points
 
 Array = npt.NDArray[np.float64]

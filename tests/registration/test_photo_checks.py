@@ -8,8 +8,8 @@ import pytest
 
 from tests.io.photos.camera_files import ring
 from tests.messages import refused, with_code
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.control.observation_tables import Positions
 from vomstudio.registration.evidence import Evidence, marked_places, register

@@ -87,7 +87,7 @@ def test_a_line_that_tips_the_model_over_does_not_show_which_end_is_up() -> None
 
 
 def test_both_ends_at_one_place_are_refused() -> None:
-    from vomstudio.errors import UsageError
+    from vomstudio.core.errors import UsageError
 
     place = (1.0, 2.0, 3.0)
     with pytest.raises(UsageError) as refused:

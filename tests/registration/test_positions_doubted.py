@@ -8,11 +8,11 @@ import pytest
 from pyproj import Transformer
 
 from tests.messages import refused
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
 from vomstudio.registration.camera_positions import cameras_that_fit
-from vomstudio.registration.doubts.heights import constant_height_findings
-from vomstudio.registration.doubts.orders import other_order
+from vomstudio.registration.checks.heights import constant_height_findings
+from vomstudio.registration.checks.point_order import other_order
 
 Array = npt.NDArray[np.float64]
 ORIGIN = np.array([398_000.0, 4_980_000.0, 320.0])

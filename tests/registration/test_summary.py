@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from tests.messages import with_code
-from vomstudio.document.records import Frame, Registration, RegistrationPoint
+from vomstudio.geometry.frames import Frame
+from vomstudio.geometry.registrations import Registration, RegistrationPoint
 from vomstudio.registration.summary import summary_of
 
 METHODS = get_args(get_type_hints(Registration)["method"])

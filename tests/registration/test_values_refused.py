@@ -9,11 +9,11 @@ import pytest
 
 import vomstudio as vs
 from tests.messages import refused
-from vomstudio.errors import GeometryError, UsageError
-from vomstudio.geometry.places import why_no_error
+from vomstudio.core.errors import GeometryError, UsageError
+from vomstudio.geometry.coordinate_limits import why_no_error
 from vomstudio.io.control.observation_tables import read_pairs, read_positions
 from vomstudio.registration.register_options import RegisterOptions
-from vomstudio.workspace.placing.register_order import register_model
+from vomstudio.studio.placing.register_order import register_model
 
 MODEL = np.random.default_rng(2).uniform(-20.0, 20.0, (5, 3))
 

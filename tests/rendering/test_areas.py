@@ -12,7 +12,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering.scene.area_layer import OPACITY
 from vomstudio.rendering.scene.scene import Scene
 from vomstudio.rendering.view.drawing import FeatureDrawing
-from vomstudio.tools.interaction_types import Area
+from vomstudio.studio.tools.interaction_types import Area
 
 BLUE, GREEN = (0.0, 0.2, 1.0), (0.0, 1.0, 0.2)
 

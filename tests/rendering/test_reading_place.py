@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely.geometry import LineString, box
 
-from vomstudio.rendering.view.reading_place import Picked, ReadingPlace, _lengths_in
+from vomstudio.rendering.view.readout_position import Picked, ReadingPlace, _lengths_in
 
 VIEW = (900.0, 600.0)
 SIZE = (210.0, 80.0)

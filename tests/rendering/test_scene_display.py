@@ -19,7 +19,7 @@ from vomstudio.rendering.scene.scene import Scene
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.rendering.view.scalars import FieldStyle
-from vomstudio.tools.interaction_types import Area
+from vomstudio.studio.tools.interaction_types import Area
 
 
 @pytest.fixture

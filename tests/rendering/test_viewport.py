@@ -23,7 +23,7 @@ from vomstudio.rendering.qt import compass_and_scale, painting
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.rendering.view.symbols import small_disc, symbol_of_plane
-from vomstudio.tools.interaction_types import Button, Pointer, PointerEvent, Preview
+from vomstudio.studio.tools.interaction_types import Button, Pointer, PointerEvent, Preview
 
 UTM = np.array([576_712.0, 5_188_140.0, 183.0])
 NONE = Qt.KeyboardModifier.NoModifier

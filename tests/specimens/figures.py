@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.files.spreadsheet_cells import unguarded
+from vomstudio.core.files.spreadsheet_cells import unguarded
 
 HERE = Path(__file__).resolve().parent
 SPECIMENS = ("schema1",)
@@ -46,7 +46,7 @@ def copy_of(name: str, folder: Path) -> Path:
 
 def open_project(folder: Path) -> Any:
     """The project, which must be closed again."""
-    from vomstudio.io.project.folder import Project
+    from vomstudio.project.folder import Project
 
     return Project.open(folder)
 

@@ -25,33 +25,32 @@ from typing import Any
 
 from tests.samples import ONE_OF_EACH
 from tests.specimens import figures
-from vomstudio.document import edits
-from vomstudio.document import journal as document_journal
-from vomstudio.document.codec import decode_edit, encode_edit
-from vomstudio.document.edit import change
-from vomstudio.document.journal import Replay, Row
-from vomstudio.document.kinds.contact import Contact
-from vomstudio.document.kinds.dimension import Dimension
-from vomstudio.document.kinds.intersection import Intersection
-from vomstudio.document.kinds.known_line import KnownLine
-from vomstudio.document.kinds.lineation import Lineation
-from vomstudio.document.kinds.lithology import Lithology
-from vomstudio.document.kinds.patch import Patch
-from vomstudio.document.kinds.reading import Reading
-from vomstudio.document.kinds.station import Station
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import (
+from vomstudio.geometry.registrations import ObservationGroup, ReadNorth
+from vomstudio.project import edits
+from vomstudio.project.codec import decode_edit, encode_edit
+from vomstudio.project.edit import change
+from vomstudio.project.journal import replay as document_journal
+from vomstudio.project.journal.database import NAME, SqliteJournal
+from vomstudio.project.journal.replay import Replay, Row
+from vomstudio.project.kinds.contact import Contact
+from vomstudio.project.kinds.dimension import Dimension
+from vomstudio.project.kinds.intersection import Intersection
+from vomstudio.project.kinds.known_line import KnownLine
+from vomstudio.project.kinds.lineation import Lineation
+from vomstudio.project.kinds.lithology import Lithology
+from vomstudio.project.kinds.patch import Patch
+from vomstudio.project.kinds.reading import Reading
+from vomstudio.project.kinds.station import Station
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.records import (
     SURROUNDINGS_RULE,
     Compass,
     FaceGrid,
     Model,
-    ObservationGroup,
-    ReadNorth,
     Record,
     compass_id,
 )
-from vomstudio.document.session import Session
-from vomstudio.io.project.journal import NAME, SqliteJournal
+from vomstudio.project.session import Session
 
 SPECIMEN = "schema1"
 BEDS = (("#0", "sandstone", "channel fill"), ("#1", "mudstone", ""))

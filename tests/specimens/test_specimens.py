@@ -15,11 +15,11 @@ from typing import Any
 import pytest
 
 from tests.specimens import figures
-from vomstudio.document import codec
-from vomstudio.document.journal import Replay
-from vomstudio.errors import VomError
-from vomstudio.io.project.journal import read_schema_and_replay
-from vomstudio.io.project.journal_migration import SCHEMA_VERSION
+from vomstudio.core.errors import VomError
+from vomstudio.project import codec
+from vomstudio.project.journal.database import read_schema_and_replay
+from vomstudio.project.journal.migration import SCHEMA_VERSION
+from vomstudio.project.journal.replay import Replay
 
 pytestmark = pytest.mark.filterwarnings("ignore:'crs' was not provided:UserWarning")
 

@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from tests.workspace.loop import Loop
-from vomstudio.errors import InputError
+from tests.studio.loop import Loop
+from vomstudio.core.errors import InputError
 from vomstudio.studio.background import Background, Request
 
 

@@ -11,11 +11,12 @@ from PySide6.QtWidgets import QApplication
 
 from tests import driver
 from tests.samples import ZIGZAG
-from vomstudio.document import edits
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Frame, Model
+from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.io.settings import read_settings
+from vomstudio.project import edits
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.records import Model
 from vomstudio.ui.shell.main_window import MainWindow
 
 

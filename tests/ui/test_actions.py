@@ -11,13 +11,13 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QToolButton
 from tests import driver
 from tests.messages import shown_codes
 from tests.ui.conftest import add_bed, add_cliff
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Frame
 from vomstudio.geology.orientation import Plane
-from vomstudio.tools.trace import TraceTool
+from vomstudio.geometry.frames import Frame
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.studio.history import step_words
+from vomstudio.studio.tools.trace import TraceTool
 from vomstudio.ui.interpret.tool_panels.trace import TracePanel
 from vomstudio.ui.shell.command_palette import CommandPalette
-from vomstudio.workspace.history import step_words
 
 
 def beds(studio) -> None:
@@ -284,7 +284,7 @@ def test_the_frame_badge_warns_until_the_frame_is_declared(window, studio):
     assert "not registered" in window.status_line._badge.text()
     add_bed(studio, "t1")
     studio.selection.set(["t1"])
-    from vomstudio.document import edits
+    from vomstudio.project import edits
 
     studio.attempt(edits.declare_frame, "m1", Frame("crs", "EPSG:32633"))
     assert window.status_line._badge.text() == "EPSG:32633, grid north"
@@ -297,8 +297,8 @@ def test_the_frame_badge_warns_until_the_frame_is_declared(window, studio):
 def test_the_frame_badge_is_amber_where_the_model_may_be_turned_by_15_degrees(
     window, studio, sigma_deg, is_amber
 ):
-    from vomstudio.document import edits
-    from vomstudio.document.records import Registration
+    from vomstudio.geometry.registrations import Registration
+    from vomstudio.project import edits
     from vomstudio.registration.summary import summary_of
 
     add_cliff(studio, Frame())
@@ -320,7 +320,7 @@ def test_the_frame_badge_is_amber_where_the_model_may_be_turned_by_15_degrees(
 
 
 def test_declaring_y_up_turns_every_plane_with_the_model(window, studio):
-    from vomstudio.document import edits
+    from vomstudio.project import edits
 
     add_cliff(studio, Frame())
     add_bed(studio, "t1", dip=0.5)
@@ -383,9 +383,9 @@ def test_a_window_that_is_closed_leaves_no_timer_no_thread_and_no_process(own_fo
     from PySide6.QtCore import QTimer
 
     from tests.driver import delete
-    from tests.jobs.odd_jobs import LEVITATE
+    from tests.studio.jobs.odd_jobs import LEVITATE
     from vomstudio.io.settings import read_settings
-    from vomstudio.jobs.job import Nothing
+    from vomstudio.studio.jobs.job import Nothing
     from vomstudio.ui.shell.main_window import MainWindow
 
     threads = set(threading.enumerate())

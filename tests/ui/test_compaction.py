@@ -8,9 +8,10 @@ from PySide6.QtWidgets import QMessageBox
 from tests.messages import figures
 from tests.samples import bed
 from vomstudio.core.findings import Finding
-from vomstudio.document import edits
-from vomstudio.document.records import Frame, Model
-from vomstudio.io.project.compaction import Plan
+from vomstudio.geometry.frames import Frame
+from vomstudio.project import edits
+from vomstudio.project.compaction import Plan
+from vomstudio.project.records import Model
 from vomstudio.ui.shell.compact_commands import commands, compaction_text
 
 MODEL = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))

@@ -10,8 +10,8 @@ import pytest
 
 from tests.driver import close, make_window, wait
 from tests.fuzz.projects import specimen
-from vomstudio.document.records import Feature
-from vomstudio.io.project.journal import NAME
+from vomstudio.project.journal.database import NAME
+from vomstudio.project.records import Feature
 
 ODD = [
     7, [1, None, {}],

@@ -9,7 +9,7 @@ from PySide6.QtTest import QTest
 from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.core.findings import Finding
-from vomstudio.document.kinds.trace import Trace
+from vomstudio.project.kinds.trace import Trace
 
 
 @pytest.mark.parametrize("where", first_in_default_tier(["tree", "table"], 1))

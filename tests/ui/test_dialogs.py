@@ -50,8 +50,9 @@ def test_a_dialog_that_is_closed_hears_no_more_of_jobs_and_is_let_go(window, stu
 def test_the_frame_dialog_squeezes_nothing_below_its_texts(studio, window):
     from PySide6.QtWidgets import QApplication, QComboBox
 
-    from vomstudio.document import edits
-    from vomstudio.document.records import Frame, Model
+    from vomstudio.geometry.frames import Frame
+    from vomstudio.project import edits
+    from vomstudio.project.records import Model
     from vomstudio.ui.shell.frame_dialog import FrameDialog
 
     model = Model("m9", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("undeclared"))

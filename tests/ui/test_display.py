@@ -8,18 +8,18 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from tests.messages import shown_codes
+from tests.studio.loop import Loop
 from tests.ui.conftest import add_cliff
-from tests.workspace.loop import Loop
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.scalars import FieldStyle
+from vomstudio.studio import display
+from vomstudio.studio.display import Display, why_not_mode
+from vomstudio.studio.model_loading import OpenModel
 from vomstudio.ui.scene import display_commands
 from vomstudio.ui.surface.fields_panel import FieldsPanel
-from vomstudio.workspace import display
-from vomstudio.workspace.display import Display, why_not_mode
-from vomstudio.workspace.model_loading import OpenModel
 
 BOX = ClipBox((0.0, 1.0, 2.0), (10.0, 11.0, 12.0))
 

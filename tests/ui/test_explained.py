@@ -11,9 +11,9 @@ from PySide6.QtGui import QCursor
 from PySide6.QtWidgets import QApplication, QLabel
 
 from tests.ui.conftest import add_bed, add_cliff
-from vomstudio.document import catalogue, slip_figures
-from vomstudio.document.figures import Figure
-from vomstudio.paths import documentation
+from vomstudio.core.paths import documentation
+from vomstudio.project import catalogue, slip_figures
+from vomstudio.project.figures import Figure
 from vomstudio.ui.common.explained import explanation_of
 from vomstudio.ui.interpret.table_model import COLUMNS
 from vomstudio.ui.shell.help_pages import address_of, anchor, heading_of

@@ -6,9 +6,9 @@ import pytest
 
 from tests.messages import refused, shown_codes
 from tests.ui.conftest import add_bed, add_cliff
-from vomstudio.document import edits
-from vomstudio.document.kinds.reading import Reading
-from vomstudio.errors import UsageError
+from vomstudio.core.errors import UsageError
+from vomstudio.project import edits
+from vomstudio.project.kinds.reading import Reading
 from vomstudio.ui.interpret.feature_filter import parse_filter
 from vomstudio.ui.interpret.feature_row import row_of
 

@@ -12,8 +12,8 @@ from tests import driver
 from tests.driver import click
 from tests.messages import shown_codes, shown_values
 from tests.ui.conftest import add_bed, add_cliff
-from vomstudio.document import edits
-from vomstudio.document.records import DEFAULT_TYPES, FeatureType
+from vomstudio.project import edits
+from vomstudio.project.records import DEFAULT_TYPES, FeatureType
 from vomstudio.ui.common import theme
 from vomstudio.ui.interpret.tool_panels.line import LinePanel
 from vomstudio.ui.interpret.tool_panels.patch import PatchPanel

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tests.tiers import first_in_default_tier
-from vomstudio.document.records import Frame
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry import transform
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering.view.first_view import first_view
 

@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt, QUrl
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
 
-from vomstudio.paths import documentation
+from vomstudio.core.paths import documentation
 from vomstudio.ui.common.actions import Actions
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.shell import help_commands

@@ -10,7 +10,7 @@ from PySide6.QtGui import QIcon, QImage, QPalette
 from PySide6.QtWidgets import QApplication
 
 from tests.tiers import first_in_default_tier
-from vomstudio.paths import resource
+from vomstudio.core.paths import resource
 from vomstudio.ui.common import theme
 
 

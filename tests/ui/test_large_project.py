@@ -6,7 +6,7 @@ import pytest
 from PySide6.QtCore import QTimer
 
 from tests.ui.conftest import add_bed, save_beds
-from vomstudio.workspace import projects
+from vomstudio.studio import projects
 
 
 @pytest.fixture

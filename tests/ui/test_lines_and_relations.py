@@ -12,16 +12,16 @@ from PySide6.QtWidgets import QApplication
 
 from tests import driver
 from tests.messages import shown_codes
-from tests.tools.fakes import event
+from tests.studio.tools.fakes import event
 from tests.ui.conftest import add_bed, add_cliff
-from vomstudio.document import edits
-from vomstudio.document.figures import degrees
-from vomstudio.document.kinds.dimension import Dimension
-from vomstudio.document.kinds.intersection import Intersection
-from vomstudio.document.kinds.lineation import Lineation
-from vomstudio.document.records import Frame
-from vomstudio.tools.line import LineTool
-from vomstudio.tools.measure import MeasureTool
+from vomstudio.geometry.frames import Frame
+from vomstudio.project import edits
+from vomstudio.project.figures import degrees
+from vomstudio.project.kinds.dimension import Dimension
+from vomstudio.project.kinds.intersection import Intersection
+from vomstudio.project.kinds.lineation import Lineation
+from vomstudio.studio.tools.line import LineTool
+from vomstudio.studio.tools.measure import MeasureTool
 from vomstudio.ui.common.plane_box import SELECTED
 from vomstudio.ui.interpret.plane_relations import IntersectionDialog
 from vomstudio.ui.interpret.table_panel import COLUMNS

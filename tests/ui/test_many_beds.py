@@ -9,8 +9,8 @@ import pytest
 
 from tests import driver
 from tests.ui.conftest import add_bed, add_cliff
-from vomstudio.document import edits
-from vomstudio.document.edit import change
+from vomstudio.project import edits
+from vomstudio.project.edit import change
 from vomstudio.ui.analyse import stereonet_panel
 from vomstudio.ui.scene import view_panel
 

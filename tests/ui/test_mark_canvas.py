@@ -11,7 +11,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 
 from tests.driver import drag
 from vomstudio.io.photos.pixels import upright_pixels
-from vomstudio.tools.interaction_types import Pointer
+from vomstudio.studio.tools.interaction_types import Pointer
 from vomstudio.ui.common.photo_canvas import PhotoPointer
 from vomstudio.ui.common.photo_images import PhotoImages, Picture
 from vomstudio.ui.photos.mark_canvas import BRUSH, MARK, POLYGON, MarkCanvas, ShownMark

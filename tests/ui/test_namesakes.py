@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from vomstudio.core.findings import Finding
-from vomstudio.document import edits
-from vomstudio.document.kinds.reading import Reading
+from vomstudio.project import edits
+from vomstudio.project.kinds.reading import Reading
 
 
 def reading(number: int, name: str = "") -> Reading:

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from tests.ui.conftest import add_bed, add_cliff
-from vomstudio.document import edits, fold_planes
-from vomstudio.document.edit import change
-from vomstudio.document.fold_planes import FoldPlanes
-from vomstudio.geology.common_turns import Turns
+from vomstudio.geology.common_rotation_errors import Turns
 from vomstudio.geology.fold_planes import FoldFilter
 from vomstudio.geology.folds import fold_axis
 from vomstudio.products.net.contents import NetContents
+from vomstudio.project import edits, fold_planes
+from vomstudio.project.edit import change
+from vomstudio.project.fold_planes import FoldPlanes
 from vomstudio.ui.analyse.net.source import with_fold
 from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
 

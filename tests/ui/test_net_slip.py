@@ -10,9 +10,9 @@ from matplotlib.collections import PolyCollection
 
 from tests import driver
 from tests.ui.conftest import add_cliff
-from vomstudio.document import edits
-from vomstudio.document.kinds.lineation import Lineation
-from vomstudio.document.kinds.reading import Reading
+from vomstudio.project import edits
+from vomstudio.project.kinds.lineation import Lineation
+from vomstudio.project.kinds.reading import Reading
 
 EAST = (math.cos(math.radians(60.0)), 0.0, -math.sin(math.radians(60.0)))
 """Down the dip of a fault 090/60."""

@@ -15,9 +15,6 @@ from tests.geology.samples import fisher_sample
 from tests.messages import shown_codes, shown_values
 from tests.samples import ZIGZAG
 from tests.ui.conftest import add_bed, add_cliff
-from vomstudio.document import edits
-from vomstudio.document.kinds.lineation import Lineation
-from vomstudio.document.kinds.reading import Reading
 from vomstudio.geology.orientation import (
     Line,
     Plane,
@@ -25,8 +22,11 @@ from vomstudio.geology.orientation import (
     normals_to_planes,
     planes_to_poles,
 )
-from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
-from vomstudio.tools.trace import TraceTool
+from vomstudio.project import edits
+from vomstudio.project.kinds.lineation import Lineation
+from vomstudio.project.kinds.reading import Reading
+from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
+from vomstudio.studio.tools.trace import TraceTool
 from vomstudio.ui.analyse.net.commands import export_net
 from vomstudio.ui.analyse.net.figure_style_dialog import FigureStyleDialog
 from vomstudio.ui.analyse.net.typing_dialog import NetTypingDialog

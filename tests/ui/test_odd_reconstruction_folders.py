@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.messages import refused
-from vomstudio.errors import TargetError
+from vomstudio.core.errors import TargetError
 from vomstudio.photogrammetry.pipeline.outputs import claim_folder
 from vomstudio.ui.photos import reconstruction_folders as folders
 from vomstudio.ui.photos.reconstruction_settings import asked_for

@@ -7,7 +7,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QApplication
 
 from tests.ui.conftest import save_beds
-from vomstudio.document import edits
+from vomstudio.project import edits
 from vomstudio.ui.common.qt_owner import Portions
 from vomstudio.ui.interpret import project_tree
 

@@ -9,11 +9,11 @@ from PySide6.QtWidgets import QApplication, QLineEdit
 
 from tests import driver
 from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.core.errors import DocumentError
 from vomstudio.core.findings import Finding
-from vomstudio.document import edits
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.errors import DocumentError
-from vomstudio.tools.trace import TraceTool
+from vomstudio.project import edits
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.studio.tools.trace import TraceTool
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.interpret.table_panel import COLUMNS
 from vomstudio.ui.interpret.tool_panels.trace import TracePanel
@@ -411,7 +411,7 @@ def test_the_trace_panel_shows_the_type_and_set_of_the_open_trace(window, studio
 def test_typing_a_set_for_a_restored_trace_keeps_its_type(window, studio, tmp_path):
     """The panel must speak of the trace that is back, not of what was chosen before."""
     from tests.samples import ZIGZAG
-    from tests.tools.fakes import event
+    from tests.studio.tools.fakes import event
 
     add_cliff(studio)
     studio.activate("trace")

@@ -19,7 +19,7 @@ from tests import driver
 from tests.geometry.test_brush import grid
 from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_open_cliff
-from vomstudio.document import edits
+from vomstudio.project import edits
 from vomstudio.ui.shell.work_panels import work_panels
 
 pytestmark = pytest.mark.full

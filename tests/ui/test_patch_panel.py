@@ -10,10 +10,10 @@ from tests import driver
 from tests.geometry.test_brush import centre_of, grid
 from tests.messages import shown_codes
 from tests.ui.conftest import add_bed, add_open_cliff
-from vomstudio.document.kinds.patch import Patch
-from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
-from vomstudio.tools.patch import PatchTool
-from vomstudio.tools.trace import TraceTool
+from vomstudio.project.kinds.patch import Patch
+from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
+from vomstudio.studio.tools.patch import PatchTool
+from vomstudio.studio.tools.trace import TraceTool
 from vomstudio.ui.interpret.tool_panels.patch import PatchPanel
 from vomstudio.ui.interpret.tool_panels.trace import TracePanel
 

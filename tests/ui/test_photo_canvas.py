@@ -10,7 +10,7 @@ from PIL import Image
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QImageReader
 
-from vomstudio.tools.interaction_types import Pointer
+from vomstudio.studio.tools.interaction_types import Pointer
 from vomstudio.ui.common.photo_canvas import PhotoCanvas, PhotoPointer
 from vomstudio.ui.common.photo_images import PhotoImages, Picture
 

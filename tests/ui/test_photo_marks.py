@@ -8,17 +8,17 @@ from pathlib import Path
 import pytest
 
 from tests.messages import refused, shown_codes
+from vomstudio.core.errors import TargetError
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
-from vomstudio.document.photo_edits import add_photo_set
-from vomstudio.document.records import PhotoSet
-from vomstudio.errors import TargetError
 from vomstudio.io.control import writing
 from vomstudio.io.control.control_files import crs_of, read_control, read_marks
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.writing import write_marks
-from vomstudio.io.project.sidecar_import import read_beside, stored_path, tables_of
 from vomstudio.io.settings import Settings
+from vomstudio.project.imports.sidecar_import import read_beside, stored_path, tables_of
+from vomstudio.project.photo_edits import add_photo_set
+from vomstudio.project.records import PhotoSet
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_exports import PhotoExports
@@ -103,7 +103,7 @@ def test_marks_survive_the_loss_of_their_tables_and_of_the_window(opened, folder
     (folder / "marks.csv").unlink()
     project = opened.studio.project.folder
     # As after a kill: the journal alone.
-    from vomstudio.io.project.journal import read_replay
+    from vomstudio.project.journal.database import read_replay
 
     assert any(getattr(r, "label", "") == "A" for r in read_replay(project).records.values())
 

@@ -13,10 +13,12 @@ import pytest
 from PySide6.QtWidgets import QLabel
 
 from tests.messages import figures
-from vomstudio.document import edits
-from vomstudio.document.records import UNDECLARED, Frame, Model, Registration
+from vomstudio.geometry.frames import UNDECLARED, Frame
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.project.reconstructions import RECONSTRUCTIONS
+from vomstudio.geometry.registrations import Registration
+from vomstudio.project import edits
+from vomstudio.project.reconstructions import RECONSTRUCTIONS
+from vomstudio.project.records import Model
 from vomstudio.ui.photos.photo_row import PhotoRow
 
 SCALE, RESOLUTION = 0.25, 0.08

@@ -11,10 +11,10 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from tests.messages import figures, shown_codes
-from vomstudio.document import edits
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import PROFILE_ID, Model
 from vomstudio.geology.profiles import DEFAULTS, TEXTBOOK
+from vomstudio.project import edits
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.records import PROFILE_ID, Model
 from vomstudio.ui.analyse.profile_dialog import ProfileDialog
 from vomstudio.ui.interpret.table_model import COLUMNS, QUALITY
 

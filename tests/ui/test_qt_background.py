@@ -10,7 +10,7 @@ from collections.abc import Callable
 import pytest
 from PySide6.QtCore import QObject
 
-from vomstudio.errors import InputError, VomError
+from vomstudio.core.errors import InputError, VomError
 from vomstudio.ui.common.qt_background import NewestResult
 
 _OWNERS_COME_AND_GO = """

@@ -13,12 +13,13 @@ from tests import driver
 from tests.messages import shown_codes
 from tests.ui.conftest import add_bed, add_cliff
 from tests.ui.test_panels import column
-from vomstudio.document.kinds.reading import Reading
-from vomstudio.document.records import FeatureType, Frame
-from vomstudio.errors import InputError
+from vomstudio.core.errors import InputError
 from vomstudio.geology.orientation import Plane, angle_between_planes
+from vomstudio.geometry.frames import Frame
 from vomstudio.io.text.tables import read_table
-from vomstudio.tables.project_table import project_table
+from vomstudio.project.kinds.reading import Reading
+from vomstudio.project.records import FeatureType
+from vomstudio.project.tables.project_table import project_table
 from vomstudio.ui.analyse.net.commands import import_readings
 from vomstudio.ui.analyse.readings_dialog import ReadingsDialog
 

@@ -20,11 +20,11 @@ from tests.samples import ZIGZAG
 from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.core.findings import Finding
-from vomstudio.document import edits
-from vomstudio.document.kinds.dimension import Dimension
-from vomstudio.document.kinds.station import Station
-from vomstudio.tools.measure import MeasureTool
-from vomstudio.tools.station import StationTool
+from vomstudio.project import edits
+from vomstudio.project.kinds.dimension import Dimension
+from vomstudio.project.kinds.station import Station
+from vomstudio.studio.tools.measure import MeasureTool
+from vomstudio.studio.tools.station import StationTool
 from vomstudio.ui.common.widgets import allow
 
 CONTROLS = (QAbstractButton, QComboBox, QLineEdit, QAbstractSpinBox)

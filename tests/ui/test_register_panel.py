@@ -13,10 +13,11 @@ from PySide6.QtWidgets import QApplication, QFileDialog
 
 from tests import driver
 from tests.messages import shown_codes, with_code
-from vomstudio.document import edits
-from vomstudio.document.kinds.control_point import ControlPoint
-from vomstudio.document.records import Frame, Model
-from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
+from vomstudio.geometry.frames import Frame
+from vomstudio.project import edits
+from vomstudio.project.kinds.control_point import ControlPoint
+from vomstudio.project.records import Model
+from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 from vomstudio.ui.interpret.tool_panels.control import ControlPanel
 
 MODEL = np.array(

@@ -6,12 +6,12 @@ from __future__ import annotations
 import pytest
 from PySide6.QtWidgets import QLabel
 
-from tests.document.test_bowed_models import registration
 from tests.messages import shown_codes, shown_values
+from tests.project.test_bowed_models import registration
 from tests.ui.conftest import add_bed, add_cliff
-from vomstudio.document import catalogue, edits
-from vomstudio.document.figures import Subject
 from vomstudio.products.net.contents import fold_ellipse
+from vomstudio.project import catalogue, edits
+from vomstudio.project.figures import Subject
 from vomstudio.ui.scene.view_panel import ViewPanel
 
 

@@ -11,12 +11,12 @@ from tests import driver
 from tests.geology.test_set_proposals import cluster
 from tests.messages import refused, shown_codes, shown_values
 from tests.ui.conftest import add_bed, add_cliff
+from vomstudio.core.errors import DocumentError
 from vomstudio.core.findings import Finding
-from vomstudio.document import edits
-from vomstudio.document.kinds.reading import Reading
-from vomstudio.errors import DocumentError
-from vomstudio.geology.common_turns import together
+from vomstudio.geology.common_rotation_errors import together
 from vomstudio.geology.sets.set_options import SetOptions
+from vomstudio.project import edits
+from vomstudio.project.kinds.reading import Reading
 from vomstudio.ui.analyse.set_candidates import Candidates, propose
 from vomstudio.ui.analyse.sets_panel import SetsPanel
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from vomstudio.io.project.sample import sample_model
+from vomstudio.project.sample import sample_model
 from vomstudio.ui.common.command_targets import start_folder
 
 

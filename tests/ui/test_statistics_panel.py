@@ -8,8 +8,8 @@ from PySide6.QtGui import QGuiApplication
 from tests import driver
 from tests.messages import shown_codes
 from tests.ui.conftest import add_cliff
-from vomstudio.document import edits
-from vomstudio.document.kinds.reading import Reading
+from vomstudio.project import edits
+from vomstudio.project.kinds.reading import Reading
 from vomstudio.ui.analyse.statistics_panel import StatisticsPanel
 
 

@@ -17,10 +17,11 @@ from PySide6.QtWidgets import QApplication
 from tests import driver
 from tests.samples import ZIGZAG
 from tests.ui.conftest import add_bed, add_cliff
-from vomstudio.document import edits
-from vomstudio.document.kinds.reading import Reading
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Feature, Frame, Model
+from vomstudio.geometry.frames import Frame
+from vomstudio.project import edits
+from vomstudio.project.kinds.reading import Reading
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.records import Feature, Model
 from vomstudio.ui.analyse import stereonet_panel
 from vomstudio.ui.analyse.net.commands import export_net
 from vomstudio.ui.analyse.net.contour_button import ContourButton

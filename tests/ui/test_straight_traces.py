@@ -10,9 +10,9 @@ from PySide6.QtWidgets import QApplication
 
 from tests import driver
 from tests.ui.conftest import add_bed, add_cliff
-from vomstudio.document import edits
-from vomstudio.document.kinds.reading import Reading
 from vomstudio.products.net.contents import NetBand, NetEllipse
+from vomstudio.project import edits
+from vomstudio.project.kinds.reading import Reading
 
 
 def along(trend_deg: float, plunge_deg: float, seed: int) -> tuple:

@@ -11,10 +11,10 @@ from tests.samples import ZIGZAG
 from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_open_cliff
 from vomstudio.core.findings import Finding
-from vomstudio.document.kinds.patch import Patch
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
-from vomstudio.tools.patch import PatchTool
+from vomstudio.project.kinds.patch import Patch
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
+from vomstudio.studio.tools.patch import PatchTool
 
 MESH = grid(41, 4.0, rough=0.01)
 

@@ -10,8 +10,8 @@ from PySide6.QtWidgets import QDoubleSpinBox, QLabel, QTableWidget
 from tests.samples import ZIGZAG
 from tests.tiers import first_in_default_tier
 from tests.ui.conftest import add_bed, add_cliff
-from vomstudio.document import edits
-from vomstudio.document.records import Frame
+from vomstudio.geometry.frames import Frame
+from vomstudio.project import edits
 
 METRES = re.compile(r"\(m\)|\(1σ, m\)| m\b|metres")
 DOCKS = (

@@ -15,9 +15,9 @@ from PySide6.QtWidgets import QLabel, QTableView, QTreeView, QWidget
 
 from tests.driver import close, make_window, wait
 from tests.fuzz.projects import specimen
-from vomstudio.document import edits
-from vomstudio.document.records import Feature, FeatureType, Model
-from vomstudio.io.project.folder import Project
+from vomstudio.project import edits
+from vomstudio.project.folder import Project
+from vomstudio.project.records import Feature, FeatureType, Model
 from vomstudio.ui.common.widgets import Label, as_words, rich_label, rich_lines
 
 SOURCES = Path(__file__).parents[2] / "vomstudio" / "ui"

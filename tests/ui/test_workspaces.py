@@ -20,11 +20,11 @@ from PySide6.QtWidgets import (
 )
 
 from tests import driver
+from tests.studio.tools.fakes import event
 from tests.tiers import first_in_default_tier
-from tests.tools.fakes import event
 from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.io.settings import read_settings
-from vomstudio.tools.registry import TOOLS
+from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.ui.interpret.tool_panels.line import LinePanel
 from vomstudio.ui.interpret.tool_panels.trace import TracePanel
 from vomstudio.ui.shell.main_window import MainWindow

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError, UsageError, VomError, VomWarning
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, UsageError, VomError, VomWarning
 from vomstudio.geology.notation import exact_plane, parse_plane
 from vomstudio.geology.orientation import Plane
-from vomstudio.geometry.places import no_places
+from vomstudio.geometry.coordinate_limits import no_places
 from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.tables import COORDINATES
 

@@ -11,12 +11,12 @@ from vomstudio.api.declared_options import options_from_arguments
 from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.reporting import Reported, told
 from vomstudio.core.findings import Finding
-from vomstudio.progress import CancelToken
+from vomstudio.core.progress import CancelToken
+from vomstudio.core.words import tr
 from vomstudio.registration.distances import comparison
 from vomstudio.registration.distances.compare_options import CompareOptions
 from vomstudio.registration.distances.comparison import Comparison
 from vomstudio.registration.overlap import crs_findings
-from vomstudio.words import tr
 
 
 def compare(

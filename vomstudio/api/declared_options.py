@@ -7,9 +7,9 @@ from contextlib import contextmanager
 from typing import Any, TypeVar
 
 from vomstudio.api.checking import flag, single_number, whole_number, words_of
+from vomstudio.core.errors import InputError, VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import Declaration, declarations
-from vomstudio.errors import InputError, VomError
 
 Options = TypeVar("Options")
 

@@ -15,6 +15,7 @@ from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
 from vomstudio.api.reporting import Reported, told
 from vomstudio.core.findings import Finding
+from vomstudio.core.reprs import html_table, in_lines
 from vomstudio.core.results import HIDDEN
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
@@ -23,7 +24,6 @@ from vomstudio.products.elevation.planning import HeightPlan, plan_heights, refe
 from vomstudio.products.elevation.results import ElevationFigures, WrittenElevation
 from vomstudio.products.elevation.shading import dips_of, hillshade
 from vomstudio.products.elevation.writing import figures_of, write_elevation
-from vomstudio.reprs import html_table, in_lines
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)

@@ -11,10 +11,10 @@ from vomstudio.api.planes import plane_text
 from vomstudio.geology.beds.extended import PlaneBelief, belief_of_attitude, belief_of_fit
 from vomstudio.geology.notation import plane_option
 from vomstudio.geometry.planes import fit_plane
-from vomstudio.products.section.curtain import parse_through
 from vomstudio.products.section.extend_options import ExtendOptions
 from vomstudio.products.section.extension import ExtendedPlane
 from vomstudio.products.section.extension import extend as _extend
+from vomstudio.products.section.section_lines import parse_through
 
 
 def extend(

@@ -17,14 +17,14 @@ from vomstudio.api.declared_options import arguments_named, options_from_argumen
 from vomstudio.api.models import model_of
 from vomstudio.api.reporting import Reported, told
 from vomstudio.api.tables import frame
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
+from vomstudio.core.progress import CancelToken
 from vomstudio.core.results import HIDDEN
-from vomstudio.errors import UsageError
+from vomstudio.core.words import tr
 from vomstudio.extraction.facet_table import FacetTable
 from vomstudio.extraction.followed_trace import FollowedTrace
 from vomstudio.extraction.trace_options import FollowOptions
-from vomstudio.progress import CancelToken
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.extraction.calibrated_photos import CalibratedPhotos
@@ -135,7 +135,7 @@ def facets(
 
 
 def _as_facets(found: FacetTable) -> Facets:
-    from vomstudio.tables.orientation_table import COLUMNS
+    from vomstudio.project.tables.orientation_table import COLUMNS
 
     table = frame(found.rows, COLUMNS)
     for column in found.more:
@@ -217,7 +217,7 @@ def follow(
     from vomstudio.extraction.proposals.edge_pictures import DRAWN, wearing_edges
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.io.models.opening import resolution
-    from vomstudio.jobs.edge_finding import edges_by
+    from vomstudio.studio.jobs.edge_detection import edges_by
 
     options = options_from_arguments(
         FollowOptions,

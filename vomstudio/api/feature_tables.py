@@ -8,16 +8,17 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from vomstudio.api.tables import frame
-from vomstudio.document.figures import Subject
-from vomstudio.document.kind import color_of
-from vomstudio.document.kinds import KINDS, kind_of
-from vomstudio.document.measurement import Measurement
-from vomstudio.document.measurement_cache import Measurements
-from vomstudio.document.records import Feature, Record
 from vomstudio.geometry.plane_discs import disc_of_fit
-from vomstudio.tables.orientation_table import COLUMNS
-from vomstudio.tables.project_layers import Layer, project_layers
-from vomstudio.tables.project_table import project_table
+from vomstudio.io.gis.layers import Layer
+from vomstudio.project.figures import Subject
+from vomstudio.project.kind import color_of
+from vomstudio.project.kinds import KINDS, kind_of
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.measurement_cache import Measurements
+from vomstudio.project.records import Feature, Record
+from vomstudio.project.tables.orientation_table import COLUMNS
+from vomstudio.project.tables.project_layers import project_layers
+from vomstudio.project.tables.project_table import project_table
 
 if TYPE_CHECKING:
     from vomstudio.rendering.plots.plotting import DrawnFeature

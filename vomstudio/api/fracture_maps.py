@@ -140,7 +140,7 @@ def fractures(
 
 
 def _draw(mapped: Mapped, plot: Path, force: bool) -> None:
-    from vomstudio.files.atomic import atomic_write
+    from vomstudio.core.files.atomic import atomic_write
     from vomstudio.products.fractures.figure import write_fractures
     from vomstudio.products.net.figure import picture_format
 

@@ -7,8 +7,8 @@ from contextlib import contextmanager
 from typing import Literal
 
 from vomstudio.api.checking import one_of, words_of
+from vomstudio.core.errors import VomError
 from vomstudio.core.options import declarations
-from vomstudio.errors import VomError
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.frame_options import FrameOptions
 

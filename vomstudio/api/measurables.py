@@ -8,9 +8,9 @@ from vomstudio.api.checking import attitude_of, warn
 from vomstudio.api.comparisons import placed
 from vomstudio.api.declared_options import options_from_arguments
 from vomstudio.api.reporting import Reported, told
+from vomstudio.core.progress import CancelToken
 from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.products.surface.measurable_map import MeasurableMap, measurable_map
-from vomstudio.progress import CancelToken
 
 
 def measurable(

@@ -25,7 +25,7 @@ from vomstudio.geology.faults.displacement_pairs import Displacements, displacem
 from vomstudio.geology.faults.three_points import ThreePoints, plane_of_three_points
 from vomstudio.geology.notation import exact_line
 from vomstudio.geology.orientation import Line
-from vomstudio.geometry.places import no_places
+from vomstudio.geometry.coordinate_limits import no_places
 from vomstudio.io.gate.point_tables import read_boundaries, read_pairs
 
 

@@ -22,17 +22,18 @@ from vomstudio.api.checking import (
 from vomstudio.api.frame_arguments import frame_arguments_named, frame_options
 from vomstudio.api.reporting import Reported, told
 from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress
+from vomstudio.core.reprs import html_table, in_lines
 from vomstudio.geometry import cloud as clouds
 from vomstudio.geometry import mesh as meshes
 from vomstudio.geometry import transform
 from vomstudio.geometry.units import Axes
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
-from vomstudio.progress import Progress
-from vomstudio.reprs import html_table, in_lines
 
 if TYPE_CHECKING:
-    from vomstudio.document.records import Model, Registration
+    from vomstudio.geometry.registrations import Registration
     from vomstudio.io.models.reader import LoadedModel
+    from vomstudio.project.records import Model
     from vomstudio.registration.results import RotationError
 
 Floats = npt.NDArray[np.float64]
@@ -375,7 +376,7 @@ def read(
     >>> cliff.points.shape[1], cliff.faces.shape[1], cliff.crs
     (3, 3, 'EPSG:32633')
     """
-    from vomstudio.workspace.world_models import check_place
+    from vomstudio.studio.world_models import check_place
 
     file, folder = path_of(path, "path"), maybe_path(project, "project")
     options = frame_options(crs, up, unit, to_crs)
@@ -438,7 +439,7 @@ def registered(model: Mesh | PointCloud, registration: Registration) -> Mesh | P
 
 def _read_of_project(path: Path, project: Path, progress: Progress | None) -> Mesh | PointCloud:
     from vomstudio.io.models.opening import read_model
-    from vomstudio.workspace.world_models import model_in
+    from vomstudio.studio.world_models import model_in
 
     loaded = read_model(path, progress)
     return as_recorded(loaded, model_in(project, loaded))

@@ -16,8 +16,8 @@ from vomstudio.api.checking import (
 )
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.tables import Azimuth, rows_of
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
 from vomstudio.geology.rose_options import RoseOptions
 from vomstudio.products.net.figure_options import StereonetFigure, StereonetOptions
 
@@ -113,7 +113,7 @@ def stereonet(
     """
     from vomstudio.products.net import stereonet_axes
     from vomstudio.products.net.figure_style import FigureStyle
-    from vomstudio.products.net.net_wishes import contouring_of, wishes_of
+    from vomstudio.products.net.preparation import contouring_of, wishes_of
     from vomstudio.products.net.table_net import net_of_table
 
     options = options_from_arguments(

@@ -16,6 +16,7 @@ from vomstudio.api.planes import plane_text
 from vomstudio.api.reporting import Reported, told
 from vomstudio.api.sets import fold as fold_of
 from vomstudio.core.findings import Finding
+from vomstudio.core.reprs import html_table, in_lines
 from vomstudio.core.results import HIDDEN
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.table_folds import TableFold
@@ -29,7 +30,6 @@ from vomstudio.products.ortho.requests import (
     direction_of,
     request_picture,
 )
-from vomstudio.reprs import html_table, in_lines
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)

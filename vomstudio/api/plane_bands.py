@@ -7,8 +7,8 @@ from typing import Any
 from vomstudio.api.checking import naming, positive
 from vomstudio.api.checking import points as checked
 from vomstudio.api.tables import rows_of
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
 from vomstudio.geology.band_figures import BandFigures, band_figures, table_priors
 from vomstudio.geology.plane_bands import CrossingPlane, PlaneBand, band_of, crossing_plane
 from vomstudio.geometry.planes import fit_plane

@@ -23,19 +23,19 @@ from vomstudio.api.checking import (
 )
 from vomstudio.api.declared_options import options_from_arguments
 from vomstudio.api.tables import dataframe_crs, frame
+from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding
+from vomstudio.core.reprs import html_table
 from vomstudio.core.results import Result
-from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.core.words import tr
 from vomstudio.geology.beds.parallel import ParallelBeds, parallel_beds
 from vomstudio.geology.notation import format_attitude
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.profiles import PROFILES
 from vomstudio.io.gate.points import points_to_world
-from vomstudio.io.text.group_words import COLUMNS, Words, words_of_groups
-from vomstudio.reprs import html_table
-from vomstudio.tables.fit_options import FitOptions
-from vomstudio.tables.fitted_planes import FittedPlanes, fitted_planes
-from vomstudio.words import tr
+from vomstudio.io.text.group_columns import COLUMNS, Words, words_of_groups
+from vomstudio.project.tables.fit_options import FitOptions
+from vomstudio.project.tables.fitted_planes import FittedPlanes, fitted_planes
 
 Method = Literal["pca", "regression"]
 Axis = Literal["auto", "x", "y", "z"]

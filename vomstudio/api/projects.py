@@ -12,17 +12,17 @@ from vomstudio.api.checking import flag, naming, path_of, points, required_text,
 from vomstudio.api.frame_arguments import frame_arguments_named, frame_options
 from vomstudio.api.models import Mesh, PointCloud, as_recorded
 from vomstudio.api.planes import LineFit, PlaneFit, line_of_row, plane_of_row
+from vomstudio.core.errors import DocumentError, GeometryError, InputError, VomWarning
 from vomstudio.core.findings import Finding, finding_of
-from vomstudio.document.measurement_cache import Measurements
-from vomstudio.document.records import Model
-from vomstudio.errors import DocumentError, GeometryError, InputError, VomWarning
-from vomstudio.io.project.export import export_records, refuse_empty
-from vomstudio.io.project.journal import own_files
-from vomstudio.io.project.verify import Verification, verify
-from vomstudio.reprs import html_table, in_lines
-from vomstudio.workspace.headless_project import HeadlessProject, Picks
-from vomstudio.workspace.project_summary import ModelFacts, fitted_records, model_facts
-from vomstudio.workspace.surfaces.grid_shares import GridShare, shares_of
+from vomstudio.core.reprs import html_table, in_lines
+from vomstudio.project.exports.export import export_records, refuse_empty
+from vomstudio.project.journal.database import own_files
+from vomstudio.project.measurement_cache import Measurements
+from vomstudio.project.records import Model
+from vomstudio.project.verify import Verification, verify
+from vomstudio.studio.headless_project import HeadlessProject, Picks
+from vomstudio.studio.project_summary import ModelFacts, fitted_records, model_facts
+from vomstudio.studio.surfaces.grid_coverage import GridShare, shares_of
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -323,7 +323,7 @@ class Project:
         warning. Raises vs.errors.UsageError for another format, vs.errors.InputError where there
         is nothing that the format can hold, vs.errors.TargetError where the file cannot be written.
         """
-        from vomstudio.files.atomic import check_target
+        from vomstudio.core.files.atomic import check_target
 
         target, replace, wanted = (
             path_of(path, "path"),

@@ -10,9 +10,9 @@ from vomstudio.api.comparisons import is_array, placed
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.models import model_of
 from vomstudio.api.reporting import Reported, told
+from vomstudio.core.progress import CancelToken
 from vomstudio.extraction.proposals.traces import ProposedTraces
 from vomstudio.extraction.trace_options import ProposalOptions
-from vomstudio.progress import CancelToken
 
 
 def propose_traces(
@@ -81,7 +81,7 @@ def propose_traces(
     from vomstudio.extraction.proposals.edge_pictures import wearing_edges
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.io.models.opening import resolution
-    from vomstudio.jobs.edge_finding import edges_by
+    from vomstudio.studio.jobs.edge_detection import edges_by
 
     options = options_from_arguments(
         ProposalOptions,

@@ -17,9 +17,9 @@ from vomstudio.api.checking import (
 )
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.reporting import Reported, told
-from vomstudio.jobs.reconstruct_options import ReconstructOptions
-from vomstudio.jobs.reconstruction_tasks import Reconstruction
-from vomstudio.progress import CancelToken
+from vomstudio.core.progress import CancelToken
+from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
+from vomstudio.studio.jobs.reconstruction_tasks import Reconstruction
 
 
 def reconstruct(
@@ -75,11 +75,11 @@ def reconstruct(
     >>> import vomstudio as vs
     >>> vs.reconstruct(tempfile.gettempdir() + "/none", "model")
     Traceback (most recent call last):
-    vomstudio.errors.InputError: ...none: This is not a folder of photos. Choose another.
+    vomstudio.core.errors.InputError: ...none: This is not a folder of photos. Choose another.
     """
-    from vomstudio.jobs.reconstruction_orders import order_reconstruction
-    from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT
-    from vomstudio.jobs.run_job import run_job
+    from vomstudio.studio.jobs.reconstruction_requests import order_reconstruction
+    from vomstudio.studio.jobs.reconstruction_tasks import RECONSTRUCT
+    from vomstudio.studio.jobs.run_job import run_job
 
     report = told(progress, cancel)
     options = options_from_arguments(

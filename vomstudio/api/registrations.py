@@ -25,15 +25,15 @@ from vomstudio.api.checking import (
 )
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.reporting import Reported, told
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import given_options
-from vomstudio.errors import InputError
-from vomstudio.geometry.places import why_no_error
-from vomstudio.progress import CancelToken
+from vomstudio.core.progress import CancelToken
+from vomstudio.geometry.coordinate_limits import why_no_error
 from vomstudio.registration.placing import register_points
 from vomstudio.registration.register_options import BESIDE, RegisterOptions
 from vomstudio.registration.results import Placed
-from vomstudio.workspace.placing.register_order import register_model
+from vomstudio.studio.placing.register_order import register_model
 
 Array = npt.NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from vomstudio.api.checking import wrong_type
-from vomstudio.progress import CancelToken, Progress, Silent
+from vomstudio.core.progress import CancelToken, Progress, Silent
 
 Reported = Callable[[str, int, int | None], Any] | Progress | None
 """Called with (stage, steps done, all steps or None), or an object with `stage` and `step`."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from vomstudio.api.checking import path_of
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
 
 
 def sample(*parts: str) -> Path:
@@ -23,7 +23,7 @@ def sample(*parts: str) -> Path:
     >>> vs.sample("sample.obj").name
     'sample.obj'
     """
-    from vomstudio.paths import resource
+    from vomstudio.core.paths import resource
 
     names = [str(path_of(part, "parts")) for part in parts]
     try:

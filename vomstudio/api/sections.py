@@ -13,13 +13,14 @@ from vomstudio.api.checking import flag, numbers, path_of, refuse_rows, wrong_sh
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
+from vomstudio.core.reprs import html_table, in_lines
 from vomstudio.geology.notation import format_azimuth
-from vomstudio.products.section.curtain import (
+from vomstudio.products.section.cutting import Cut, cut_model
+from vomstudio.products.section.section_lines import (
     Curtain,
     curtain_of_line,
     curtain_of_options,
 )
-from vomstudio.products.section.cutting import Cut, cut_model
 from vomstudio.products.section.section_options import SectionOptions
 from vomstudio.products.section.writing import (
     SectionFigures,
@@ -27,7 +28,6 @@ from vomstudio.products.section.writing import (
     figures_of,
     write_section,
 )
-from vomstudio.reprs import html_table, in_lines
 
 
 @dataclass(frozen=True, eq=False, repr=False)

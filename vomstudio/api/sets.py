@@ -17,18 +17,18 @@ from vomstudio.api.checking import (
 )
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.tables import Azimuth, rows_of, text_of
+from vomstudio.geology.coverage.repeat_options import RepeatOptions
+from vomstudio.geology.coverage.table_repeats import TableRepeats, table_repeats
 from vomstudio.geology.faults.table_slip import TableSlip, table_slip
 from vomstudio.geology.fold_options import FoldOptions
-from vomstudio.geology.looked_at.repeat_options import RepeatOptions
-from vomstudio.geology.looked_at.table_repeats import TableRepeats, table_repeats
 from vomstudio.geology.populations.statistics_options import StatisticsOptions
 from vomstudio.geology.populations.table_statistics import TableStatistics, table_statistics
 from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.geology.table_folds import TableFold, table_fold
 from vomstudio.geology.table_slopes import TableSlope, slope_face, table_slope
-from vomstudio.io.project.folder import is_project
-from vomstudio.io.project.repeated_picks import read_picks_again
 from vomstudio.io.text.slip_reading import slips_of
+from vomstudio.project.folder import is_project
+from vomstudio.project.repeated_picks import read_picks_again
 
 
 def stats(

@@ -10,11 +10,11 @@ from vomstudio.api.checking import warn, wrong_type
 from vomstudio.api.comparisons import placed
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.reporting import Reported, told
+from vomstudio.core.progress import CancelToken
 from vomstudio.products.surface.analysis import SurfaceFigures, analyse
 from vomstudio.products.surface.patch import around as within
 from vomstudio.products.surface.patch import parse_around
 from vomstudio.products.surface.surface_options import SurfaceOptions
-from vomstudio.progress import CancelToken
 
 
 def surface(

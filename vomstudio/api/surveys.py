@@ -18,12 +18,12 @@ from vomstudio.api.declared_options import arguments_named, options_from_argumen
 from vomstudio.api.reporting import Reported, told
 from vomstudio.core.findings import Finding
 from vomstudio.io.photos.reading import PhotoFolder
-from vomstudio.survey.folder_check import FolderCheck
-from vomstudio.survey.planning import SurveyPlan
-from vomstudio.survey.survey_options import CheckOptions, PlanOptions
+from vomstudio.photogrammetry.survey.folder_check import FolderCheck
+from vomstudio.photogrammetry.survey.planning import SurveyPlan
+from vomstudio.photogrammetry.survey.survey_options import CheckOptions, PlanOptions
 
 if TYPE_CHECKING:
-    from vomstudio.survey.plan_camera import PlanCamera
+    from vomstudio.photogrammetry.survey.plan_camera import PlanCamera
 
 
 def read_photos(folder: str | Path, *, progress: Reported = None) -> PhotoFolder:
@@ -92,7 +92,7 @@ def check(
     >>> vs.check(one).findings[0].code
     'one-photo'
     """
-    from vomstudio.survey.folder_check import check_folder
+    from vomstudio.photogrammetry.survey.folder_check import check_folder
 
     options = options_from_arguments(CheckOptions, distance_m=distance_m)
     checked, _ = check_folder(path_of(folder, "folder"), options.distance_m, told(progress))
@@ -152,10 +152,10 @@ def plan(
     >>> round(survey.gsd_m, 5) == round(23.5 / 6000 * 20 / 35, 5)
     True
     """
-    from vomstudio.files.atomic import check_target
+    from vomstudio.core.files.atomic import check_target
+    from vomstudio.photogrammetry.survey.plan_forecast import foretold
+    from vomstudio.photogrammetry.survey.planning import plan_survey
     from vomstudio.products.report.field_sheet import check_format, write_field_sheet
-    from vomstudio.survey.foretold_plan import foretold
-    from vomstudio.survey.planning import plan_survey
 
     options = options_from_arguments(
         PlanOptions,
@@ -187,7 +187,7 @@ def plan(
 
 def _camera(camera: Any, focal_mm: float | None) -> PlanCamera:
     """Return the camera of a plan. Raises InputError, UsageError."""
-    from vomstudio.survey.plan_camera import camera_of
+    from vomstudio.photogrammetry.survey.plan_camera import camera_of
 
     words = os.fspath(camera) if isinstance(camera, os.PathLike) else camera
     return camera_of(required_text(words, "camera"), focal_mm)

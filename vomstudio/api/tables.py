@@ -17,19 +17,19 @@ from vomstudio.api.checking import (
     warn,
     wrong_type,
 )
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.document import catalogue
-from vomstudio.errors import InputError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.io.text import orientation_reading
 from vomstudio.io.text.column_names import plain
-from vomstudio.io.text.flag_words import answer
+from vomstudio.io.text.flags import answer
 from vomstudio.io.text.orientation_columns import ALIASES
 from vomstudio.io.text.orientation_reading import OrientationTable, orientations_of
-from vomstudio.io.text.table_turns import registrations_in
+from vomstudio.io.text.registration_comments import registrations_in
 from vomstudio.io.text.tables import TextTable, read_table, table_of_cells
-from vomstudio.tables.orientation_table import COLUMNS, Row, line_row, orientation_row
-from vomstudio.tables.registration_lines import registration_lines
+from vomstudio.project import catalogue
+from vomstudio.project.tables.orientation_table import COLUMNS, Row, line_row, orientation_row
+from vomstudio.project.tables.registration_comments import registration_lines
 
 FORMS = {figure.name: figure.form for figure in catalogue.ORIENTATION}
 _IN_MEMORY = "the table"

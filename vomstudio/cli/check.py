@@ -12,11 +12,11 @@ from vomstudio.cli.common.arguments import Subparsers, add_command, progress_of
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
 from vomstudio.core.findings import Finding
-from vomstudio.survey.survey_options import CheckOptions, CheckScene
-from vomstudio.words import tr
+from vomstudio.core.words import tr
+from vomstudio.photogrammetry.survey.survey_options import CheckOptions, CheckScene
 
 if TYPE_CHECKING:
-    from vomstudio.survey.check_results import SurveyReport
+    from vomstudio.photogrammetry.survey.check_results import SurveyReport
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -29,7 +29,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.survey.folder_check import check_folder
+    from vomstudio.photogrammetry.survey.folder_check import check_folder
 
     options, scene = options_from(args, CheckOptions), None
     if args.scene is not None:

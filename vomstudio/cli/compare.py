@@ -18,17 +18,17 @@ from vomstudio.cli.common.arguments import (
 )
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
-from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
+from vomstudio.cli.common.unitless_lengths import named_by_unit
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
 from vomstudio.registration.distances.compare_options import CompareOptions
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
-    from vomstudio.geology.agreement import Agreement
+    from vomstudio.geology.model_agreement import Agreement
     from vomstudio.registration.distances.comparison import Comparison
-    from vomstudio.workspace.world_models import WorldModel
+    from vomstudio.studio.world_models import WorldModel
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -58,12 +58,12 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
-    from vomstudio.files.atomic import check_target
+    from vomstudio.core.files.atomic import check_target
     from vomstudio.io.models.reconstruction_file import placing_error_m
     from vomstudio.io.models.writing import choose_writer
     from vomstudio.registration.distances.comparison import compare
     from vomstudio.registration.overlap import crs_findings
-    from vomstudio.workspace.world_models import read_beside, read_in_world
+    from vomstudio.studio.world_models import read_beside, read_in_world
 
     options = options_from(args, CompareOptions)
     if args.output is not None:
@@ -111,7 +111,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _agreement(args: argparse.Namespace) -> Agreement:
-    from vomstudio.geology.agreement import agreement
+    from vomstudio.geology.model_agreement import agreement
     from vomstudio.io.text.oriented_planes import read_planes
 
     tables = []

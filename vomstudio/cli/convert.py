@@ -11,17 +11,17 @@ from vomstudio.cli.common.arguments import Subparsers, add_command, report_readi
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.output import Output
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
 from vomstudio.geometry.units import METRES
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
     from vomstudio.core.findings import Finding
-    from vomstudio.document.records import Registration
     from vomstudio.geometry.cloud import PointCloud
     from vomstudio.geometry.mesh import Mesh
+    from vomstudio.geometry.registrations import Registration
     from vomstudio.geometry.units import Axes
     from vomstudio.io.models.reader import LoadedModel
 
@@ -39,8 +39,8 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
+    from vomstudio.core.files.atomic import check_target
     from vomstudio.core.findings import without_repeats
-    from vomstudio.files.atomic import check_target
     from vomstudio.geometry.registration_frames import change_file_frame
     from vomstudio.io.models.frames import establish_frame, stored_registration
     from vomstudio.io.models.model_copy import companions

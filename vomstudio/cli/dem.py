@@ -8,11 +8,11 @@ from typing import Any
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, add_project
-from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
-from vomstudio.errors import InputError
+from vomstudio.cli.common.unitless_lengths import named_by_unit, unit_of
+from vomstudio.core.errors import InputError
+from vomstudio.core.words import tr
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
-from vomstudio.words import tr
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -34,7 +34,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.elevation import writing
     from vomstudio.products.elevation.heights import draw_heights
     from vomstudio.products.elevation.planning import plan_heights, reference_plane
-    from vomstudio.workspace.world_models import read_in_world
+    from vomstudio.studio.world_models import read_in_world
 
     options, files = options_from(args, DemOptions), options_from(args, DemFiles)
     plane = reference_plane(options.plane)

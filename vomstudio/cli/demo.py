@@ -15,22 +15,22 @@ from vomstudio.cli.common.arguments import Parser, Subparsers, add_command, prog
 from vomstudio.cli.common.declared_options import add_options
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.reporting import Reporter
+from vomstudio.core.errors import TargetError, WorkerError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import TargetError, WorkerError
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import tr
 from vomstudio.products.sample.demo_options import DemoOptions
-from vomstudio.progress import Progress
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    from vomstudio.document.kinds.patch import Patch
-    from vomstudio.document.records import Model
     from vomstudio.geometry.mesh import Mesh
-    from vomstudio.io.project.folder import Project
-    from vomstudio.io.project.sample import SamplePicks
     from vomstudio.products.sample.check import SampleResult
+    from vomstudio.project.folder import Project
+    from vomstudio.project.kinds.patch import Patch
+    from vomstudio.project.records import Model
+    from vomstudio.project.sample import SamplePicks
 
     Floats = npt.NDArray[np.float64]
 
@@ -61,7 +61,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.files.atomic import write_bytes
+    from vomstudio.core.files.atomic import write_bytes
 
     folder = Path(args.output)
     _prepare(folder)
@@ -71,9 +71,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
     notes: list[Finding] = []
     warnings: list[Finding] = []
     with watch.step("measure", tr("Measuring the sample")):
-        from vomstudio.io.project.sample import read_picks, read_truth
         from vomstudio.products.sample.check import check_sample
         from vomstudio.products.sample.report import as_html, as_text, tally
+        from vomstudio.project.sample import read_picks, read_truth
 
         picks = read_picks()
         result = check_sample(picks, read_truth())
@@ -126,7 +126,8 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
     from vomstudio.io.models.opening import read_model
     from vomstudio.io.models.reconstruction_file import result_registration
     from vomstudio.io.photos.cameras_file import read_cameras
-    from vomstudio.io.project.sample import (
+    from vomstudio.products.sample.photo_check import check_photos, photo_findings
+    from vomstudio.project.sample import (
         read_true_cameras,
         read_truth,
         sample_control,
@@ -134,9 +135,8 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
         sample_model,
         sample_photos,
     )
-    from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT, ReconstructionOrder
-    from vomstudio.jobs.run_job import run_job
-    from vomstudio.products.sample.photo_check import check_photos, photo_findings
+    from vomstudio.studio.jobs.reconstruction_tasks import RECONSTRUCT, ReconstructionOrder
+    from vomstudio.studio.jobs.run_job import run_job
 
     order = ReconstructionOrder(
         sample_photos(),
@@ -191,9 +191,9 @@ class _Watch:
 
 def _prepare(folder: Path) -> None:
     """An empty folder, or one that an earlier demo made, from which its project is taken away."""
-    from vomstudio.files.atomic import write_bytes
-    from vomstudio.files.inside import make_folder, place_inside
-    from vomstudio.files.lock import ProjectLock
+    from vomstudio.core.files.atomic import write_bytes
+    from vomstudio.core.files.containment import make_folder, place_inside
+    from vomstudio.core.files.lock import ProjectLock
 
     try:
         make_folder(folder)
@@ -216,14 +216,15 @@ def _prepare(folder: Path) -> None:
 def _project(folder: Path, picks: SamplePicks) -> list[Path]:
     """A project like one made in the window, its table and its GIS layers."""
     from vomstudio.core.identifiers import new_id
-    from vomstudio.document.edits import add_model
-    from vomstudio.document.records import Frame, Model
+    from vomstudio.geometry.frames import Frame
     from vomstudio.geometry.mesh import Mesh
     from vomstudio.io.models.model_copy import copy_model
     from vomstudio.io.models.opening import read_model
-    from vomstudio.io.project.export import export_records
-    from vomstudio.io.project.folder import Project
-    from vomstudio.io.project.sample import sample_model
+    from vomstudio.project.edits import add_model
+    from vomstudio.project.exports.export import export_records
+    from vomstudio.project.folder import Project
+    from vomstudio.project.records import Model
+    from vomstudio.project.sample import sample_model
 
     project = Project.create(folder / PROJECT)
     try:
@@ -255,10 +256,10 @@ def _add_picks(project: Project, model: Model, mesh: Mesh, picks: SamplePicks) -
     """Every pick as the tools would have kept it: beds and fault as traces, joints, which were
     picked all over their faces, as patches."""
     from vomstudio.core.identifiers import new_id
-    from vomstudio.document.edit import change
-    from vomstudio.document.kinds.trace import Trace
-    from vomstudio.document.records import SURROUNDINGS_RULE, Feature
     from vomstudio.geometry.streaming.surfaces import surface_of
+    from vomstudio.project.edit import change
+    from vomstudio.project.kinds.trace import Trace
+    from vomstudio.project.records import SURROUNDINGS_RULE, Feature
 
     surface = surface_of(mesh)
     surface.build()
@@ -295,10 +296,10 @@ def _patch(model: Model, mesh: Mesh, points: Floats, spacing: float | None) -> P
     from scipy.spatial import cKDTree
 
     from vomstudio.core.identifiers import new_id
-    from vomstudio.document.kinds.patch import Patch
-    from vomstudio.document.records import SURROUNDINGS_RULE
     from vomstudio.geometry.patches import moments, outline, runs_of
     from vomstudio.geometry.planes import fit_plane
+    from vomstudio.project.kinds.patch import Patch
+    from vomstudio.project.records import SURROUNDINGS_RULE
 
     fit, known = fit_plane(points), moments(points)
     _, faces = cKDTree(mesh.vertices[mesh.faces].mean(axis=1)).query(points)
@@ -321,7 +322,7 @@ def _patch(model: Model, mesh: Mesh, points: Floats, spacing: float | None) -> P
 
 
 def _nets(folder: Path, picks: SamplePicks, result: SampleResult) -> list[Path]:
-    from vomstudio.files.atomic import atomic_write
+    from vomstudio.core.files.atomic import atomic_write
     from vomstudio.products.net.contents import NetContents, make_sets
     from vomstudio.products.net.figure import write_stereonet
 
@@ -342,7 +343,7 @@ def _nets(folder: Path, picks: SamplePicks, result: SampleResult) -> list[Path]:
 def _orthophoto(folder: Path, progress: Reporter) -> list[Path]:
     """Write an orthophoto along beta by the command `ortho`."""
     from vomstudio.cli import ortho
-    from vomstudio.io.project.sample import sample_model
+    from vomstudio.project.sample import sample_model
 
     parser = Parser(prog="vomstudio")
     ortho.add_parser(parser.add_subparsers(parser_class=Parser))

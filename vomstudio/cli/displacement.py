@@ -13,8 +13,8 @@ from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
 from vomstudio.geology.faults.displacement_options import DisplacementOptions
-from vomstudio.words import tr
 
 
 def add_parser(subparsers: Subparsers) -> None:

@@ -11,8 +11,8 @@ from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, 
 from vomstudio.cli.common.declared_options import add_options
 from vomstudio.cli.common.output import Output
 from vomstudio.core.findings import Finding
-from vomstudio.io.project.export_options import ExportFormat
-from vomstudio.words import tr, tr_n
+from vomstudio.core.words import tr, tr_n
+from vomstudio.project.exports.export_options import ExportFormat
 
 _NAMED = 5
 """More features than this that are left out for one reason are counted."""
@@ -28,7 +28,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.io.project.export import export_project
+    from vomstudio.project.exports.export import export_project
 
     table = export_project(
         Path(args.project), args.to, Path(args.output), force=args.force, progress=progress_of(args)

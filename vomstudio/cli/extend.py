@@ -11,17 +11,17 @@ from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, 
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.labelled_models import write_labelled
-from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
+from vomstudio.cli.common.unitless_lengths import named_by_unit, unit_of
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr, tr_n
 from vomstudio.products.section.extend_options import ExtendOptions
-from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
     from vomstudio.geology.beds.extended import PlaneBelief
     from vomstudio.products.section.extension import ExtendedPlane
-    from vomstudio.workspace.world_models import WorldModel
+    from vomstudio.studio.world_models import WorldModel
 
 _SHOWN = 20
 
@@ -49,10 +49,10 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
-    from vomstudio.files.atomic import check_target
+    from vomstudio.core.files.atomic import check_target
     from vomstudio.io.models.writing import choose_writer
     from vomstudio.products.section.extension import extend, format_of, write_traces
-    from vomstudio.workspace.world_models import read_in_world
+    from vomstudio.studio.world_models import read_in_world
 
     options = options_from(args, ExtendOptions)
     options.check_points(args.points, "POINTS")
@@ -92,7 +92,7 @@ def _belief(
     from vomstudio.geometry.planes import fit_plane
     from vomstudio.io.gate.point_tables import read_points
     from vomstudio.io.gate.points import ModelFrame
-    from vomstudio.products.section.curtain import parse_through
+    from vomstudio.products.section.section_lines import parse_through
 
     if points is not None:
         read = read_points(points, model=ModelFrame(model.crs))

@@ -16,11 +16,11 @@ from vomstudio.cli.common.frames_of_models import (
     unknown_unit,
 )
 from vomstudio.cli.common.labelled_models import write_labelled
-from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
+from vomstudio.cli.common.unitless_lengths import named_by_unit
+from vomstudio.core.words import tr
 from vomstudio.extraction.facet_options import FacetOptions
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.extraction.facet_table import FacetTable
@@ -47,12 +47,12 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
+    from vomstudio.core.files.atomic import check_target
     from vomstudio.extraction.facet_search import search
-    from vomstudio.files.atomic import check_target
     from vomstudio.geology.profiles import DEFAULTS
     from vomstudio.io.models.writing import choose_writer
-    from vomstudio.tables.orientation_table import write_orientation_csv
-    from vomstudio.workspace.world_models import read_in_world
+    from vomstudio.project.tables.orientation_table import write_orientation_csv
+    from vomstudio.studio.world_models import read_in_world
 
     options = options_from(args, FacetOptions)
     check_target(args.output, force=args.force, inputs=[args.model])

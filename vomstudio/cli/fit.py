@@ -18,10 +18,10 @@ from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
-from vomstudio.tables.fit_options import FitOptions, FitTogether
-from vomstudio.words import tr
+from vomstudio.core.words import tr
+from vomstudio.project.tables.fit_options import FitOptions, FitTogether
 
 if TYPE_CHECKING:
     from vomstudio.geology.beds.parallel import ParallelBeds
@@ -40,11 +40,11 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises GeometryError where no plane at all can be fitted."""
-    from vomstudio.files.atomic import check_target
+    from vomstudio.core.files.atomic import check_target
     from vomstudio.geology.profiles import PROFILES
     from vomstudio.io.gate.point_tables import read_points
-    from vomstudio.tables.fitted_planes import fitted_planes
-    from vomstudio.tables.orientation_table import write_orientation_csv
+    from vomstudio.project.tables.fitted_planes import fitted_planes
+    from vomstudio.project.tables.orientation_table import write_orientation_csv
 
     options, together = options_from(args, FitOptions), options_from(args, FitTogether)
     if args.output is not None:
@@ -86,7 +86,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         write_orientation_csv(args.output, rows, limits=limits, crs=read.crs, force=args.force)
         result["table"] = args.output
     if drawn is not None:
-        from vomstudio.files.atomic import atomic_write
+        from vomstudio.core.files.atomic import atomic_write
         from vomstudio.products.net.shape_figure import write_shapes
 
         with atomic_write(args.plot, args.force) as temporary:
@@ -114,7 +114,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 def _plot_of(args: argparse.Namespace) -> str:
     """The format of the figure."""
-    from vomstudio.files.atomic import check_target
+    from vomstudio.core.files.atomic import check_target
     from vomstudio.products.net.figure import picture_format
 
     format_ = picture_format(args.plot, "--plot")

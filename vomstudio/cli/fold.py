@@ -15,8 +15,8 @@ from vomstudio.cli.common.arguments import (
 )
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
+from vomstudio.core.words import tr
 from vomstudio.geology.fold_options import FoldOptions
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geology.domains import DomainFigures

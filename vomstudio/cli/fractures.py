@@ -11,8 +11,8 @@ from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
+from vomstudio.core.words import tr
 from vomstudio.geology.fractures.fracture_options import FractureOptions
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geology.fractures.network import FractureNetwork
@@ -38,7 +38,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.files.atomic import atomic_write, check_target
+    from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
     from vomstudio.products.net.figure import picture_format
 
@@ -65,7 +65,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _result_text(network: FractureNetwork) -> str:
-    from vomstudio.products.fractures.words import figure_rows
+    from vomstudio.products.fractures.summary import figure_rows
 
     rows = figure_rows(network)
     width = max(len(label) for label, _ in rows)

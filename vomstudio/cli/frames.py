@@ -7,8 +7,8 @@ import argparse
 from vomstudio.cli.common.arguments import Subparsers, add_command, progress_of
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
-from vomstudio.survey.survey_options import FrameOptions
-from vomstudio.words import tr, tr_n
+from vomstudio.core.words import tr, tr_n
+from vomstudio.photogrammetry.survey.survey_options import FrameOptions
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -29,7 +29,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.survey.video import take_frames
+    from vomstudio.photogrammetry.survey.video import take_frames
 
     options = options_from(args, FrameOptions)
     report = take_frames(

@@ -15,10 +15,10 @@ from vomstudio.cli.common.arguments import (
     report_reading,
 )
 from vomstudio.cli.common.output import Output
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.errors import InputError
-from vomstudio.progress import Progress
-from vomstudio.words import tr, tr_n
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import tr, tr_n
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
@@ -84,7 +84,7 @@ def _described(path: Path, progress: Progress) -> dict[str, Any]:
 
 
 def _folder(path: Path, progress: Progress) -> dict[str, Any]:
-    from vomstudio.io.project.folder import is_project
+    from vomstudio.project.folder import is_project
 
     if is_project(path):
         return {**NOTHING, "kind": "project"}
@@ -208,7 +208,7 @@ def _picture(path: Path) -> dict[str, Any]:
     require_file(path)
     from PIL import UnidentifiedImageError
 
-    from vomstudio.files.untrusted.pictures import open_picture
+    from vomstudio.core.files.untrusted.pictures import open_picture
 
     try:
         with open_picture(path, header_only=True) as image:
@@ -243,7 +243,7 @@ def _picture(path: Path) -> dict[str, Any]:
 
 
 def _on_the_map(path: Path) -> dict[str, Any] | None:
-    from vomstudio.io.gis.raster_place import place_on_map
+    from vomstudio.io.gis.raster_georeference import place_on_map
 
     return place_on_map(path)
 

@@ -16,13 +16,13 @@ from vomstudio.cli.common.arguments import (
 )
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
-from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
+from vomstudio.cli.common.unitless_lengths import named_by_unit
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
+from vomstudio.core.words import tr
 from vomstudio.geology.beds.log_options import LogLine, LogOptions
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geology.beds.bed_log import BedLog
@@ -45,11 +45,11 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.files.atomic import atomic_write, check_target
+    from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.geology.notation import plane_option
     from vomstudio.products.net.figure import picture_format
     from vomstudio.products.section.decimals import with_error
-    from vomstudio.tables.log_table import about_log, write_log
+    from vomstudio.project.tables.log_table import about_log, write_log
 
     of_project = Path(args.table).is_dir()
     _check_options(args, of_project)
@@ -151,8 +151,8 @@ def _table_log(args: argparse.Namespace, bed: Plane | None, options: LogOptions)
 def _project_log(
     args: argparse.Namespace, line: LogLine, bed: Plane | None, options: LogOptions
 ) -> _LogAnswer:
-    from vomstudio.products.section.kept_log import kept_question
     from vomstudio.products.section.line_log import TRACES, answer
+    from vomstudio.products.section.project_log import kept_question
 
     progress = report_reading(args, args.table)
     question = kept_question(

@@ -15,16 +15,16 @@ from vomstudio.cli.common.arguments import (
 )
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
-from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.text_tables import azimuth
+from vomstudio.cli.common.unitless_lengths import named_by_unit, unit_of
+from vomstudio.core.words import tr
 from vomstudio.products.ortho.ortho_options import OrthoDrawing, OrthoOptions
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.core.findings import Finding
-    from vomstudio.document.records import Matrix
     from vomstudio.geology.table_folds import TableFold
+    from vomstudio.geometry.matrices import Matrix
     from vomstudio.io.models.reader import LoadedModel
 
 
@@ -46,9 +46,10 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.files.atomic import check_target
+    from vomstudio.core.files.atomic import check_target
     from vomstudio.io.models.opening import read_model
     from vomstudio.products.ortho import orthophoto, requests
+    from vomstudio.products.ortho.domain_mask import territory
     from vomstudio.products.ortho.drawn_features import drawing_targets
     from vomstudio.products.ortho.interpretation import (
         LEGEND,
@@ -57,9 +58,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         parse_parts,
         read_items,
     )
-    from vomstudio.products.ortho.one_domain import territory
     from vomstudio.products.ortho.sheet import format_of
-    from vomstudio.workspace.world_models import check_place
+    from vomstudio.studio.world_models import check_place
 
     options, drawing = options_from(args, OrthoOptions), options_from(args, OrthoDrawing)
     own_axis = drawing.domain is not None and not options.has_direction
@@ -137,7 +137,7 @@ def _place(args: argparse.Namespace, loaded: LoadedModel) -> _Place:
     from vomstudio.io.gis.crs import world_crs
     from vomstudio.io.models.frames import establish_frame
     from vomstudio.io.photos.cameras_file import scale_known
-    from vomstudio.workspace.world_models import model_in
+    from vomstudio.studio.world_models import model_in
 
     if args.project is not None:
         model = model_in(args.project, loaded)

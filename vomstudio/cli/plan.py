@@ -9,11 +9,11 @@ from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
-from vomstudio.survey.survey_options import PlanOptions
-from vomstudio.words import tr
+from vomstudio.core.words import tr
+from vomstudio.photogrammetry.survey.survey_options import PlanOptions
 
 if TYPE_CHECKING:
-    from vomstudio.survey.planning import SurveyPlan
+    from vomstudio.photogrammetry.survey.planning import SurveyPlan
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -38,11 +38,11 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.files.atomic import check_target
+    from vomstudio.core.files.atomic import check_target
+    from vomstudio.photogrammetry.survey.plan_camera import camera_of
+    from vomstudio.photogrammetry.survey.plan_forecast import foretold
+    from vomstudio.photogrammetry.survey.planning import plan_survey
     from vomstudio.products.report.field_sheet import check_format, write_field_sheet
-    from vomstudio.survey.foretold_plan import foretold
-    from vomstudio.survey.plan_camera import camera_of
-    from vomstudio.survey.planning import plan_survey
 
     options = options_from(args, PlanOptions)
     if args.output is not None:
@@ -60,8 +60,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _result_text(plan: SurveyPlan) -> str:
-    from vomstudio.survey.foretold_plan import forecast_text
-    from vomstudio.survey.photo_limits import planes_in_short
+    from vomstudio.photogrammetry.survey.photo_limits import planes_in_short
+    from vomstudio.photogrammetry.survey.plan_forecast import forecast_text
 
     near, far = plan.depth_of_field_m
     c = plan.camera

@@ -19,10 +19,10 @@ from vomstudio.cli.common.arguments import (
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.output import Output
+from vomstudio.core.errors import DocumentError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import DocumentError, UsageError
-from vomstudio.words import tr, tr_n
-from vomstudio.workspace.project_options import (
+from vomstudio.core.words import tr, tr_n
+from vomstudio.studio.project_options import (
     ACTION_OPTIONS,
     CompactOptions,
     FeatureValues,
@@ -33,9 +33,9 @@ from vomstudio.workspace.project_options import (
 
 if TYPE_CHECKING:
     from vomstudio.core.findings import Finding
-    from vomstudio.document.records import Feature
-    from vomstudio.workspace.headless_project import HeadlessProject
-    from vomstudio.workspace.project_summary import ProjectSummary
+    from vomstudio.project.records import Feature
+    from vomstudio.studio.headless_project import HeadlessProject
+    from vomstudio.studio.project_summary import ProjectSummary
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -115,7 +115,7 @@ def _list(args: argparse.Namespace, out: Output) -> None:
 
 
 def _create(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.workspace.headless_project import HeadlessProject
+    from vomstudio.studio.headless_project import HeadlessProject
 
     with HeadlessProject.create(Path(args.project)) as desk:
         out.warn(desk.warnings)
@@ -142,7 +142,7 @@ def _named(features: Sequence[Feature]) -> list[dict[str, str]]:
 
 
 def _fit(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.workspace.project_summary import fitted
+    from vomstudio.studio.project_summary import fitted
 
     fits = fitted(Path(args.project), args.ids)
     result = {
@@ -164,8 +164,8 @@ def _fit(args: argparse.Namespace, out: Output) -> None:
 
 
 def _looked_at(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.products.fractures.words import looked_at_rows
-    from vomstudio.workspace.surfaces.grid_shares import shares_of
+    from vomstudio.products.fractures.summary import looked_at_rows
+    from vomstudio.studio.surfaces.grid_coverage import shares_of
 
     with _changing(args, out, saves=False) as desk:
         found, said = shares_of(desk)
@@ -177,7 +177,7 @@ def _looked_at(args: argparse.Namespace, out: Output) -> None:
 
 
 def _verify(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.io.project.verify import verify
+    from vomstudio.project.verify import verify
 
     found = verify(Path(args.project))
     result = {"sound": found.sound, "problems": list(found.problems), "assets": found.assets}
@@ -214,7 +214,7 @@ def _register(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.cli.register import placement_text
     from vomstudio.io.control.observation_tables import read_pairs
     from vomstudio.io.gis.crs import metric_crs
-    from vomstudio.workspace.placing.registering import sets_turned_finding
+    from vomstudio.studio.placing.registering import sets_turned_finding
 
     options = options_from(args, PlacementOptions)
     if options.reference is None and args.pairs is None:
@@ -254,7 +254,7 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.gate.point_tables import read_points
     from vomstudio.io.gate.points import ModelFrame
     from vomstudio.io.gis.crs import world_crs
-    from vomstudio.workspace.headless_project import Picks
+    from vomstudio.studio.headless_project import Picks
 
     options = options_from(args, PickOptions)
     with _changing(args, out) as desk:
@@ -355,7 +355,7 @@ def _changing(
     args: argparse.Namespace, out: Output, *, saves: bool = True
 ) -> Iterator[HeadlessProject]:
     """The open project; what was done to it is saved, and its layers are brought up to date."""
-    from vomstudio.workspace.headless_project import HeadlessProject
+    from vomstudio.studio.headless_project import HeadlessProject
 
     with HeadlessProject.open(Path(args.project), progress_of(args)) as desk:
         out.warn(desk.warnings)
@@ -391,7 +391,7 @@ def _report_added(
 
 # --- in words ------------------------------------------------------------------------------------
 def _summary(args: argparse.Namespace) -> ProjectSummary:
-    from vomstudio.workspace.project_summary import summarise
+    from vomstudio.studio.project_summary import summarise
 
     return summarise(Path(args.project))
 

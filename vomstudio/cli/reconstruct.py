@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 from vomstudio.cli.common.arguments import Subparsers, add_command, progress_of
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
-from vomstudio.jobs.reconstruct_options import ReconstructOptions
-from vomstudio.words import tr
+from vomstudio.core.words import tr
+from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
 
 if TYPE_CHECKING:
-    from vomstudio.jobs.reconstruction_tasks import Reconstruction
+    from vomstudio.studio.jobs.reconstruction_tasks import Reconstruction
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -29,9 +29,9 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.jobs.reconstruction_orders import order_reconstruction
-    from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT
-    from vomstudio.jobs.run_job import run_job
+    from vomstudio.studio.jobs.reconstruction_requests import order_reconstruction
+    from vomstudio.studio.jobs.reconstruction_tasks import RECONSTRUCT
+    from vomstudio.studio.jobs.run_job import run_job
 
     options = options_from(args, ReconstructOptions)
     order, findings = order_reconstruction(args.photos, args.output, options)

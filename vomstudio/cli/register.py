@@ -12,13 +12,13 @@ from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, 
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
 from vomstudio.registration.register_options import RegisterOptions
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.registration.attitude_evidence import AttitudeMiss
     from vomstudio.registration.results import Placed
-    from vomstudio.workspace.placing.register_order import Registered
+    from vomstudio.studio.placing.register_order import Registered
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -39,9 +39,9 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
-    from vomstudio.files.atomic import check_target
-    from vomstudio.registration.remarks import reference_fit_finding
-    from vomstudio.workspace.placing.register_order import register_model
+    from vomstudio.core.files.atomic import check_target
+    from vomstudio.registration.warnings import reference_fit_finding
+    from vomstudio.studio.placing.register_order import register_model
 
     options = options_from(args, RegisterOptions)
     if args.output is not None:
@@ -82,11 +82,11 @@ def _written(args: argparse.Namespace, made: Registered, result: dict[str, Any])
     loaded = made.loaded
     if loaded is None:
         from vomstudio.cli.common.output import to_json
-        from vomstudio.files.atomic import write_bytes
+        from vomstudio.core.files.atomic import write_bytes
 
         write_bytes(Path(args.output), (to_json(result) + "\n").encode(), force=args.force)
         return []
-    from vomstudio.geometry.moving import moved
+    from vomstudio.geometry.model_transform import moved
     from vomstudio.geometry.units import Axes
     from vomstudio.io.models.model_copy import companions
     from vomstudio.io.models.writing import write_model
@@ -108,7 +108,7 @@ def _written(args: argparse.Namespace, made: Registered, result: dict[str, Any])
 
 def placement_text(placement: Placed) -> str:
     """Return the residuals, the results without each observation and the findings in words."""
-    from vomstudio.registration.remarks import worst_axis_findings
+    from vomstudio.registration.warnings import worst_axis_findings
 
     blocks = []
     for title, points in ((tr("control"), placement.control), (tr("check"), placement.check)):

@@ -17,9 +17,9 @@ from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.set_colors import colors_among
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
 from vomstudio.geology.rose_options import RoseOptions
 from vomstudio.products.net.figure_options import SIZE_MM, RoseFigure, SetColors
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.products.net.rose_contents import RoseContents
@@ -39,7 +39,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.files.atomic import atomic_write, check_target
+    from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.products.net.figure import picture_format
     from vomstudio.products.net.figure_style import FigureStyle

@@ -14,17 +14,17 @@ from vomstudio.cli.common.arguments import (
 )
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
-from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
+from vomstudio.cli.common.unitless_lengths import named_by_unit, unit_of
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
+from vomstudio.core.words import tr
 from vomstudio.products.section.section_options import DOMAINS, SectionFeatures, SectionOptions
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
-    from vomstudio.products.section.curtain import Curtain
-    from vomstudio.products.section.reading import ProfileLine
-    from vomstudio.workspace.world_models import WorldModel
+    from vomstudio.products.section.inputs import ProfileLine
+    from vomstudio.products.section.section_lines import Curtain
+    from vomstudio.studio.world_models import WorldModel
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -43,15 +43,15 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.gate.points import ModelFrame
     from vomstudio.products.section import writing
-    from vomstudio.products.section.curtain import curtain_of_options
     from vomstudio.products.section.cutting import cut_model
     from vomstudio.products.section.directions import Directions, by_domain
-    from vomstudio.products.section.reading import (
+    from vomstudio.products.section.inputs import (
         ReadFeatures,
         read_features,
         read_profile_line,
     )
-    from vomstudio.workspace.world_models import read_in_world
+    from vomstudio.products.section.section_lines import curtain_of_options
+    from vomstudio.studio.world_models import read_in_world
 
     options, features = options_from(args, SectionOptions), options_from(args, SectionFeatures)
     place = (
@@ -104,8 +104,8 @@ def _curtain(
     """In World, and what must be said of a line. Raises InputError."""
     import numpy as np
 
-    from vomstudio.products.section.curtain import Curtain, curtain_of_line
-    from vomstudio.products.section.reading import profile_in_world
+    from vomstudio.products.section.inputs import profile_in_world
+    from vomstudio.products.section.section_lines import Curtain, curtain_of_line
 
     if isinstance(place, Curtain):
         return place, ()

@@ -16,8 +16,8 @@ from vomstudio.cli.common.arguments import (
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.output import Output
+from vomstudio.core.words import tr, tr_n
 from vomstudio.geology.sets.set_options import SetOptions
-from vomstudio.words import tr, tr_n
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -32,7 +32,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.files.atomic import check_target, write_bytes
+    from vomstudio.core.files.atomic import check_target, write_bytes
     from vomstudio.geology.sets.proposals import propose_sets
     from vomstudio.io.gate.point_tables import read_places
     from vomstudio.io.text.orientation_reading import read_orientations

@@ -8,7 +8,7 @@ from pathlib import Path
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, report_reading
 from vomstudio.cli.common.output import Output
-from vomstudio.words import tr, tr_n
+from vomstudio.core.words import tr, tr_n
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -32,7 +32,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.files.atomic import atomic_write, check_target
+    from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.geology.faults.table_slip import table_slip
     from vomstudio.io.text.slip_reading import read_slips
     from vomstudio.products.net.figure import picture_format

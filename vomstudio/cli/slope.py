@@ -16,10 +16,10 @@ from vomstudio.cli.common.arguments import (
 )
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
+from vomstudio.core.words import tr
 from vomstudio.geology.slope_options import SlopeFaces, SlopeOptions
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geology.fractures.facet_slopes import FacetSlopes
@@ -53,7 +53,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _run_face(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.files.atomic import atomic_write, check_target
+    from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.geology.table_slopes import slope_face, table_slope
     from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.products.net.figure import picture_format
@@ -79,7 +79,7 @@ def _run_face(args: argparse.Namespace, out: Output) -> None:
 
 def _run_facets(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.cli.common.labelled_models import write_labelled
-    from vomstudio.files.atomic import check_target
+    from vomstudio.core.files.atomic import check_target
     from vomstudio.geology.fractures.facet_slopes import facet_slopes
     from vomstudio.io.models.writing import choose_writer
     from vomstudio.io.text.orientation_reading import read_orientations
@@ -89,7 +89,7 @@ def _run_facets(args: argparse.Namespace, out: Output) -> None:
         painted,
         write_facet_slopes,
     )
-    from vomstudio.workspace.world_models import read_in_world
+    from vomstudio.studio.world_models import read_in_world
 
     options = options_from(args, SlopeOptions)
     inputs = [path for path in (args.table, args.facets, args.labelled_model) if path is not None]

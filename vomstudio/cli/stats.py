@@ -14,8 +14,8 @@ from vomstudio.cli.common.arguments import (
 )
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
+from vomstudio.core.words import tr, tr_n
 from vomstudio.geology.populations.statistics_options import StatisticsOptions
-from vomstudio.words import tr, tr_n
 
 
 def add_parser(subparsers: Subparsers) -> None:

@@ -17,8 +17,8 @@ from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.set_colors import colors_among
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
 from vomstudio.products.net.figure_options import SetColors, StereonetFigure, StereonetOptions
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geology.orientation_rows import OrientationRows
@@ -42,11 +42,11 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.files.atomic import atomic_write, check_target
+    from vomstudio.core.files.atomic import atomic_write, check_target
     from vomstudio.io.text.orientation_reading import read_orientations
     from vomstudio.products.net.figure import picture_format
     from vomstudio.products.net.figure_style import FigureStyle
-    from vomstudio.products.net.net_wishes import contouring_of, wishes_of
+    from vomstudio.products.net.preparation import contouring_of, wishes_of
     from vomstudio.products.net.table_net import net_of_table, recoloured
 
     format_ = picture_format(args.output, "--output")

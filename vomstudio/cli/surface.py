@@ -10,12 +10,12 @@ from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
-from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.output import Output
+from vomstudio.cli.common.unitless_lengths import named_by_unit, unit_of
+from vomstudio.core.errors import UsageError, VomError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError, VomError
+from vomstudio.core.words import tr
 from vomstudio.products.surface.surface_options import SurfaceOptions
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geometry.cloud import PointCloud
@@ -43,11 +43,11 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
-    from vomstudio.files.atomic import check_target
+    from vomstudio.core.files.atomic import check_target
     from vomstudio.products.surface.analysis import analyse
     from vomstudio.products.surface.patch import parse_around
     from vomstudio.products.surface.writing import format_of, write_deviations, write_profiles
-    from vomstudio.workspace.world_models import read_in_world
+    from vomstudio.studio.world_models import read_in_world
 
     options = options_from(args, SurfaceOptions)
     format_of(args.output)

@@ -14,25 +14,25 @@ from vomstudio.cli.common import straight_traces, text_tables, trace_drawing, tr
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
-from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
+from vomstudio.cli.common.unitless_lengths import named_by_unit, unit_of
+from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import declarations
-from vomstudio.errors import InputError, UsageError
+from vomstudio.core.words import tr
 from vomstudio.extraction.trace_options import (
     DrawnTraceOptions,
     FollowOptions,
     ProposalOptions,
     TraceSource,
 )
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.extraction.followed_trace import FollowedTrace
     from vomstudio.extraction.proposals.edge_pictures import Find
     from vomstudio.extraction.surface_graph import SurfaceGraph
-    from vomstudio.workspace.world_models import WorldModel
+    from vomstudio.studio.world_models import WorldModel
 
 _OPTIONS: dict[str, type[Any]] = {
     "through": FollowOptions,
@@ -86,13 +86,13 @@ def _needs(option: str, other: str) -> UsageError:
 
 def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
+    from vomstudio.core.files.atomic import check_target
     from vomstudio.extraction.followed_trace import write_path
     from vomstudio.extraction.proposals.edge_pictures import wearing_edges
     from vomstudio.extraction.surface_graph import SurfaceGraph
-    from vomstudio.files.atomic import check_target
     from vomstudio.io.models.opening import resolution
-    from vomstudio.jobs.edge_finding import edges_by
-    from vomstudio.workspace.world_models import read_in_world
+    from vomstudio.studio.jobs.edge_detection import edges_by
+    from vomstudio.studio.world_models import read_in_world
 
     inputs = [args.model, args.through, options.photo, options.cameras, options.onnx_model]
     check_target(args.output, force=args.force, inputs=[i for i in inputs if i is not None])

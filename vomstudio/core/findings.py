@@ -12,9 +12,9 @@ from functools import cache
 from string import Formatter
 from typing import Any
 
+from vomstudio.core.errors import VomError, for_json, from_json, place_text
 from vomstudio.core.finding_texts import TEXTS, Severity, texts_of
-from vomstudio.errors import VomError, for_json, from_json, place_text
-from vomstudio.words import tr, tr_n
+from vomstudio.core.words import tr, tr_n
 
 UNCODED = "uncoded"
 """Code of sentences that have not been given a code yet."""

@@ -15,9 +15,9 @@ from dataclasses import MISSING, dataclass, field, fields
 from functools import cache
 from typing import Any, Literal
 
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
-from vomstudio.words import to_translate
+from vomstudio.core.words import to_translate
 
 _DECLARATION = "option"
 UNITS = {"m": "m", "m2": "m²", "deg": "°", "mm": "mm", "pt": "pt", "px": "px", "s": "s"}

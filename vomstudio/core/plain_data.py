@@ -15,8 +15,8 @@ from functools import lru_cache
 from itertools import chain
 from typing import Any, NamedTuple
 
+from vomstudio.core.errors import DocumentError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import DocumentError
 
 Plain = dict[str, Any]
 Reader = Callable[[Any], Any]

@@ -22,7 +22,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.extraction.following import Follower, Path
 from vomstudio.extraction.path_costs import COSTS, OF_COLOURS
 from vomstudio.extraction.path_jumps import find_jumps

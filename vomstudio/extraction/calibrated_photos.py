@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry import transform
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.cloud import PointCloud

@@ -11,10 +11,12 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import tr
 from vomstudio.extraction.kernels import agreement, smoothed
-from vomstudio.extraction.points_around import (
+from vomstudio.extraction.point_neighbours import (
     AROUND,
     MANY,
     QUIET,
@@ -36,8 +38,6 @@ from vomstudio.geometry.nearby.shared_corners import (
     first_faces,
     snapped,
 )
-from vomstudio.progress import Progress
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]

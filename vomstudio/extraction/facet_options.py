@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vomstudio.core.options import MAX_LENGTH_M, MIN_LENGTH_M, Options, check_exclusive, option
-from vomstudio.words import to_translate
+from vomstudio.core.words import to_translate
 
 DEFAULT_ANGLE_DEG = 20.0
 DEFAULT_MIN_POINTS = 50

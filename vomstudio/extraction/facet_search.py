@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from vomstudio.core.progress import Progress
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.facet_sets import with_proposal, with_sets
 from vomstudio.extraction.facet_table import FacetTable, facet_table
@@ -9,7 +10,6 @@ from vomstudio.extraction.facets import find_facets
 from vomstudio.extraction.set_sequence import find_sequence
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.progress import Progress
 
 
 def search(

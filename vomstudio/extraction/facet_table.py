@@ -8,14 +8,14 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.reprs import Shown
 from vomstudio.core.results import HIDDEN
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.facets import Facets
 from vomstudio.geology.sets.discontinuities import Discontinuity
 from vomstudio.geology.sets.proposals import DescribedSet
 from vomstudio.io.text.set_columns import DISCONTINUITY
-from vomstudio.reprs import Shown
-from vomstudio.tables.orientation_table import Row, plane_row
+from vomstudio.project.tables.orientation_table import Row, plane_row
 
 WKT = "wkt"
 """The column of the border, behind those of the orientation table."""

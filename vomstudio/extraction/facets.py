@@ -13,8 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.words import tr
 from vomstudio.extraction.borders.polygons import polygon_of_faces, polygon_of_points, wkt
 from vomstudio.extraction.cells.planes import begun_on_cells
 from vomstudio.extraction.elements import Begun, Elements, elements_of, middle_of
@@ -43,8 +45,6 @@ from vomstudio.geometry.nearby.point_grid import in_blocks
 from vomstudio.geometry.nearby.shared_corners import snapped
 from vomstudio.geometry.patches import Moments, face_areas, face_points, moments
 from vomstudio.geometry.planes import PlaneFit
-from vomstudio.progress import Progress, Silent
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

@@ -9,15 +9,18 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.files.atomic import write_bytes
+from vomstudio.core.files.spreadsheet_cells import head_line
 from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.reprs import Shown
 from vomstudio.core.results import HIDDEN
-from vomstudio.errors import GeometryError
+from vomstudio.core.version import __version__
+from vomstudio.core.words import tr
 from vomstudio.extraction.best_cost import AUTO, Tried, follow_best
 from vomstudio.extraction.following import Follower
 from vomstudio.extraction.path_jumps import find_jumps
 from vomstudio.extraction.surface_graph import SurfaceGraph
-from vomstudio.files.atomic import write_bytes
-from vomstudio.files.spreadsheet_cells import head_line
 from vomstudio.geology.band_figures import BandFigures, band_figures
 from vomstudio.geology.doubtful_stretches import DoubtfulStretch, Rest, rest_of
 from vomstudio.geology.plane_bands import SetPrior, band_of
@@ -26,10 +29,7 @@ from vomstudio.geology.quality import judge
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.planes import fit_plane
 from vomstudio.geometry.surface import VertexSurface
-from vomstudio.reprs import Shown
-from vomstudio.tables.orientation_table import Row, plane_row
-from vomstudio.version import __version__
-from vomstudio.words import tr
+from vomstudio.project.tables.orientation_table import Row, plane_row
 
 Array = npt.NDArray[np.float64]
 

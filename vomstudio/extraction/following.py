@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, UsageError
 from vomstudio.extraction.path_costs import COSTS, OF_COLOURS, node_costs, tint
 from vomstudio.extraction.shortest_paths import shortest, straightest
 from vomstudio.extraction.surface_graph import Graph, SurfaceGraph

@@ -12,12 +12,12 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import tr
 from vomstudio.extraction.elements import Elements, middle_of
 from vomstudio.extraction.kernels import grouped, grow, renumbered, settle, sums_of
-from vomstudio.extraction.points_around import NEIGHBOURS
+from vomstudio.extraction.point_neighbours import NEIGHBOURS
 from vomstudio.geometry.kernels.jit import for_kernels
-from vomstudio.progress import Progress
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

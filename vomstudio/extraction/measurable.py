@@ -18,14 +18,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.words import tr
+from vomstudio.extraction.decimation import thinner
 from vomstudio.extraction.elements import Elements, elements_of
-from vomstudio.extraction.finer_faces import finer
 from vomstudio.extraction.measurable_kernels import longest_sides
 from vomstudio.extraction.measurable_lines import CELL, hanging_together, lines_through, step_of
 from vomstudio.extraction.measurable_options import MeasurableOptions
-from vomstudio.extraction.thinner_faces import thinner
+from vomstudio.extraction.refinement import finer
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.kernels.jit import for_reading
@@ -43,9 +45,7 @@ from vomstudio.geometry.resolution import (
     of_neighbours,
     resolving_points,
 )
-from vomstudio.geometry.tilts import CHI2_TWO
-from vomstudio.progress import Progress, Silent
-from vomstudio.words import tr
+from vomstudio.geometry.rotation_errors import CHI2_TWO
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.words import tr
 from vomstudio.extraction.elements import Elements
 from vomstudio.extraction.measurable_kernels import line_moments
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.nearby.point_grid import in_blocks
-from vomstudio.progress import Progress, Silent
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

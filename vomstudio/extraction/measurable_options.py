@@ -12,7 +12,7 @@ from vomstudio.core.options import (
     check_requires,
     option,
 )
-from vomstudio.words import to_translate
+from vomstudio.core.words import to_translate
 
 DEFAULT_ANGLE_DEG = 10.0
 MIN_POINTS, MAX_POINTS = 4, 1_000_000

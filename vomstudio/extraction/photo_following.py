@@ -16,8 +16,8 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding, finding_of
-from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos
 from vomstudio.extraction.path_costs import OF_COLOURS, compared, node_costs
 from vomstudio.extraction.photo_votes import Voter, agreement

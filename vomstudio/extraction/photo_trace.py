@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.results import HIDDEN
-from vomstudio.errors import GeometryError
+from vomstudio.core.words import tr
 from vomstudio.extraction.best_cost import AUTO, Tried, best_of
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos
 from vomstudio.extraction.followed_trace import (
@@ -27,7 +28,6 @@ from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.geology.doubtful_stretches import rest_of
 from vomstudio.geology.plane_bands import SetPrior
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 

@@ -24,6 +24,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.words import tr
 from vomstudio.extraction.elements import Elements, elements_of
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.facets import Facets, facets_of_labels
@@ -34,8 +36,6 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.point_grid import in_blocks
-from vomstudio.progress import Progress, Silent
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

@@ -13,16 +13,16 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.point_grid import LocalPlanes, PointGrid
 from vomstudio.geometry.patches import face_areas
-from vomstudio.progress import Progress, Silent
 from vomstudio.registration.surface_points import points_of, surface_points
-from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[np.float64]
 Values = npt.NDArray[np.float32]

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
 from vomstudio.extraction.texture_colours import TextureColours
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import welded

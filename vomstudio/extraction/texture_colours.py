@@ -89,7 +89,7 @@ class TextureColours:
             from PIL import Image
 
             return np.asarray(Image.fromarray(fine).reduce(2**halvings))
-        from vomstudio.errors import InputError
+        from vomstudio.core.errors import InputError
         from vomstudio.io.photos.pixels import opened
 
         try:

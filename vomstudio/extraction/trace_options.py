@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import (
     MAX_LENGTH_M,
@@ -13,8 +14,7 @@ from vomstudio.core.options import (
     check_requires,
     option,
 )
-from vomstudio.errors import UsageError
-from vomstudio.words import to_translate
+from vomstudio.core.words import to_translate
 
 ONNX = "onnx"
 """The cost by the edges of a network."""

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
+from vomstudio.core.reprs import Shown
+from vomstudio.core.words import tr
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.plane_bands import BandSet, PlaneBand, SetPrior, sets_in_band
 from vomstudio.geology.statistics import orientation_tensor, unit_vectors
-from vomstudio.reprs import Shown
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 

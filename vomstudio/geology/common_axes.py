@@ -15,9 +15,9 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
-from vomstudio.geology.common_turns import Moved, Turns, joined, moved, principal_axis
+from vomstudio.geology.common_rotation_errors import Moved, Turns, joined, moved, principal_axis
 from vomstudio.geology.folding.figures import PairFigures
 from vomstudio.geology.folding.verdicts import (
     KNOWN_AXIS_DEG,
@@ -29,8 +29,8 @@ from vomstudio.geology.folding.verdicts import (
 from vomstudio.geology.folds import MIN_ARC, FoldAxis, axis_of
 from vomstudio.geology.intersections import UncertainPlane, intersection_line, mean_plane
 from vomstudio.geology.orientation import Array, planes_to_poles
-from vomstudio.geology.populations.chances import chi2_tail, f_tail
 from vomstudio.geology.populations.distributions import f95
+from vomstudio.geology.populations.probabilities import chi2_tail, f_tail
 from vomstudio.geology.statistics import flip_to, orientation_tensor, unit_vectors
 
 NATURAL_SCATTER_DEG = 5.0

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.words import to_translate
 from vomstudio.geology.orientation import Array
 from vomstudio.geology.stereonet import unproject
-from vomstudio.words import to_translate
 
 DENSITY_METHODS = ("kamb", "exponential_kamb", "linear_kamb", "schmidt")
 DENSITY_UNITS = {

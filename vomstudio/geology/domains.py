@@ -16,16 +16,16 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.errors import GeometryError
+from vomstudio.core.words import tr
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.folding.figures import AxisFigures
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import Array, Line, angle_between_lines, planes_to_poles
-from vomstudio.geology.populations.chances import f_tail
+from vomstudio.geology.populations.probabilities import f_tail
 from vomstudio.geology.statistics import flip_to, orientation_tensor
-from vomstudio.words import tr
 
 APART_P, APART_DEG = 0.05, 5.0
 """Domains have their own axes below this chance, and from so many degrees apart on."""

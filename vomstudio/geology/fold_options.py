@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vomstudio.core.options import Options, check_exclusive, option
-from vomstudio.words import to_translate
+from vomstudio.core.words import to_translate
 
 MIN_WAVINESS_DEG = 0.01
 MAX_WAVINESS_DEG = 45.0

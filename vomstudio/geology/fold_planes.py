@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vomstudio.core.findings import Finding
-from vomstudio.words import tr
+from vomstudio.core.words import tr
 
 VERDICTS = ("good", "doubtful", "poor")
 MIN_QUALITIES = VERDICTS[:2]

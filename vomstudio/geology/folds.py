@@ -26,9 +26,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
-from vomstudio.geology.common_turns import (
+from vomstudio.geology.common_rotation_errors import (
     Moved,
     Region,
     Turns,

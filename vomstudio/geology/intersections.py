@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Line
 from vomstudio.geology.statistics import flip_to, orientation_tensor
 from vomstudio.geometry.plane_errors import LEVEL, joint_quantile

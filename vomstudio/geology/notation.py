@@ -19,8 +19,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.vectors import wrap360
 

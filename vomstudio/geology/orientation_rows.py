@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vomstudio.core.findings import Finding
-from vomstudio.geology.common_turns import Turns
+from vomstudio.geology.common_rotation_errors import Turns
 
 Floats = NDArray[np.float64]
 

@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Line, Plane
-from vomstudio.geology.populations.chances import f_tail
+from vomstudio.geology.populations.probabilities import f_tail
 from vomstudio.geology.profiles import DEFAULTS
 from vomstudio.geology.quality import is_within_wander, resolution_tilt_deg, wider_of
 from vomstudio.geometry.plane_errors import joint_quantile

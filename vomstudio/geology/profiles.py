@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Literal
 
-from vomstudio.words import tr
+from vomstudio.core.words import tr
 
 
 @dataclass(frozen=True)

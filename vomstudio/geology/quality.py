@@ -16,7 +16,7 @@ from vomstudio.geometry.lines import LineFit
 from vomstudio.geometry.plane_sizes import POINT_OVER_RESOLUTION, PlaneSizes, within_wander
 from vomstudio.geometry.plane_sizes import resolution_tilt_deg as tilt_of_resolution_deg
 from vomstudio.geometry.planes import PlaneFit
-from vomstudio.geometry.tilts import CHI2_TWO
+from vomstudio.geometry.rotation_errors import CHI2_TWO
 
 Quality = Literal["good", "doubtful", "poor"]
 Kind = Literal["trace", "patch"]

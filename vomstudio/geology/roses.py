@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import Array
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.rose_options import check_bins

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
+from vomstudio.core.words import to_translate as _
 from vomstudio.geology.orientation import ANGLE_TOLERANCE_DEG, Plane
-from vomstudio.words import to_translate as _
 
 SlipSense = Literal["", "normal", "reverse", "sinistral", "dextral"]
 SENSES: tuple[tuple[SlipSense, str], ...] = (

@@ -11,7 +11,7 @@ from vomstudio.core.options import (
     check_requires,
     option,
 )
-from vomstudio.words import to_translate
+from vomstudio.core.words import to_translate
 
 DEFAULT_LATERAL_DEG = 20.0
 """Lateral limit of planes after Goodman (1980) and Wyllie & Mah (2004)."""

@@ -30,11 +30,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
+from vomstudio.core.progress import Progress, Silent
 from vomstudio.geology.orientation import ANGLE_TOLERANCE_DEG, Array, Flags, Plane, sin_cos_deg
 from vomstudio.geology.slope_options import SlopeOptions
-from vomstudio.progress import Progress, Silent
 
 Ints = npt.NDArray[np.int64]
 

@@ -13,8 +13,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Array, Line, Plane, sin_cos_deg
 
 PROJECTIONS = ("area", "angle")

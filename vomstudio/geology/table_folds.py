@@ -9,10 +9,11 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.core.reprs import Shown
 from vomstudio.geology.common_axes import common_axis
-from vomstudio.geology.common_turns import Turns
+from vomstudio.geology.common_rotation_errors import Turns
 from vomstudio.geology.domains import (
     DomainFigures,
     OneAxisFigures,
@@ -25,7 +26,6 @@ from vomstudio.geology.folding.figures import AxisFigures
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation import Array, normals_to_planes, planes_to_normals
 from vomstudio.geology.orientation_rows import OrientationRows
-from vomstudio.reprs import Shown
 
 DEFAULT_KIND = "bedding"
 UNNAMED = "unassigned"

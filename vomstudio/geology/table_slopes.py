@@ -7,8 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.core.progress import Ahead, Progress, Silent
+from vomstudio.core.reprs import Shown
+from vomstudio.core.words import tr
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane, planes_to_normals
 from vomstudio.geology.orientation_rows import OrientationRows
@@ -25,9 +28,6 @@ from vomstudio.geology.slopes import (
     planar_sliding,
 )
 from vomstudio.geology.tilted_planes import TiltedPlanes, tilted_planes
-from vomstudio.progress import Ahead, Progress, Silent
-from vomstudio.reprs import Shown
-from vomstudio.words import tr
 
 SEED = 1
 _MOST_DRAWS = 4096

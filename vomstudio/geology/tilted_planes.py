@@ -3,7 +3,7 @@
 The joint 95 % region of a plane's orientation is taken for that of a normal distribution about it
 (chi square with two degrees of freedom), wrapped onto the sphere along great circles. What the
 total error has beyond the fit's own, and beyond the registration's, is alike in all directions
-(`geometry.tilts.enlarged_semi_axes`). Planes of one registration turn together.
+(`geometry.rotation_errors.enlarged_semi_axes`). Planes of one registration turn together.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import UsageError
-from vomstudio.geology.common_turns import Turns
+from vomstudio.core.errors import UsageError
+from vomstudio.geology.common_rotation_errors import Turns
 from vomstudio.geology.orientation import Array, Flags, planes_to_normals, sin_cos_deg
 from vomstudio.geology.orientation_rows import OrientationRows
-from vomstudio.geometry.tilts import CHI2_TWO, enlarged_semi_axes
+from vomstudio.geometry.rotation_errors import CHI2_TWO, enlarged_semi_axes
 
 _WIDEST_DEG = 89.9
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.results import Result
-from vomstudio.geometry.places import no_places
+from vomstudio.geometry.coordinate_limits import no_places
 
 Array = npt.NDArray[np.float64]
 

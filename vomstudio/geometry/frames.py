@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
 
+from vomstudio.core.words import tr
 from vomstudio.geometry.matrices import Matrix
 from vomstudio.geometry.units import Axes
-from vomstudio.words import tr
 
 FrameKind = Literal["crs", "local", "oriented", "scaled", "undeclared"]
 UpAxis = Literal["z", "y"]

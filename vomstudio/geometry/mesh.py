@@ -53,7 +53,7 @@ class Mesh:
     @cached_property
     def undivided(self) -> Mesh:
         """The shape before faces were subdivided, without colours; itself if they were not."""
-        from vomstudio.geometry.undivided import undivided
+        from vomstudio.geometry.subdivision import undivided
 
         found = undivided(self.vertices, self.faces)
         return self if found is None else Mesh(*found)

@@ -16,8 +16,8 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
 from vomstudio.geometry.plane_figures import Method, figures, members
 from vomstudio.geometry.plane_limits import LARGEST, too_few_points
 

@@ -59,7 +59,7 @@ class VertexSurface:
         undivided: Array | Callable[[], Array] | None = None,
     ) -> None:
         """vertices : (n, 3) float64; kept, not copied. undivided : vertices that count for the
-        resolution, see `geometry.undivided`, or what finds them; None for these."""
+        resolution, see `geometry.subdivision`, or what finds them; None for these."""
         self._vertices = vertices
         self._undivided = undivided
         self._tree: cKDTree | None = None

@@ -11,11 +11,11 @@ from dataclasses import Field, asdict, dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vomstudio.core.errors import InputError, TargetError, VomError
+from vomstudio.core.files.atomic import atomic_write
+from vomstudio.core.files.regular import read_small_text
 from vomstudio.core.findings import Finding
 from vomstudio.core.threads import start_thread
-from vomstudio.errors import InputError, TargetError, VomError
-from vomstudio.files.atomic import atomic_write
-from vomstudio.files.regular import read_small_text
 
 if TYPE_CHECKING:
     from vomstudio.geology.profiles import Thresholds

@@ -19,8 +19,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.compass_checks import rotations_by_pairs
 from vomstudio.registration.observations import (

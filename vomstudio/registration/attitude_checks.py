@@ -14,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
 from vomstudio.geology.view_attitudes import camera_rotations
 from vomstudio.registration.selection import selected
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, UsageError
 from vomstudio.registration.adjustment import AS_GOOD, Adjusted, adjust, weighed_rows
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.compass_checks import azimuth_that_fits

@@ -10,23 +10,23 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, InputError, UsageError
-from vomstudio.geometry.places import why_not_on_earth
+from vomstudio.core.words import tr
+from vomstudio.geometry.coordinate_limits import why_not_on_earth
 from vomstudio.io.control.observation_tables import Positions
+from vomstudio.registration.checks.heights import constant_height_findings, missing_height_findings
+from vomstudio.registration.checks.mirrors import fits_as_mirror
+from vomstudio.registration.checks.mixed_values import mixed_row_findings
+from vomstudio.registration.checks.point_order import row_order_findings
 from vomstudio.registration.coordinate_checks import (
     degree_findings,
     find_misplaced_points,
     misreading_findings,
 )
-from vomstudio.registration.doubts.heights import constant_height_findings, missing_height_findings
-from vomstudio.registration.doubts.mirrors import fits_as_mirror
-from vomstudio.registration.doubts.mixed import mixed_row_findings
-from vomstudio.registration.doubts.orders import row_order_findings
 from vomstudio.registration.observations import Points
 from vomstudio.registration.selection import selected
 from vomstudio.registration.similarity import fit_robustly, nearly_on_a_line
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 

@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
+from vomstudio.core.words import tr
 from vomstudio.io.control.observation_tables import CompassTable
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.compass_checks import azimuth_findings, radian_findings
@@ -21,7 +22,6 @@ from vomstudio.registration.observations import (
     Observed,
     Points,
 )
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 

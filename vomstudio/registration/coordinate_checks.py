@@ -12,10 +12,16 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, InputError
+from vomstudio.core.words import to_translate, tr
 from vomstudio.io.gate.metric import check_metric
-from vomstudio.registration.doubts.apart import (
+from vomstudio.registration.checks.area_of_use import BEYOND_DEG, degrees_beyond, inside_area
+from vomstudio.registration.checks.heights import constant_height_findings, missing_height_findings
+from vomstudio.registration.checks.labels import coincident_point_findings, similar_label_findings
+from vomstudio.registration.checks.mirrors import fits_as_mirror
+from vomstudio.registration.checks.mixed_values import mixed_row_findings
+from vomstudio.registration.checks.point_groups import (
     degrees_among_metres,
     fit_as_they_are,
     mixed_degree_findings,
@@ -23,15 +29,9 @@ from vomstudio.registration.doubts.apart import (
     two_places,
     where_the_model_is,
 )
-from vomstudio.registration.doubts.area import BEYOND_DEG, degrees_beyond, inside_area
-from vomstudio.registration.doubts.heights import constant_height_findings, missing_height_findings
-from vomstudio.registration.doubts.labels import coincident_point_findings, similar_label_findings
-from vomstudio.registration.doubts.mirrors import fits_as_mirror
-from vomstudio.registration.doubts.mixed import mixed_row_findings
-from vomstudio.registration.doubts.orders import row_order_findings
+from vomstudio.registration.checks.point_order import row_order_findings
 from vomstudio.registration.observations import Points
 from vomstudio.registration.similarity import fit_robustly, fit_similarity
-from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[np.float64]
 

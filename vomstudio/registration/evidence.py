@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, InputError, UsageError
 from vomstudio.geology.bowing import Bowing
 from vomstudio.geometry import transform
 from vomstudio.geometry.cameras import View
-from vomstudio.geometry.places import why_no_coordinate
+from vomstudio.geometry.coordinate_limits import why_no_coordinate
 from vomstudio.geometry.triangulation import triangulate
 from vomstudio.io.control.attitude_tables import AttitudeTable
 from vomstudio.io.control.observation_tables import (
@@ -76,9 +76,9 @@ from vomstudio.registration.observations import (
     Points,
 )
 from vomstudio.registration.placing import place, place_robustly, with_warnings
-from vomstudio.registration.remarks import bowing_findings
 from vomstudio.registration.results import Placed, PointResidual
 from vomstudio.registration.similarity import Similarity
+from vomstudio.registration.warnings import bowing_findings
 
 Array = npt.NDArray[np.float64]
 Marked = tuple[str, str, float, float]

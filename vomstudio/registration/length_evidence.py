@@ -8,14 +8,14 @@ from collections.abc import Callable, Collection, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.core.words import tr
 from vomstudio.io.control.observation_tables import Pairs, ScaleBar
 from vomstudio.registration.compass_evidence import Segment
 from vomstudio.registration.marks.mark_checks import nearest
 from vomstudio.registration.observations import KeptScale, Lengths, Observed, Points
 from vomstudio.registration.similarity import fit_similarity
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, UsageError
+from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import View
 from vomstudio.registration.observations import (
     Azimuths,
@@ -22,7 +23,6 @@ from vomstudio.registration.observations import (
     PhotoUpright,
     PlumbLines,
 )
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 

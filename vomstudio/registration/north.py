@@ -8,11 +8,11 @@ from datetime import date, datetime, time
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import NorthKind, ReadNorth
-from vomstudio.errors import InputError, UsageError
+from vomstudio.core.words import tr
+from vomstudio.geometry.registrations import NorthKind, ReadNorth
 from vomstudio.io.control.attitude_tables import AttitudeTable
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 

@@ -8,18 +8,13 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import ObservationGroup
-from vomstudio.errors import GeometryError
 from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of, model_shape
 from vomstudio.geology.orientation import Line
-from vomstudio.geometry.places import why_no_error
+from vomstudio.geometry.coordinate_limits import why_no_error
+from vomstudio.geometry.registrations import ObservationGroup
 from vomstudio.registration.adjustment import Adjusted, adjust
-from vomstudio.registration.agreement import (
-    contradicted_scale,
-    disagreement_findings,
-    turned_norths,
-)
 from vomstudio.registration.blunders import (
     Blunder,
     Without,
@@ -27,8 +22,13 @@ from vomstudio.registration.blunders import (
     leave_one_out,
     left_out,
 )
+from vomstudio.registration.checks.mirrors import mirror_findings, tipping_findings
 from vomstudio.registration.combined import Combined
-from vomstudio.registration.doubts.mirrors import mirror_findings, tipping_findings
+from vomstudio.registration.consistency import (
+    contradicted_scale,
+    disagreement_findings,
+    turned_norths,
+)
 from vomstudio.registration.length_evidence import kept_scale
 from vomstudio.registration.likelihood import widened
 from vomstudio.registration.observations import (
@@ -39,14 +39,6 @@ from vomstudio.registration.observations import (
     kind_name,
 )
 from vomstudio.registration.precision import add_rounding
-from vomstudio.registration.remarks import (
-    blunder_findings,
-    bowing_findings,
-    error_findings,
-    fit_findings,
-    redundancy_findings,
-    suspect_findings,
-)
 from vomstudio.registration.results import (
     Known,
     Placed,
@@ -63,6 +55,14 @@ from vomstudio.registration.similarity import (
     nearly_on_a_line,
 )
 from vomstudio.registration.turn_checks import turn_findings
+from vomstudio.registration.warnings import (
+    blunder_findings,
+    bowing_findings,
+    error_findings,
+    fit_findings,
+    redundancy_findings,
+    suspect_findings,
+)
 
 Array = npt.NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.observations import Observed, Points
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import MAX_LENGTH_M, Options, check_requires, option
-from vomstudio.errors import UsageError
-from vomstudio.words import to_translate
+from vomstudio.core.words import to_translate
 
 BESIDE = "beside the model"
 """Value in place of a file of cameras or attitudes: the photos beside the model."""

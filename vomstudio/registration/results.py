@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
+from vomstudio.core.reprs import Shown
 from vomstudio.core.results import HIDDEN, OPTIONAL
-from vomstudio.document.records import ObservationGroup
-from vomstudio.errors import InputError
-from vomstudio.geometry.places import FARTHEST_M
+from vomstudio.geometry.coordinate_limits import FARTHEST_M
+from vomstudio.geometry.registrations import ObservationGroup
 from vomstudio.registration.blunders import Blunder, Without
-from vomstudio.reprs import Shown
 
 Array = npt.NDArray[np.float64]
 

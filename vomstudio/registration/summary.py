@@ -7,22 +7,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import Model, ReadNorth, Registration
-from vomstudio.document.registration_errors import bowing_of_registration
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry import transform
 from vomstudio.geometry.frames import crs_label
+from vomstudio.geometry.registrations import ReadNorth, Registration
 from vomstudio.geometry.units import length_text
-from vomstudio.registration.remarks import (
+from vomstudio.project.records import Model
+from vomstudio.project.registration_errors import bowing_of_registration
+from vomstudio.registration.scatter import scale_findings
+from vomstudio.registration.turn_checks import turn_findings, worst_turn95_deg
+from vomstudio.registration.warnings import (
     bowing_findings,
     lens_bend_findings,
     weakest_axis_finding,
     where_edges_lie,
 )
-from vomstudio.registration.scatter import scale_findings
-from vomstudio.registration.turn_checks import turn_findings, worst_turn95_deg
-from vomstudio.words import to_translate, tr
 
 _Z95 = 1.959963984540054
 _FEW = 4

@@ -1,1 +1,1 @@
-"""The application without a screen: background work and the thread that owns it. No Qt."""
+"""Application without a screen: open project and models, tools, jobs, background work."""

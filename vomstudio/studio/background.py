@@ -8,11 +8,11 @@ from functools import partial
 from threading import Lock, Thread, current_thread
 from typing import Any, Generic, TypeVar
 
+from vomstudio.core.errors import Cancelled, VomError
+from vomstudio.core.failures import exception_hooks
+from vomstudio.core.failures.error_collector import place_of
 from vomstudio.core.findings import Finding
 from vomstudio.core.threads import lower_priority, start_thread
-from vomstudio.errors import Cancelled, VomError
-from vomstudio.failures import exception_hooks
-from vomstudio.failures.error_collector import place_of
 from vomstudio.studio.owner_thread import Call, Post
 
 Result = TypeVar("Result")

@@ -10,7 +10,7 @@ import shapely
 
 from tests.drawings import read_area, read_lines
 from tests.messages import by_code, refused
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.geology.fractures.network import Counted, fracture_network
 from vomstudio.geology.fractures.nodes import nodes_of
 from vomstudio.geology.fractures.pieces import circle_area, pieces_of

@@ -9,7 +9,7 @@ import pytest
 import shapely
 from scipy.spatial.transform import Rotation
 
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.geology.fractures.trace_plane import (
     MIN_DIP_DEG,
     TracePlane,

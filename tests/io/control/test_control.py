@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tests.messages import refused
-from vomstudio.errors import TargetError
+from vomstudio.core.errors import TargetError
 from vomstudio.io.control.control_files import agreed_crs, crs_of, read_control, read_marks
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.writing import write_control, write_marks

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.messages import refused
-from vomstudio.errors import InputError, UsageError
+from vomstudio.core.errors import InputError, UsageError
 from vomstudio.io.control.control_files import (
     agreed_crs,
     crs_of,

@@ -9,7 +9,7 @@ import ezdxf
 import numpy as np
 import pytest
 
-from vomstudio.io.project.export import export_project
+from vomstudio.project.exports.export import export_project
 
 SPECIMEN = Path(__file__).parents[2] / "specimens" / "schema1.vom"
 

@@ -14,13 +14,14 @@ import pytest
 
 from tests.messages import refused
 from tests.samples import ZIGZAG, bed
-from vomstudio.document import edits
-from vomstudio.document.records import Frame, Model
-from vomstudio.errors import InputError
+from vomstudio.core.errors import InputError
 from vomstudio.geology.orientation import Line, Plane
+from vomstudio.geometry.frames import Frame
 from vomstudio.io.exchange.fault_slips import faultkin_sense
-from vomstudio.io.project.export import export_project
-from vomstudio.io.project.folder import Project
+from vomstudio.project import edits
+from vomstudio.project.exports.export import export_project
+from vomstudio.project.folder import Project
+from vomstudio.project.records import Model
 
 SPECIMEN = Path(__file__).parents[2] / "specimens" / "schema1.vom"
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pyproj import Geod, Transformer
 
-from vomstudio.errors import InputError
+from vomstudio.core.errors import InputError
 from vomstudio.io.gate.metric import (
     MAX_SCALE_ERROR,
     check_metric,

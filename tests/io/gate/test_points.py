@@ -10,7 +10,7 @@ import pytest
 from pyproj import CRS, Transformer
 
 from tests.frames import DIP_DEG, DIP_DIRECTION_DEG, ORIGIN, ZONE, bed_points, convert, write_prj
-from vomstudio.errors import InputError, UsageError
+from vomstudio.core.errors import InputError, UsageError
 from vomstudio.geometry.planes import fit_plane
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions

@@ -17,8 +17,8 @@ import vomstudio as vs
 from tests.io.models.copc_maker import write_copc
 from tests.messages import codes, messages, refused
 from tests.tiers import first_in_default_tier
-from vomstudio.document.records import Frame
-from vomstudio.errors import InputError
+from vomstudio.core.errors import InputError
+from vomstudio.geometry.frames import Frame
 from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.io.gis.geo_keys import Keys, name_keys

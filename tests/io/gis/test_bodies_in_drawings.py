@@ -13,8 +13,8 @@ from ezdxf.layouts import Modelspace
 from ezdxf.render.forms import cube
 
 from tests.drawings import read_lines
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
 from vomstudio.io.gis.line_reading import read_gis_lines
 from vomstudio.io.gis.wkb_shapes import shapes_from_wkb
 

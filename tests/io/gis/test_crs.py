@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from pyproj import CRS
 
-from vomstudio.errors import InputError
+from vomstudio.core.errors import InputError
 from vomstudio.io.gis.crs import crs_name, metres_of, parse_crs, sidecar_crs, world_crs
 from vomstudio.io.models.offset_file import read_offset
 from vomstudio.io.models.opening import read_model

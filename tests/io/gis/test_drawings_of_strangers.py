@@ -15,11 +15,11 @@ import pytest
 from tests.drawings import read_lines
 from tests.messages import by_code, refused
 from tests.tiers import first_in_default_tier
-from vomstudio.errors import InputError
+from vomstudio.core.errors import InputError
 from vomstudio.io.gis.dxf_blocks import MOST_UNFOLDED
 from vomstudio.io.gis.line_reading import read_gis_lines
 from vomstudio.io.gis.svg_lines import read_svg
-from vomstudio.products.ortho.drawing_back import read_drawing, read_sidecar
+from vomstudio.products.ortho.back_projection import read_drawing, read_sidecar
 
 LINE = "0\nLINE\n8\n0\n10\n0\n20\n0\n30\n0\n11\n1\n21\n2\n31\n0\n"
 READERS: list[Callable[[Path], Any]] = [read_gis_lines, read_lines]

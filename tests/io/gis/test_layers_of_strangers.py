@@ -19,12 +19,13 @@ import shapely
 from tests.drawings import read_area, read_lines
 from tests.frames import convert
 from tests.messages import refused
-from vomstudio.document.records import Frame, Model
-from vomstudio.errors import InputError
+from vomstudio.core.errors import InputError
+from vomstudio.geometry.frames import Frame
 from vomstudio.io.gis import vector_layers
 from vomstudio.io.gis.line_reading import read_gis_lines
-from vomstudio.io.project.listed_import import read_listed
 from vomstudio.io.text.set_columns import rings_of
+from vomstudio.project.imports.feature_lists import read_listed
+from vomstudio.project.records import Model
 from vomstudio.registration.by_model.stable import in_polygons
 
 SQUARE = [[0, 0], [300, 0], [300, 400], [0, 0]]

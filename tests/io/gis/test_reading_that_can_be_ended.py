@@ -17,12 +17,13 @@ import shapely
 from tests.drawings import read_area, read_lines
 from tests.messages import refused
 from tests.tiers import first_in_default_tier
-from vomstudio.document.records import Frame, Model
-from vomstudio.errors import Cancelled, InputError, UsageError
+from vomstudio.core.errors import Cancelled, InputError, UsageError
+from vomstudio.core.progress import CancelToken
+from vomstudio.geometry.frames import Frame
 from vomstudio.io.gis.line_reading import read_gis_lines
 from vomstudio.io.gis.vector_layers import list_layers, read_layers
-from vomstudio.io.project.listed_import import read_listed
-from vomstudio.progress import CancelToken
+from vomstudio.project.imports.feature_lists import read_listed
+from vomstudio.project.records import Model
 from vomstudio.registration.by_model.stable import in_polygons
 
 COUNT = 60_000

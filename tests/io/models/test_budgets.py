@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from tests.messages import by_code, refused
+from vomstudio.core.progress import Silent
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import sidecar_crs
 from vomstudio.io.models.opening import MOST_FIELDS, read_model
 from vomstudio.io.text.rows import read_rows
 from vomstudio.io.text.xml_tree import read_xml
-from vomstudio.progress import Silent
 
 MOST_BYTES = 400 << 20
 """Of numpy's arrays at once, for files below a megabyte. The attacks took gigabytes."""

@@ -12,7 +12,7 @@ import pytest
 
 from tests.io.models.copc_maker import write_copc
 from tests.messages import by_code, refused
-from vomstudio.errors import InputError
+from vomstudio.core.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models import copc
 from vomstudio.io.models.opening import read_model

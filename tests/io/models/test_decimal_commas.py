@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.messages import by_code
-from vomstudio.errors import InputError
+from vomstudio.core.errors import InputError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.opening import read_model
 

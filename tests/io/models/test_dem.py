@@ -12,13 +12,13 @@ import rasterio
 from rasterio.transform import Affine
 
 from tests.messages import by_code, refused
-from vomstudio.errors import Cancelled, InputError
+from vomstudio.core.errors import Cancelled, InputError
+from vomstudio.core.progress import CancelToken, Silent
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.formats import dem
 from vomstudio.io.models.model_copy import copy_model
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.writing import write_model
-from vomstudio.progress import CancelToken, Silent
 
 # rasterio multiplies transforms in a way that affine 3 warns of.
 pytestmark = pytest.mark.filterwarnings("ignore:Use `@` matmul:PendingDeprecationWarning")

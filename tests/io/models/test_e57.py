@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from tests.messages import by_code
-from vomstudio.errors import Cancelled, InputError
+from vomstudio.core.errors import Cancelled, InputError
+from vomstudio.core.progress import CancelToken, Silent
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.opening import read_model
-from vomstudio.progress import CancelToken, Silent
 
 N = 2000
 # A quarter turn about z: x becomes y.

@@ -16,12 +16,12 @@ import trimesh
 from PIL import Image
 
 from tests.messages import by_code, refused
-from vomstudio.errors import Cancelled, InputError
+from vomstudio.core.errors import Cancelled, InputError
+from vomstudio.core.progress import CancelToken, Silent
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models import image_store, model_cache
 from vomstudio.io.models.opening import read_model
-from vomstudio.progress import CancelToken, Silent
 
 # A roof of two triangles, in metres, Z up: a ridge from west to east.
 ROOF = np.array([[0, 0, 0], [4, 0, 0], [4, 1, 1], [0, 1, 1], [0, 2, 0]], float)

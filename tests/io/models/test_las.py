@@ -12,11 +12,11 @@ import pytest
 from pyproj import CRS
 
 from tests.messages import by_code, refused
-from vomstudio.errors import Cancelled, InputError
+from vomstudio.core.errors import Cancelled, InputError
+from vomstudio.core.progress import CancelToken, Silent
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.preview import preview
-from vomstudio.progress import CancelToken, Silent
 
 N = 120_000
 

@@ -16,7 +16,7 @@ from tests.tiers import first_in_default_tier
 READ = """
 import sys
 from pathlib import Path
-from vomstudio.errors import InputError
+from vomstudio.core.errors import InputError
 from vomstudio.io.models.opening import read_model
 try:
     print(len(read_model(Path(sys.argv[1])).data.points))
@@ -57,9 +57,9 @@ def test_a_blank_part_does_not_end_the_process(format_: int, tmp_path: Path) -> 
 def test_a_blank_part_is_found_wherever_blocks_are_cut(
     block: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from vomstudio.errors import InputError
+    from vomstudio.core.errors import InputError
+    from vomstudio.core.progress import Silent
     from vomstudio.io.models.formats import _las_header
-    from vomstudio.progress import Silent
 
     monkeypatch.setattr(_las_header, "_BLOCK", block)
     cloud = laspy.LasData(laspy.LasHeader(version="1.2", point_format=0))

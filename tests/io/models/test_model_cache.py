@@ -11,8 +11,8 @@ import pytest
 from PIL import Image
 
 from tests.messages import refused
+from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.findings import uncoded
-from vomstudio.errors import InputError, TargetError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models import model_cache

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from tests.messages import codes, refused
 from vomstudio.cli.common.output import to_json
-from vomstudio.errors import InputError
+from vomstudio.core.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.opening import describe, point_spacing, read_model, resolution

@@ -15,12 +15,12 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from tests.messages import by_code
-from vomstudio.errors import Cancelled, InputError
+from vomstudio.core.errors import Cancelled, InputError
+from vomstudio.core.progress import CancelToken, Silent
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.formats import obj
 from vomstudio.io.models.opening import read_model
-from vomstudio.progress import CancelToken, Silent
 
 
 def write(folder: Path, text: str | bytes, name: str = "model.obj") -> Path:

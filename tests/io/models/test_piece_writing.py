@@ -8,13 +8,13 @@ import numpy as np
 from PIL import Image
 
 from tests.messages import refused
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.progress import Silent
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.piece_writing import piece_of, write_piece
 from vomstudio.io.models.reader import LoadedModel
-from vomstudio.progress import Silent
 
 
 def two_materials(folder) -> Mesh:

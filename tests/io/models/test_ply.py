@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from tests.messages import by_code, refused
-from vomstudio.errors import InputError
+from vomstudio.core.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.opening import read_model

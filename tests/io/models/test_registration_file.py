@@ -15,11 +15,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.registrations import registration, similarity
-from vomstudio.document.records import Frame, Registration
-from vomstudio.errors import TargetError
+from vomstudio.core.errors import TargetError
 from vomstudio.geometry import transform
+from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.registration_frames import change_file_frame, change_world
-from vomstudio.geometry.tilts import errors_95_deg
+from vomstudio.geometry.registrations import Registration
+from vomstudio.geometry.rotation_errors import errors_95_deg
 from vomstudio.io.models.registration_file import (
     find_registration,
     registration_path,

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from tests.messages import refused
-from vomstudio.errors import InputError
+from vomstudio.core.errors import InputError
+from vomstudio.core.progress import Progress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models import formats, registry
 from vomstudio.io.models.formats import las, obj, xyz
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.reader import LoadedModel, Reader
-from vomstudio.progress import Progress
 
 
 @pytest.fixture(autouse=True)

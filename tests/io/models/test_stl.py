@@ -11,7 +11,7 @@ import pytest
 import trimesh
 
 from tests.messages import by_code
-from vomstudio.errors import InputError
+from vomstudio.core.errors import InputError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.opening import read_model
 

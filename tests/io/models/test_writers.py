@@ -22,14 +22,14 @@ import trimesh
 from PIL import Image
 
 from tests.messages import by_code, refused
+from vomstudio.core.errors import Cancelled, GeometryError, TargetError, UsageError
 from vomstudio.core.findings import uncoded
-from vomstudio.errors import Cancelled, GeometryError, TargetError, UsageError
+from vomstudio.core.progress import CancelToken, Silent
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models import writing
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.writing import find_writers, write_model
-from vomstudio.progress import CancelToken, Silent
 
 UTM = np.array([576712.345, 5188123.456, 151.5])
 CLOUDS = [".ply", ".las", ".laz", ".xyz", ".csv", ".glb", ".obj"]

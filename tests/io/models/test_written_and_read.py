@@ -14,8 +14,8 @@ from ezdxf.layouts import Modelspace
 from ezdxf.render.forms import cube
 
 from tests.messages import codes
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models.opening import describe, read_model

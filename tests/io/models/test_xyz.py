@@ -13,11 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.messages import by_code, refused
-from vomstudio.errors import Cancelled, InputError
+from vomstudio.core.errors import Cancelled, InputError
+from vomstudio.core.progress import CancelToken, Silent
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.formats import _common, xyz
 from vomstudio.io.models.opening import read_model
-from vomstudio.progress import CancelToken, Silent
 
 
 def cloud_of(

@@ -9,7 +9,7 @@ from PIL import Image
 
 from tests.io.photos.photo_maker import write_photo
 from tests.messages import by_code, refused
-from vomstudio.errors import TargetError
+from vomstudio.core.errors import TargetError
 from vomstudio.geometry.pixel_areas import Area, Change, changed_by
 from vomstudio.io.photos.drawn_masks import keep_mask, load_mask, mask_place, write_mask
 from vomstudio.io.photos.pixels import read_mask

@@ -14,7 +14,7 @@ from PIL import Image
 
 from tests.io.photos import photo_maker as maker
 from tests.messages import by_code, refused
-from vomstudio.errors import InputError
+from vomstudio.core.errors import InputError
 from vomstudio.io.photos.camera_table import camera_models, find_camera, similar_cameras
 from vomstudio.io.photos.photo import Photo
 from vomstudio.io.photos.pixels import grey, read_mask, thumbnail, turned_upright
@@ -523,8 +523,8 @@ def test_a_hundred_megapixels_are_listed_without_being_decoded(tmp_path: Path) -
 
 
 def test_work_can_be_cancelled(tmp_path: Path) -> None:
-    from vomstudio.errors import Cancelled
-    from vomstudio.progress import CancelToken, Silent
+    from vomstudio.core.errors import Cancelled
+    from vomstudio.core.progress import CancelToken, Silent
 
     maker.write_photo(tmp_path / "a.jpg")
     token = CancelToken()

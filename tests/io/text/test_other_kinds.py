@@ -17,8 +17,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from vomstudio.errors import InputError
-from vomstudio.files.kinds import HEAD_BYTES, recognise_kind
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.file_kinds import HEAD_BYTES, recognise_kind
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.photos.own_cameras.reading import read_own_cameras
 from vomstudio.io.text.tables import read_table

@@ -11,9 +11,9 @@ from scipy.stats import chi2
 
 import vomstudio as vs
 from tests.messages import by_code
-from vomstudio.geology.common_turns import NO_TURN
+from vomstudio.geology.common_rotation_errors import NO_TURN
 from vomstudio.io.text.orientation_reading import OrientationTable, read_orientations
-from vomstudio.tables.registration_lines import registration_lines
+from vomstudio.project.tables.registration_comments import registration_lines
 
 FACTOR = float(np.sqrt(chi2.ppf(0.95, 2)))
 HEAD = "dip_direction_deg,dip_deg,model,registration_error_deg"

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from tests.messages import refused
 from vomstudio.cli import main
-from vomstudio.errors import InputError, UsageError
+from vomstudio.core.errors import InputError, UsageError
 from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.tables import PointGroups, read_points, read_table
 

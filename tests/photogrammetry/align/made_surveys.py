@@ -12,7 +12,7 @@ import numpy as np
 
 from tests.photogrammetry.align.surveys import Survey
 from tests.photogrammetry.made_photos import Made, MadePhoto
-from vomstudio.errors import VomError
+from vomstudio.core.errors import VomError
 from vomstudio.photogrammetry.align.features import Features
 from vomstudio.registration.similarity import fit_similarity
 

@@ -13,8 +13,9 @@ import pytest
 from tests.messages import refused, with_code
 from tests.photogrammetry.made_photos import LENS, Finder, Made, abreast, around, face, make
 from tests.tiers import first_in_default_tier
+from vomstudio.core.errors import Cancelled
 from vomstudio.core.findings import Finding
-from vomstudio.errors import Cancelled
+from vomstudio.core.progress import Silent
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.align import adjustment, mapping
 from vomstudio.photogrammetry.align.adjustment import adjust, cross_validation_error
@@ -24,7 +25,6 @@ from vomstudio.photogrammetry.align.mapping import residuals, scene_of
 from vomstudio.photogrammetry.align.match_database import matches_of_pair
 from vomstudio.photogrammetry.align.priors import HELD, Freedom
 from vomstudio.photogrammetry.base.colmap import colmap
-from vomstudio.progress import Silent
 from vomstudio.registration.similarity import fit_similarity
 
 ONE = Options(threads=1)

@@ -12,10 +12,10 @@ from tests.messages import with_code
 from tests.photogrammetry.made_photos import LENS, Finder, Made, abreast, around, face, make
 from tests.tiers import first_in_default_tier
 from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Silent
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.align.alignment import Alignment, Options, align
 from vomstudio.photogrammetry.align.scene_check import check_scene
-from vomstudio.progress import Silent
 from vomstudio.registration.similarity import fit_similarity
 
 

@@ -6,11 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from vomstudio.core.errors import Cancelled
 from vomstudio.core.findings import Finding
-from vomstudio.errors import Cancelled
+from vomstudio.core.progress import Silent
 from vomstudio.photogrammetry.align.features import Features
 from vomstudio.photogrammetry.align.matching import choose_pairs
-from vomstudio.progress import Silent
 
 
 def photo(number, longitude=None, latitude=None):

@@ -19,7 +19,7 @@ from vomstudio.photogrammetry.align.scene_check import (
     shared_view,
 )
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.survey.check_results import ADVICE
+from vomstudio.photogrammetry.survey.check_results import ADVICE
 
 SIZE, FOCAL = (800, 600), 800.0
 

@@ -9,8 +9,8 @@ import pytest
 from tests.photogrammetry.align.made_surveys import centre_error, made, pixel_on_rock
 from tests.photogrammetry.align.surveys import SURVEYS
 from tests.photogrammetry.made_photos import Finder
+from vomstudio.core.progress import Silent
 from vomstudio.photogrammetry.align.alignment import Options, align
-from vomstudio.progress import Silent
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@ import errno
 import pytest
 
 from tests.messages import refused
-from vomstudio.errors import TargetError
+from vomstudio.core.errors import TargetError
 from vomstudio.photogrammetry.base.checkpoints import Checkpoints, file_name, key_of, write_whole
 
 

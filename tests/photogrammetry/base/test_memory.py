@@ -5,12 +5,12 @@ import time
 
 import pytest
 
-from vomstudio.jobs.executors import Threads
+from vomstudio.core.progress import Silent
 from vomstudio.photogrammetry.base import checkpoints, memory
 from vomstudio.photogrammetry.base.checkpoints import Checkpoints
 from vomstudio.photogrammetry.dense import depthmaps, fusion, memory_limits, undistortion
 from vomstudio.photogrammetry.surface import meshing
-from vomstudio.progress import Silent
+from vomstudio.studio.jobs.executors import Threads
 
 GB = 10**9
 

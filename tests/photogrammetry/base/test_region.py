@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.messages import refused
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.photogrammetry.base.region import Region
 from vomstudio.photogrammetry.base.scene import SparseScene

@@ -18,7 +18,7 @@ from tests.photogrammetry.dense.dense_truth import (
 )
 from tests.photogrammetry.rock_face import photograph
 from tests.tiers import first_in_default_tier
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.dense.depthmaps import (
     DepthMap,

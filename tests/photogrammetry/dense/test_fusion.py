@@ -5,7 +5,7 @@ import pytest
 
 from tests.messages import refused
 from tests.photogrammetry.dense.dense_truth import look
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.dense.depthmaps import DepthMap
 from vomstudio.photogrammetry.dense.fusion import FusionOptions, fuse

@@ -5,7 +5,7 @@ import pytest
 
 from tests.messages import refused
 from tests.photogrammetry.dense.dense_truth import look
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.dense.pairs import choose_pairs

@@ -12,8 +12,9 @@ import pytest
 from tests.messages import refused
 from tests.photogrammetry.dense.dense_truth import look, lying_face, tie_points
 from tests.photogrammetry.rock_face import photograph
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.core.progress import Silent
 from vomstudio.geometry.cameras import Intrinsics
 from vomstudio.photogrammetry.base.settings import Settings
 from vomstudio.photogrammetry.dense.colmap_workspace import has_cuda
@@ -21,7 +22,6 @@ from vomstudio.photogrammetry.dense.pairs import choose_pairs
 from vomstudio.photogrammetry.dense.undistortion import Undistorted, UndistortTask, undistort
 from vomstudio.photogrammetry.pipeline.gpu_depths import device_of, put_depths_of_gpu
 from vomstudio.photogrammetry.pipeline.stage_log import StageLog
-from vomstudio.progress import Silent
 
 without_gpu = pytest.mark.skipif(has_cuda(), reason="This COLMAP can use a GPU.")
 

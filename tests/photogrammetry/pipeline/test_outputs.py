@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.messages import refused
-from vomstudio.errors import InputError, TargetError
+from vomstudio.core.errors import InputError, TargetError
 from vomstudio.photogrammetry.pipeline.outputs import disk_trouble_reported
 
 

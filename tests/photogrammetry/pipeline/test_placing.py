@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.photogrammetry.georeferencing.test_control import exchanged, marked
+from tests.photogrammetry.georeferencing.test_georeference import scene_of
 from tests.photogrammetry.made_photos import ORIGIN, MadePhoto, around, face
-from tests.photogrammetry.place.test_control import exchanged, marked
-from tests.photogrammetry.place.test_georeference import scene_of
+from vomstudio.core.progress import Silent
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.photogrammetry.align.alignment import Alignment
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.settings import Settings
 from vomstudio.photogrammetry.pipeline.photo_input import ControlTables
 from vomstudio.photogrammetry.pipeline.placing import place_scene, registration_findings
-from vomstudio.progress import Silent
 
 VIEWS = around()
 CONTROL = Settings(control=Path("control.csv"), marks=Path("marks.csv"), threads=1)

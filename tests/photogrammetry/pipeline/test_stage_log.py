@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Silent
 from vomstudio.photogrammetry.pipeline.stage_log import StageLog
-from vomstudio.progress import Silent
 
 
 def test_findings_keep_their_code_and_are_logged_once_as_sentences(tmp_path: Path) -> None:

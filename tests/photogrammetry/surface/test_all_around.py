@@ -8,7 +8,7 @@ from tests.messages import refused, with_code
 from tests.photogrammetry import rock_face as rock
 from tests.photogrammetry.surface import all_around
 from tests.photogrammetry.surface.texture_truth import sample_pages
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.photogrammetry.dense.fusion import fuse
 from vomstudio.photogrammetry.surface.meshing import SurfaceOptions, build_surface

@@ -3,7 +3,7 @@ import pytest
 
 from tests.messages import refused, with_code
 from tests.photogrammetry import rock_face as rock
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.photogrammetry.surface.meshing import (

@@ -9,13 +9,13 @@ from tests.messages import refused, with_code
 from tests.photogrammetry import rock_face as rock
 from tests.photogrammetry.surface.texture_truth import compare, sample_pages
 from tests.tiers import first_in_default_tier
-from vomstudio.errors import Cancelled, GeometryError
+from vomstudio.core.errors import Cancelled, GeometryError
+from vomstudio.core.progress import CancelToken, Silent
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.opening import read_model
-from vomstudio.jobs.executors import Threads
 from vomstudio.photogrammetry.surface.atlas import AtlasOptions
 from vomstudio.photogrammetry.surface.texture import TextureOptions, make_texture
-from vomstudio.progress import CancelToken, Silent
+from vomstudio.studio.jobs.executors import Threads
 
 SIZE = (360, 270)
 BOX = (-0.85, 0.85, -0.6, 0.6)
@@ -230,7 +230,7 @@ def test_pages_hold_every_face_once_and_no_larger_than_asked():
 
 def test_an_overhang_that_hides_behind_itself_is_not_drawn_over_itself(monkeypatch):
     """A sheet folded into an S: three layers along one direction, most of it out of sight."""
-    monkeypatch.setattr("vomstudio.photogrammetry.surface.sides.MOST_UNSEEN", 1.0)
+    monkeypatch.setattr("vomstudio.photogrammetry.surface.orientation.MOST_UNSEEN", 1.0)
     s = np.linspace(0, 3, 61)
     x = np.where(s < 1, s, np.where(s < 2, 2 - s, s - 2))
     y = s * 0.2

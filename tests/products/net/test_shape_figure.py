@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from vomstudio.products.net.shape_figure import draw_shapes, write_shapes
-from vomstudio.tables.fitted_planes import fitted_planes
+from vomstudio.project.tables.fitted_planes import fitted_planes
 
 
 def cloud(l1: float, l2: float, l3: float) -> np.ndarray:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from vomstudio.cli.common.first_word import nearest_of
 from vomstudio.cli.common.reporting import NoReport, Reporter
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
-from vomstudio.words import tr
+from vomstudio.core.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.cli.common.output import Output

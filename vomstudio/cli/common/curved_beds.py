@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.naming import numbers_of
-from vomstudio.words import tr
+from vomstudio.core.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.io.text.tables import PointGroups

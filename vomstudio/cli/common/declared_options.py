@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from vomstudio.cli.common.arguments import Parser
 from vomstudio.core.options import Declaration, declarations
-from vomstudio.words import tr
+from vomstudio.core.words import tr
 
 Options = TypeVar("Options")
 

@@ -14,19 +14,19 @@ from collections.abc import Sequence
 
 from vomstudio.cli.common.arguments import HelpWanted, Parser
 from vomstudio.cli.common.first_word import COMMANDS, check_first_word
+from vomstudio.cli.common.global_options import OWN_OPTIONS, add_own_options, run_own_option
 from vomstudio.cli.common.output import Channel, Output, stdout_kept, to_json
-from vomstudio.cli.common.own_options import OWN_OPTIONS, add_own_options, run_own_option
 from vomstudio.cli.common.reporting import reporting
 from vomstudio.cli.common.stop_signals import stop_signals_heard
-from vomstudio.core.findings import Finding
-from vomstudio.errors import Cancelled, InputError, VomError
-from vomstudio.failures import (
-    asked_to_stop,
+from vomstudio.core.errors import Cancelled, InputError, VomError
+from vomstudio.core.failures import (
     log,  # noqa: F401 - without a log nothing of it reaches stderr
+    stop_requests,
 )
-from vomstudio.failures.missing_libraries import missing_library
-from vomstudio.files import memory_limit
-from vomstudio.words import tr
+from vomstudio.core.failures.missing_libraries import missing_library
+from vomstudio.core.files import memory_limit
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -69,13 +69,13 @@ def _run(words: list[str], channel: Channel) -> int:
                 warnings.simplefilter("ignore")
             check_first_word(words)
             args = _parser(words).parse_args(words)
-            asked_to_stop.check()
+            stop_requests.check()
             output.quiet = args.quiet
             with reporting(
                 quiet=args.quiet, as_events=output.as_events, begun_s=begun_s
             ) as args.reporter:
                 args.run(args, output)
-            asked_to_stop.check()
+            stop_requests.check()
         said = output.for_stdout()
     except HelpWanted as wanted:
         channel.write(f"{wanted}\n")
@@ -84,7 +84,7 @@ def _run(words: list[str], channel: Channel) -> int:
         failure = Cancelled()
     except Exception as error:  # noqa: BLE001 - the promise is a sentence, never a traceback
         # A library that is interrupted while it is read says that it is not well installed.
-        failure = Cancelled() if asked_to_stop.was_asked() else _in_a_sentence(error)
+        failure = Cancelled() if stop_requests.was_asked() else _in_a_sentence(error)
         if debug:
             traceback.print_exception(error)
     if failure is not None:

@@ -6,8 +6,8 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
 
 COMMANDS = (
     "demo", "info", "convert", "fit", "stats", "fold", "sets", "repeats", "stereonet", "rose",

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 from vomstudio.cli.common.arguments import Parser
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
 from vomstudio.io.gate.frame_options import FrameOptions
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
-    from vomstudio.workspace.world_models import WorldModel
+    from vomstudio.studio.world_models import WorldModel
 
 
 def add_frame(parser: Parser) -> None:

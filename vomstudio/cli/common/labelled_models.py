@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    from vomstudio.workspace.world_models import WorldModel
+    from vomstudio.studio.world_models import WorldModel
 
 
 def write_labelled(

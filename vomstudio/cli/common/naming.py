@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
 
 
 @contextmanager

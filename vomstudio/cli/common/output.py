@@ -18,9 +18,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import PurePath
 from typing import Any, TextIO
 
+from vomstudio.core.errors import TargetError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import TargetError
-from vomstudio.words import to_translate, tr
+from vomstudio.core.words import to_translate, tr
 
 
 class Output:

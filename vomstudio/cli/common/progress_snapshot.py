@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vomstudio.cli.common.output import for_terminal
-from vomstudio.words import tr
+from vomstudio.core.words import tr
 
 MAX_COUNT = 9999
 """Largest number of steps that is shown as a count; more (bytes, points) are shown as a share."""

@@ -12,9 +12,9 @@ from typing import Any, Protocol, TextIO
 
 from vomstudio.cli.common.output import stderr_silenced, to_json
 from vomstudio.cli.common.progress_snapshot import MAX_COUNT, Snapshot, StepClock, clock
+from vomstudio.core.errors import Cancelled
+from vomstudio.core.progress import CancelToken, Progress, Silent
 from vomstudio.core.threads import start_thread
-from vomstudio.errors import Cancelled
-from vomstudio.progress import CancelToken, Progress, Silent
 
 DELAY_VARIABLE = "VOMSTUDIO_PROGRESS_DELAY_S"
 """Environment variable that replaces `DEFAULT_DELAY_S`; tests use it."""

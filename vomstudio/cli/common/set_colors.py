@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
 
 
 def colors_among(colors: Mapping[str, str], names: Collection[str]) -> dict[str, str]:

@@ -8,7 +8,7 @@ import threading
 from collections.abc import Iterator
 from typing import Any
 
-from vomstudio.failures import asked_to_stop
+from vomstudio.core.failures import stop_requests
 
 _NAMES = ("SIGTERM", "SIGHUP")
 
@@ -25,7 +25,7 @@ def stop_signals_heard() -> Iterator[None]:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is signal.SIG_DFL:
             before[number] = signal.SIG_DFL
-            asked_to_stop.listen(number)
+            stop_requests.listen(number)
     try:
         yield
     finally:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common import text_tables
 from vomstudio.cli.common.arguments import Parser, add_azimuth
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, UsageError
-from vomstudio.words import tr
+from vomstudio.core.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geology.band_figures import BandFigures

@@ -18,7 +18,7 @@ from rich.segment import ControlType, Segment, Segments
 from rich.style import Style
 
 from vomstudio.cli.common.progress_snapshot import MAX_COUNT, Snapshot, clock
-from vomstudio.words import tr
+from vomstudio.core.words import tr
 
 DEFAULT_COLUMNS = 80
 """Width where a terminal reports none."""

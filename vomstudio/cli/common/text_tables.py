@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from vomstudio.tables.numbers_text import azimuth as azimuth
-from vomstudio.tables.numbers_text import figures as figures
-from vomstudio.tables.numbers_text import number as number
+from vomstudio.project.tables.number_format import azimuth as azimuth
+from vomstudio.project.tables.number_format import figures as figures
+from vomstudio.project.tables.number_format import number as number
 
 
 def table(heads: Sequence[str], units: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -9,23 +9,23 @@ from typing import TYPE_CHECKING, Any
 
 from vomstudio.cli.common.arguments import progress_of
 from vomstudio.cli.common.frames_of_models import frame_options
-from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.output import Output
+from vomstudio.cli.common.unitless_lengths import named_by_unit
+from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, UsageError
+from vomstudio.core.words import tr_n
 from vomstudio.extraction.trace_options import DrawnTraceOptions
-from vomstudio.words import tr_n
 
 if TYPE_CHECKING:
-    from vomstudio.products.ortho.drawing_back import Brought, Sidecar
+    from vomstudio.products.ortho.back_projection import Brought, Sidecar
 
 
 def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
-    from vomstudio.files.atomic import check_target
-    from vomstudio.products.ortho import drawing_back
-    from vomstudio.tables.line_table import write_line_table
-    from vomstudio.workspace.world_models import read_in_world
+    from vomstudio.core.files.atomic import check_target
+    from vomstudio.products.ortho import back_projection
+    from vomstudio.project.tables.line_table import write_line_table
+    from vomstudio.studio.world_models import read_in_world
 
     if options.sidecar is None:
         raise UsageError(
@@ -35,18 +35,18 @@ def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> No
     check_target(
         args.output, force=args.force, inputs=[args.model, args.from_ortho, options.sidecar]
     )
-    sidecar = drawing_back.read_sidecar(options.sidecar)
-    lines, messages = drawing_back.read_drawing(args.from_ortho, sidecar, progress_of(args))
+    sidecar = back_projection.read_sidecar(options.sidecar)
+    lines, messages = back_projection.read_drawing(args.from_ortho, sidecar, progress_of(args))
     model = read_in_world(args.model, progress_of(args), frame_options(args), args.project)
     try:
-        brought = drawing_back.bring_back(lines, sidecar, model.data, options.step_m)
+        brought = back_projection.bring_back(lines, sidecar, model.data, options.step_m)
     except InputError as error:
         raise error.of_file(args.from_ortho) from error
     warnings = [*model.warnings, *messages, *brought.warnings]
     if sidecar.content_hash not in (None, model.loaded.content_hash):
         model_name = Path(args.model).name
         warnings.append(Finding("drawing.orthophoto-of-other-file", model=model_name))
-    result: dict[str, Any] = {**drawing_back.facts_of(brought, args.output)}
+    result: dict[str, Any] = {**back_projection.facts_of(brought, args.output)}
     if options.into is not None:
         result |= _add(
             args, options, options.into, brought, (line.name for line in lines), sidecar, warnings
@@ -86,8 +86,8 @@ def _add(
 
     Returns the traces that were ``added`` or ``updated``, and the features that are ``unchanged``.
     """
-    from vomstudio.document.records import get_feature
-    from vomstudio.workspace.headless_project import HeadlessProject
+    from vomstudio.project.records import get_feature
+    from vomstudio.studio.headless_project import HeadlessProject
 
     with HeadlessProject.open(Path(project), progress_of(args)) as desk:
         drawn = desk.add_drawing(

@@ -8,23 +8,23 @@ from typing import Any
 
 from vomstudio.cli.common.arguments import progress_of
 from vomstudio.cli.common.frames_of_models import frame_options
-from vomstudio.cli.common.lengths import named_by_unit, unit_of
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
+from vomstudio.cli.common.unitless_lengths import named_by_unit, unit_of
+from vomstudio.core.words import tr, tr_n
 from vomstudio.extraction.trace_options import ProposalOptions
-from vomstudio.words import tr, tr_n
 
 
 def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
+    from vomstudio.core.files.atomic import check_target
     from vomstudio.extraction.proposals.edge_pictures import wearing_edges
     from vomstudio.extraction.proposals.traces import propose_traces
     from vomstudio.extraction.surface_graph import SurfaceGraph
-    from vomstudio.files.atomic import check_target
     from vomstudio.io.models.opening import resolution
-    from vomstudio.jobs.edge_finding import edges_by
-    from vomstudio.tables.line_table import write_line_table
-    from vomstudio.workspace.world_models import read_in_world
+    from vomstudio.project.tables.line_table import write_line_table
+    from vomstudio.studio.jobs.edge_detection import edges_by
+    from vomstudio.studio.world_models import read_in_world
 
     check_target(args.output, force=args.force, inputs=[args.model])
     progress = progress_of(args)

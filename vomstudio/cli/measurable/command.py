@@ -23,17 +23,17 @@ from vomstudio.cli.common.frames_of_models import (
     unknown_unit,
 )
 from vomstudio.cli.common.labelled_models import write_labelled
-from vomstudio.cli.common.lengths import named_by_unit
 from vomstudio.cli.common.output import Output
+from vomstudio.cli.common.unitless_lengths import named_by_unit
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
+from vomstudio.core.words import tr
 from vomstudio.extraction.measurable_options import MeasurableOptions, MeasurableTarget
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geology.orientation import Plane
     from vomstudio.products.surface.measurable_map import MeasurableMap
-    from vomstudio.workspace.world_models import WorldModel
+    from vomstudio.studio.world_models import WorldModel
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -55,14 +55,14 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace, out: Output) -> None:
     """Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.cli.common.naming import numbers_of
-    from vomstudio.files.atomic import check_target
+    from vomstudio.core.files.atomic import check_target
     from vomstudio.io.models.writing import choose_writer
     from vomstudio.products.surface.measurable_map import (
         RASTER_ENDINGS,
         measurable_map,
         write_raster,
     )
-    from vomstudio.workspace.world_models import read_in_world
+    from vomstudio.studio.world_models import read_in_world
 
     options, target = options_from(args, MeasurableOptions), options_from(args, MeasurableTarget)
     plane, reading = _plane(target, args.azimuth)
@@ -119,7 +119,7 @@ def _with_registration(
     """Return the options with the error of the project's registration if none was given."""
     if options.registration_error_deg is not None or model.in_project is None:
         return options
-    from vomstudio.document.measurement import ToWorld
+    from vomstudio.project.measurement import ToWorld
 
     tilt = ToWorld.of(model.in_project).tilt_deg(plane.normal()) or 0.0
     return replace(options, registration_error_deg=tilt)

@@ -16,11 +16,11 @@ from vomstudio.cli.common.arguments import (
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.output import Output
 from vomstudio.core.findings import Finding
-from vomstudio.geology.looked_at.repeat_options import RepeatOptions
-from vomstudio.words import tr, tr_n
+from vomstudio.core.words import tr, tr_n
+from vomstudio.geology.coverage.repeat_options import RepeatOptions
 
 if TYPE_CHECKING:
-    from vomstudio.geology.looked_at.table_repeats import TableRepeats
+    from vomstudio.geology.coverage.table_repeats import TableRepeats
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -37,8 +37,8 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.geology.looked_at.table_repeats import table_repeats
-    from vomstudio.io.project.repeated_picks import read_picks_again
+    from vomstudio.geology.coverage.table_repeats import table_repeats
+    from vomstudio.project.repeated_picks import read_picks_again
 
     progress = report_reading(args, args.table)
     table = read_picks_again(Path(args.table), args.azimuth)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vomstudio.core.finding_texts.entry import Entry
-from vomstudio.words import to_translate
+from vomstudio.core.words import to_translate
 
 TEXTS: dict[str, Entry] = {
     "alignment.too-few-photos": (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vomstudio.core.finding_texts.entry import Entry
-from vomstudio.words import to_translate, to_translate_n
+from vomstudio.core.words import to_translate, to_translate_n
 
 TEXTS: dict[str, Entry] = {
     "display.no-textures": (

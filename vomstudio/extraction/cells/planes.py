@@ -11,15 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.progress import Progress
 from vomstudio.extraction.cells.kernels import cell_figures, hand_down, to_points
 from vomstudio.extraction.elements import FEWEST_AROUND, Begun, Elements, middle_of
 from vomstudio.extraction.growing import grown, limits_of, planes_of, reach_of
-from vomstudio.extraction.points_around import drowned
+from vomstudio.extraction.point_neighbours import drowned
 from vomstudio.geometry.kernels.cell_lists import block_planes, cell_moments
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
 from vomstudio.geometry.nearby.point_grid import in_blocks
-from vomstudio.progress import Progress
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.memory_limit import limited_by
+from vomstudio.core.files.regular import read_small
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import tr
 from vomstudio.extraction.proposals.onnx_head import Head, head_of
-from vomstudio.files.memory_limit import limited_by
-from vomstudio.files.regular import read_small
-from vomstudio.progress import Progress
-from vomstudio.words import tr
 
 Bytes = npt.NDArray[np.uint8]
 Floats = npt.NDArray[np.float32]

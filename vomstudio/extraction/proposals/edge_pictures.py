@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import UsageError
+from vomstudio.core.files.untrusted.pictures import open_picture
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
-from vomstudio.files.untrusted.pictures import open_picture
+from vomstudio.core.progress import Progress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.progress import Progress
 
 Array = npt.NDArray[np.float64]
 Bytes = npt.NDArray[np.uint8]

@@ -8,7 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress
+from vomstudio.core.reprs import Shown
 from vomstudio.core.results import HIDDEN
+from vomstudio.core.words import tr
 from vomstudio.extraction.followed_trace import near_surface, plane_of
 from vomstudio.extraction.following import Follower
 from vomstudio.extraction.proposals.edge_pictures import DRAWN
@@ -24,10 +27,7 @@ from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.extraction.trace_options import ProposalOptions
 from vomstudio.geology.band_figures import BandFigures
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
-from vomstudio.progress import Progress
-from vomstudio.reprs import Shown
-from vomstudio.tables.orientation_table import Row
-from vomstudio.words import tr
+from vomstudio.project.tables.orientation_table import Row
 
 DEFAULT_MIN_RESOLUTIONS = 20.0
 """Default of the minimum length of a line, in resolutions of the model."""

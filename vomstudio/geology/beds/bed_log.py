@@ -16,13 +16,13 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
+from vomstudio.core.reprs import Shown
 from vomstudio.geology.beds.lithologies import in_strabospot
 from vomstudio.geology.measured import CONE95, Measured
 from vomstudio.geology.orientation import Plane
-from vomstudio.geometry.tilts import Z95
-from vomstudio.reprs import Shown
+from vomstudio.geometry.rotation_errors import Z95
 
 
 @dataclass(frozen=True)

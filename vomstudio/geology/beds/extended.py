@@ -16,12 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.plane_errors import LEVEL, joint_quantile
 from vomstudio.geometry.planes import PlaneFit
-from vomstudio.geometry.tilts import CHI2_TWO
+from vomstudio.geometry.rotation_errors import CHI2_TWO
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -134,7 +134,7 @@ def belief_of_attitude(
 ) -> PlaneBelief:
     """Of a plane by dip direction and dip through a point (3,); error95_deg : half-angle of the
     joint 95 % region of its normal, alike to all sides; error95_m : of the point across it."""
-    from vomstudio.geometry.tilts import Z95
+    from vomstudio.geometry.rotation_errors import Z95
 
     normal = plane.normal()
     side = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
@@ -155,7 +155,7 @@ def repeated(
     """All planes at a thickness that reach between the points (n, 3) of a model; the plane alone
     without one. error95_m : of the thickness. Raises GeometryError for a thickness that makes more
     than MOST_BEDS."""
-    from vomstudio.geometry.tilts import Z95
+    from vomstudio.geometry.rotation_errors import Z95
 
     if thickness_m is None:
         return Repeats(np.zeros(1, np.int64), None)

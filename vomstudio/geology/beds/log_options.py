@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vomstudio.core.options import MAX_LENGTH_M, Options, check_requires, option
-from vomstudio.words import to_translate
+from vomstudio.core.words import to_translate
 
 MAX_SIGMA_M = 1e6
 MAX_ERROR_DEG = 90.0

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
 from vomstudio.geology.measured import CONE95, Measured
 from vomstudio.geology.orientation import (
     Line,
@@ -24,7 +24,7 @@ from vomstudio.geology.orientation import (
     line_from_rake,
     planes_to_normals,
 )
-from vomstudio.geometry.tilts import Z95
+from vomstudio.geometry.rotation_errors import Z95
 
 Floats = npt.NDArray[np.float64]
 

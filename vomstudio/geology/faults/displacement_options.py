@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vomstudio.core.options import Options, check_exclusive, check_requires, option
-from vomstudio.words import to_translate
+from vomstudio.core.words import to_translate
 
 MAX_SIGMA_M = 1e6
 MAX_ERROR_DEG = 90.0

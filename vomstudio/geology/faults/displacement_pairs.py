@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.core.reprs import Shown
 from vomstudio.geology.faults.displacement import (
     Displacement,
     Errors,
@@ -22,8 +23,7 @@ from vomstudio.geology.faults.displacement import (
 from vomstudio.geology.faults.displacement_options import DisplacementOptions
 from vomstudio.geology.notation import line_option, plane_option
 from vomstudio.geology.orientation import Line, Plane, angle_line_plane, rake_of
-from vomstudio.geometry.tilts import Z95
-from vomstudio.reprs import Shown
+from vomstudio.geometry.rotation_errors import Z95
 
 Floats = npt.NDArray[np.float64]
 

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.reprs import Shown
 from vomstudio.geology.faults.kinematics import (
     kinematic_axes,
     movements,
@@ -18,7 +19,6 @@ from vomstudio.geology.faults.kinematics import (
     t_axes,
 )
 from vomstudio.geology.orientation import Array, vectors_to_lines
-from vomstudio.reprs import Shown
 
 
 class SlipRows(Protocol):

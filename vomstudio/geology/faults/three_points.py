@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
+from vomstudio.core.reprs import Shown
 from vomstudio.core.results import FLAT
-from vomstudio.errors import GeometryError
 from vomstudio.geology.measured import CONE95
 from vomstudio.geology.orientation import Plane, normals_to_planes
-from vomstudio.geometry.tilts import Z95
-from vomstudio.reprs import Shown
+from vomstudio.geometry.rotation_errors import Z95
 
 Floats = npt.NDArray[np.float64]
 

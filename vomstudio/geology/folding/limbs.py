@@ -9,8 +9,8 @@ import numpy as np
 
 from vomstudio.geology.folding.arcs import one_sided, rms
 from vomstudio.geology.orientation import Array, Flags
-from vomstudio.geology.populations.chances import chi2_tail, f_tail, t95
 from vomstudio.geology.populations.distributions import f95
+from vomstudio.geology.populations.probabilities import chi2_tail, f_tail, t95
 from vomstudio.geology.statistics import flip_to, orientation_tensor
 
 NO_SCATTER_DEG = 1e-3

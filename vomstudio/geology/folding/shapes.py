@@ -18,7 +18,7 @@ import numpy as np
 from vomstudio.geology.folding.arcs import arc_deg, one_sided, rms
 from vomstudio.geology.folding.limbs import NO_SCATTER_DEG, Limbs, limbs_of
 from vomstudio.geology.orientation import Array, Flags, Line
-from vomstudio.geology.populations.chances import f_tail, t95
+from vomstudio.geology.populations.probabilities import f_tail, t95
 from vomstudio.geology.statistics import flip_to, orientation_tensor, vollmer
 
 MIN_AROUND, MIN_GAIN = 10, 5.0

@@ -12,8 +12,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.reprs import Shown
+from vomstudio.core.words import tr
 from vomstudio.geology.orientation import ANGLE_TOLERANCE_DEG, Plane, planes_to_normals
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.slope_options import SlopeOptions
@@ -27,9 +30,6 @@ from vomstudio.geology.slopes import (
     planar_sliding,
 )
 from vomstudio.geology.table_slopes import Face, set_numbers
-from vomstudio.progress import Progress, Silent
-from vomstudio.reprs import Shown
-from vomstudio.words import tr
 
 MODES = ("planar", "wedge", "flexural_toppling", "direct_toppling")
 _SAME = 1e-6

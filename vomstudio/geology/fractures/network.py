@@ -8,9 +8,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
+from vomstudio.core.reprs import Shown
 from vomstudio.core.results import OPTIONAL
-from vomstudio.errors import GeometryError
 from vomstudio.geology.fractures.intervals import (
     UNKNOWN,
     Interval,
@@ -40,7 +41,6 @@ from vomstudio.geology.fractures.windows import (
     share_beyond,
     window_of,
 )  # fmt: skip
-from vomstudio.reprs import Shown
 
 UNASSIGNED = "unassigned"
 

@@ -9,8 +9,8 @@ from typing import Any, Literal
 
 import numpy as np
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
 from vomstudio.geology.fractures.pieces import Flags, Floats, Ints, Shapes
 from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Plane

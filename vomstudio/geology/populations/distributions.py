@@ -23,7 +23,7 @@ import numpy as np
 
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Array, Line
-from vomstudio.geology.populations.chances import chi2_tail, f_tail
+from vomstudio.geology.populations.probabilities import chi2_tail, f_tail
 from vomstudio.geology.populations.sphere_models import (
     FEW_FOR_FIT,
     Bingham,

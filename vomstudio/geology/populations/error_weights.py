@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
 from vomstudio.geology.orientation import Array
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.statistics import effective_number, orientation_tensor, vollmer

@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
-from vomstudio.geology.common_turns import Region, Turns, cone, moved, region, resultant
+from vomstudio.core.reprs import Shown
+from vomstudio.geology.common_rotation_errors import Region, Turns, cone, moved, region, resultant
 from vomstudio.geology.orientation import Array
 from vomstudio.geology.populations.distributions import (
     AxisConfidence,
@@ -36,7 +37,6 @@ from vomstudio.geology.statistics import (
     vollmer,
     woodcock,
 )
-from vomstudio.reprs import Shown
 
 
 @dataclass(frozen=True)

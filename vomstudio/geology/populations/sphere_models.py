@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.geology.orientation import Array
-from vomstudio.geology.populations.chances import chi2_tail
+from vomstudio.geology.populations.probabilities import chi2_tail
 
 _REACH = 7.0
 """Standard deviations either side that the nodes cover."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vomstudio.core.options import Options, option
-from vomstudio.words import to_translate
+from vomstudio.core.words import to_translate
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.statistics import axial_mean

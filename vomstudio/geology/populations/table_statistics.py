@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.reprs import Shown
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.populations.error_weights import Errors, errors_of
 from vomstudio.geology.populations.set_statistics import SetStatistics, set_statistics
 from vomstudio.geology.populations.statistics_options import StatisticsOptions
-from vomstudio.reprs import Shown
 
 UNNAMED = "unassigned"
 

@@ -9,9 +9,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.reprs import Shown
 from vomstudio.core.results import HIDDEN
-from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.core.words import tr
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane, normals_to_planes, planes_to_poles
 from vomstudio.geology.orientation_rows import OrientationRows
@@ -36,9 +39,6 @@ from vomstudio.geology.sets.girdles import without_gap
 from vomstudio.geology.sets.scanline import parse_scanline
 from vomstudio.geology.sets.set_options import DEFAULT_MAX_SETS, SetOptions
 from vomstudio.geology.statistics import fisher
-from vomstudio.progress import Progress, Silent
-from vomstudio.reprs import Shown
-from vomstudio.words import tr
 
 Floats = npt.NDArray[np.float64]
 

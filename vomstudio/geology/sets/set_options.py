@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vomstudio.core.options import Options, check_exclusive, option
-from vomstudio.words import to_translate
+from vomstudio.core.words import to_translate
 
 DEFAULT_MAX_SETS = 8
 

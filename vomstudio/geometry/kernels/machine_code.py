@@ -31,12 +31,12 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.errors import InputError
-from vomstudio.files.regular import read_small_text, read_whole
-from vomstudio.files.user_folders import state_folder
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import read_small_text, read_whole
+from vomstudio.core.files.user_folders import state_folder
+from vomstudio.core.paths import user_cache
 from vomstudio.geometry.kernels.signatures import Signature
 from vomstudio.geometry.kernels.sources import Part, Source, all_code, linked
-from vomstudio.paths import user_cache
 
 _FORMAT = b"vomstudio kernel 1\n"
 _DIGEST_BYTES = 16

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.threads import PROCESSORS, map_parallel
 from vomstudio.geometry.kernels.jit import for_kernels
-from vomstudio.progress import Progress, Silent
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

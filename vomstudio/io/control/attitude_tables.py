@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
 from vomstudio.geology.view_attitudes import camera_rotations, of_nadir_body
 from vomstudio.io.control.geo_file import is_geo, read_geo
 from vomstudio.io.text.named_columns import PHOTO, NamedTable

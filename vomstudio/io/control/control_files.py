@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, UsageError
-from vomstudio.geometry.places import why_no_coordinate
+from vomstudio.geometry.coordinate_limits import why_no_coordinate
 from vomstudio.io.control.points import CONTROL, MARKS, ControlPoint, Mark
 from vomstudio.io.control.registry import choose_format, find_formats
 

@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.geometry.places import why_no_error
+from vomstudio.geometry.coordinate_limits import why_no_error
 from vomstudio.io.control.formats.opendronemap import is_odm, projection_of
 from vomstudio.io.text.file_text import MOST_OBJECTS, read_text
 from vomstudio.io.text.rows import is_comma_number, shortened

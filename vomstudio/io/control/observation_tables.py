@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, UsageError
 from vomstudio.geology.orientation import lines_to_vectors, planes_to_poles
 from vomstudio.io.control.control_files import read_control
 from vomstudio.io.control.geo_file import is_geo, read_geo

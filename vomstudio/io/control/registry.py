@@ -10,11 +10,11 @@ from __future__ import annotations
 import functools
 from pathlib import Path
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
+from vomstudio.core.words import tr
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.plugins import Found, find_plugins
-from vomstudio.words import tr
 
 GROUP = "vomstudio.control_formats"
 

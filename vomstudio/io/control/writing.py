@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
+from vomstudio.core.errors import InputError, TargetError
+from vomstudio.core.files.atomic import write_bytes
+from vomstudio.core.files.backup import set_aside
+from vomstudio.core.files.containment import check_beside
+from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.spreadsheet_cells import guarded
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, TargetError
-from vomstudio.files.atomic import write_bytes
-from vomstudio.files.backup import set_aside
-from vomstudio.files.inside import check_beside
-from vomstudio.files.regular import open_regular
-from vomstudio.files.spreadsheet_cells import guarded
 from vomstudio.io.control.observation_tables import CompassTable, Pairs
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT

@@ -9,9 +9,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from vomstudio.files.atomic import atomic_group
-from vomstudio.files.plain_characters import plain
-from vomstudio.files.spreadsheet_cells import guarded_word
+from vomstudio.core.files.atomic import atomic_group
+from vomstudio.core.files.plain_characters import plain
+from vomstudio.core.files.spreadsheet_cells import guarded_word
 
 Row = Mapping[str, Any]
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.io.exchange.columns import beside
-from vomstudio.tables.project_layers import Layer
+from vomstudio.io.gis.layers import Layer
 
 _GEOMETRY = {"point": "Point", "line": "LineString", "ring": "Polygon"}
 

@@ -16,9 +16,9 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from vomstudio.geometry.tilts import CHI2_TWO
+from vomstudio.geometry.rotation_errors import CHI2_TWO
 from vomstudio.io.exchange.columns import Row, as_text, degrees
-from vomstudio.tables.project_layers import Layer
+from vomstudio.io.gis.layers import Layer
 
 UNKNOWN_NUGGET = 0.01
 ORIENTATIONS = ("X", "Y", "Z", "azimuth", "dip", "polarity", "formation", "nugget")

@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.plain_characters import plain
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.plain_characters import plain
 from vomstudio.geology.map_symbols import strike_and_dip, symbol_size, trend_arrow
 from vomstudio.io.exchange.geojson import properties_of
 from vomstudio.io.gis.crs import to_degrees
-from vomstudio.tables.project_layers import Layer
+from vomstudio.io.gis.layers import Layer
 
 _SPACE = "http://www.opengis.net/kml/2.2"
 _WHITE = "#ffffff"

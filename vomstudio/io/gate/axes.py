@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.finding_texts import Severity
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.frame_options import FrameOptions
 from vomstudio.io.gis.axis_units import StatedAxes, stated_axes

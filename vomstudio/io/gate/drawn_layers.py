@@ -15,19 +15,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError, UsageError
+from vomstudio.core.files.regular import is_folder, is_there
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, UsageError
-from vomstudio.files.regular import is_folder, is_there
+from vomstudio.core.progress import Progress
 from vomstudio.geometry.outlines.self_crossing import taken_apart
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gate.points import ModelFrame, WorldPoints, points_to_world
 from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
 from vomstudio.io.gis.axis_units import MOST_DEGREES, suggested_zone
-from vomstudio.io.gis.dxf_facts import ENTITY_COLUMNS, dxf_facts, select_lines, why_unreadable
+from vomstudio.io.gis.dxf_properties import ENTITY_COLUMNS, dxf_facts, select_lines, why_unreadable
 from vomstudio.io.gis.layer_reading import names_no_crs, symbol_layers
 from vomstudio.io.gis.vector_layers import VectorLayer, list_layers, read_layers
 from vomstudio.io.gis.wkb_shapes import shapes_from_wkb, surfaces_left_out
-from vomstudio.progress import Progress
 
 Shapes = npt.NDArray[np.object_]
 

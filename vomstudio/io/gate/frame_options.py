@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vomstudio.core.options import Options, declarations, given_options, option
+from vomstudio.core.words import to_translate
 from vomstudio.geometry.units import METRES
-from vomstudio.words import to_translate
 
 UpAxis = Literal["z", "y"]
 

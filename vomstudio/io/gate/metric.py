@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
 from vomstudio.io.gis.crs import crs_name, utm_zone
 
 Array = npt.NDArray[np.float64]

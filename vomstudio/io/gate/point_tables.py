@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gate.points import ModelFrame, WorldPoints, points_to_world
 from vomstudio.io.text import log_reading, tables

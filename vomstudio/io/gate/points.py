@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.axes import assumed_frame, choose_axes, require_crs, unreadable
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions

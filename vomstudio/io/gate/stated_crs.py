@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
 from vomstudio.io.gis.axis_units import StatedAxes, stated_axes
 from vomstudio.io.gis.crs import read_sidecar, sidecar_path
 

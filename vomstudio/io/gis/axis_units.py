@@ -14,10 +14,10 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.units import METRES
-from vomstudio.words import to_translate, tr
 
 Units = tuple[str, str, str]
 """Of x, y and z: "m", "ft", "us-ft", "degree", "unknown", or another unit's name."""

@@ -9,12 +9,12 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vomstudio.core.errors import InputError, UsageError
+from vomstudio.core.files.regular import read_small
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, UsageError
-from vomstudio.files.regular import read_small
+from vomstudio.core.words import tr
 from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.io.text.encodings import as_utf8
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     import numpy as np

@@ -11,9 +11,9 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.io.gis.dxf_pieces import DxfPiece, dxf_pieces, text_of
+from vomstudio.io.gis.dxf_groups import DxfPiece, dxf_pieces, text_of
 
 MOST_UNFOLDED = 1_000_000
 _NO_ENTITIES = {b"SECTION", b"ENDSEC", b"BLOCK", b"ENDBLK", b"TABLE", b"ENDTAB", b"EOF"}

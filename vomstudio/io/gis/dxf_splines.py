@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.files.regular import read_small
-from vomstudio.io.gis.dxf_pieces import LARGEST, DxfPiece, Groups, is_binary, text_pieces
+from vomstudio.core.files.regular import read_small
+from vomstudio.io.gis.dxf_groups import LARGEST, DxfPiece, Groups, is_binary, text_pieces
 
 Array = npt.NDArray[np.float64]
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import open_regular
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.regular import open_regular
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import stated_axes
 

@@ -15,16 +15,16 @@ from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.memory_limit import limited_by
+from vomstudio.core.files.names import utf8_name
+from vomstudio.core.files.regular import open_regular, read_json, require_regular_beside
+from vomstudio.core.files.untrusted.databases import SQLITE_MARK, require_geopackage
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.memory_limit import limited_by
-from vomstudio.files.names import utf8_name
-from vomstudio.files.regular import open_regular, read_json, require_regular_beside
-from vomstudio.files.untrusted.databases import SQLITE_MARK, require_geopackage
+from vomstudio.core.words import tr
 from vomstudio.io.gis.dxf_blocks import refuse_endless_blocks
 from vomstudio.io.gis.dxf_splines import with_control_points
 from vomstudio.io.text.xml_tree import refuse_many_tags
-from vomstudio.words import tr
 
 NO_NETWORK = {"GDAL_HTTP_PROXY": "127.0.0.1:9", "GDAL_HTTPS_PROXY": "127.0.0.1:9"}
 """Options of GDAL: whatever is asked for goes to the port of this machine that discards it."""

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import TargetError
+from vomstudio.core.files.names import writable
 from vomstudio.core.findings import Finding
-from vomstudio.errors import TargetError
-from vomstudio.files.names import writable
 from vomstudio.geometry.units import WORLD
 
 VERSION = "1.2"

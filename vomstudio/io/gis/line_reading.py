@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.io.gis.dxf_facts import ENTITY_COLUMNS, select_lines, why_unreadable
+from vomstudio.core.progress import Progress
+from vomstudio.io.gis.dxf_properties import ENTITY_COLUMNS, select_lines, why_unreadable
 from vomstudio.io.gis.layer_reading import symbol_layers
 from vomstudio.io.gis.vector_layers import list_layers, read_layers
 from vomstudio.io.gis.wkb_shapes import shapes_from_wkb, surfaces_left_out
-from vomstudio.progress import Progress
 
 Array = npt.NDArray[np.float64]
 

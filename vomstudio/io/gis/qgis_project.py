@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from uuid import NAMESPACE_OID, uuid5
 
-from vomstudio.files.plain_characters import plain
+from vomstudio.core.files.plain_characters import plain
 from vomstudio.io.gis.qml import VERSION, Style, elements
 
 _GEOMETRY = {"point": "Point", "line": "Line", "ring": "Polygon"}

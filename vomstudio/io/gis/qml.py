@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from vomstudio.files.plain_characters import plain
+from vomstudio.core.files.plain_characters import plain
 
 VERSION = "3.22.16"
 Geometry = Literal["point", "line", "ring"]

@@ -17,12 +17,12 @@ from typing import Any, Literal
 
 import numpy as np
 
+from vomstudio.core.errors import InputError, TargetError
+from vomstudio.core.files.names import utf8_name
+from vomstudio.core.files.regular import require_regular_beside
+from vomstudio.core.files.untrusted.pictures import check_raster
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, TargetError
-from vomstudio.files.names import utf8_name
-from vomstudio.files.regular import require_regular_beside
-from vomstudio.files.untrusted.pictures import check_raster
-from vomstudio.words import tr
+from vomstudio.core.words import tr
 
 BLOCK = 512
 """Side of the blocks inside the files, pixels."""

@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import read_small
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.regular import read_small
+from vomstudio.core.words import tr
 from vomstudio.io.gis.line_reading import FeatureWords, ReadLine
 from vomstudio.io.gis.svg_paths import (
     NUMBER,
@@ -28,7 +29,6 @@ from vomstudio.io.gis.svg_paths import (
     transform_of,
 )
 from vomstudio.io.text.xml_tree import parse_xml
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 

@@ -1,7 +1,7 @@
 """Layers of vector files as arrays.
 
 GeoPackages and large files are read in a separate process
-(`vomstudio.files.untrusted.reader_process`), small files of other formats in this one.
+(`vomstudio.core.files.untrusted.reader_process`), small files of other formats in this one.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError, from_dict
+from vomstudio.core.files.regular import open_regular, require_regular
+from vomstudio.core.files.untrusted import reader_process
+from vomstudio.core.files.untrusted.databases import SQLITE_MARK
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, from_dict
-from vomstudio.files.regular import open_regular, require_regular
-from vomstudio.files.untrusted import reader_process
-from vomstudio.files.untrusted.databases import SQLITE_MARK
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.words import tr
 from vomstudio.io.gis.dxf_blocks import refuse_endless_blocks
 from vomstudio.io.gis.layer_reading import layers_of
 from vomstudio.io.gis.layer_transport import packed, unpacked
 from vomstudio.io.text.file_text import MOST_OBJECTS
-from vomstudio.progress import Progress, Silent
-from vomstudio.words import tr
 
 Shapes = npt.NDArray[np.object_]
 

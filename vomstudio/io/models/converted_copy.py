@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress
 from vomstudio.io.gate.frame_options import FrameOptions
 from vomstudio.io.models.frames import stored_registration
 from vomstudio.io.models.opening import read_model
 from vomstudio.io.models.writing import write_model
-from vomstudio.progress import Progress
 
 
 def write_converted(

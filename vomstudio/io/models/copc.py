@@ -23,9 +23,10 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import open_regular, require_regular
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.regular import open_regular, require_regular
+from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.streaming.octree import (
     FETCHED_AT_ONCE,
@@ -53,7 +54,6 @@ from vomstudio.io.models.formats._las_records import (
     withheld_of,
 )
 from vomstudio.io.models.formats._las_reference import las_reference
-from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
 Key = tuple[int, int, int, int]

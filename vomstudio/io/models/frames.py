@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, UsageError
 from vomstudio.geometry import transform
 from vomstudio.geometry.frames import Frame, UpAxis
 from vomstudio.geometry.matrices import IDENTITY, Matrix

@@ -15,7 +15,7 @@ import re
 import secrets
 from pathlib import Path
 
-from vomstudio.paths import user_cache
+from vomstudio.core.paths import user_cache
 
 LONGEST_NAME = 60
 _MAGIC = (

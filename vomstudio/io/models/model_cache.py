@@ -23,12 +23,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError, TargetError
+from vomstudio.core.files.containment import make_folder
+from vomstudio.core.files.disk_errors import reason_of
+from vomstudio.core.files.regular import open_unbuffered, read_json
 from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress
 from vomstudio.core.threads import thread_pool
-from vomstudio.errors import InputError, TargetError
-from vomstudio.files.disk_troubles import reason_of
-from vomstudio.files.inside import make_folder
-from vomstudio.files.regular import open_unbuffered, read_json
+from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.geometry.progressive_order import Arrangement, arrange
@@ -38,8 +40,6 @@ from vomstudio.io.models import image_store
 from vomstudio.io.models.offset_file import checked_origin, offset_path
 from vomstudio.io.models.opening import file_hash, read_model, resolution
 from vomstudio.io.models.reader import LoadedModel
-from vomstudio.progress import Progress
-from vomstudio.words import tr
 
 VERSION = 5
 META = "meta.json"

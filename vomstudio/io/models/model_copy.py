@@ -7,10 +7,12 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
+from vomstudio.core.errors import InputError, TargetError
+from vomstudio.core.files.containment import check_in_project, make_folder, place_inside
+from vomstudio.core.files.regular import open_regular, require_regular
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, TargetError
-from vomstudio.files.inside import check_in_project, make_folder, place_inside
-from vomstudio.files.regular import open_regular, require_regular
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.words import tr
 from vomstudio.geometry.registrations import Registration
 from vomstudio.io.models.formats._gltf_document import files_beside
 from vomstudio.io.models.mtl import decode, find_beside, read_library
@@ -22,8 +24,6 @@ from vomstudio.io.photos.cameras_file import (
     read_cameras,
     write_cameras,
 )
-from vomstudio.progress import Progress, Silent
-from vomstudio.words import tr
 
 PHOTOS = Path("photos")
 """Where copied photos lie beside the copy of their model."""

@@ -13,13 +13,13 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import is_regular, read_small
+from vomstudio.core.files.untrusted.pictures import open_picture
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.regular import is_regular, read_small
-from vomstudio.files.untrusted.pictures import open_picture
+from vomstudio.core.words import tr
 from vomstudio.geometry.mesh import Material
 from vomstudio.io.text.encodings import as_utf8, text_of
-from vomstudio.words import tr
 
 MAX_LIBRARY_BYTES = 64 * 1024 * 1024
 # 32768 x 32768: 3 GiB once decoded. Survey textures reach 16384 x 16384.

@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import read_small
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.regular import read_small
-from vomstudio.geometry.places import FARTHEST_M
+from vomstudio.geometry.coordinate_limits import FARTHEST_M
 from vomstudio.io.gis.crs import parse_crs
 from vomstudio.io.text.encodings import text_of
 

@@ -13,15 +13,16 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.memory_limit import limited_by
+from vomstudio.core.files.regular import open_regular
 from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.threads import run_in_thread
-from vomstudio.errors import InputError
-from vomstudio.files.memory_limit import limited_by
-from vomstudio.files.regular import open_regular
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.moving import moved
+from vomstudio.geometry.model_transform import moved
 from vomstudio.geometry.resolution import COUNTS, FewPoints, effective_resolution, resolving_points
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.axes import choose_axes, require_crs, unreadable
@@ -38,7 +39,6 @@ from vomstudio.io.models.frames import frame_findings
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.models.registry import choose_reader, read_head
 from vomstudio.io.photos.cameras_file import scale_known
-from vomstudio.progress import Progress, Silent
 
 HASH_BLOCK_BYTES = 4 * 1024 * 1024
 SAMPLED_FACES = 200_000

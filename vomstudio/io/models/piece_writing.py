@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, InputError, TargetError
+from vomstudio.core.files.containment import check_in_project
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, InputError, TargetError
-from vomstudio.files.inside import check_in_project
+from vomstudio.core.progress import Progress
+from vomstudio.core.version import __version__
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.registrations import Registration
 from vomstudio.geometry.units import UNPLACED, WORLD
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.models.writing import write_model
-from vomstudio.progress import Progress
-from vomstudio.version import __version__
 
 
 def write_piece(

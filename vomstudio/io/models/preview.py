@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import InputError
-from vomstudio.files.regular import open_regular
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import open_regular
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.io.gis.crs import sidecar_crs

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Literal
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.axis_units import UNKNOWN, Units
-from vomstudio.progress import Progress
 
 HEAD_BYTES = 4096
 """Of a file's beginning, by which its format is told."""

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
+from vomstudio.core.files.regular import is_regular, read_json
 from vomstudio.core.identifiers import new_id
-from vomstudio.files.regular import is_regular, read_json
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.matrices import Point
 from vomstudio.geometry.registrations import ObservationGroup, Registration, RegistrationPoint

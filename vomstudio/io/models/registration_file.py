@@ -22,12 +22,14 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.core.errors import DocumentError, InputError, TargetError
+from vomstudio.core.files.atomic import write_bytes
+from vomstudio.core.files.regular import SIDECAR_BYTES, is_there, open_regular, read_json
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.plain_data import NestedFields, decode_fields, encode_fields
-from vomstudio.errors import DocumentError, InputError, TargetError
-from vomstudio.files.atomic import write_bytes
-from vomstudio.files.regular import SIDECAR_BYTES, is_there, open_regular, read_json
+from vomstudio.core.version import __version__
+from vomstudio.core.words import tr
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.registration_frames import is_same_registration
 from vomstudio.geometry.registrations import (
@@ -42,8 +44,6 @@ from vomstudio.io.models.reconstruction_file import (
     is_reconstructed,
     read_registration_of_result,
 )
-from vomstudio.version import __version__
-from vomstudio.words import tr
 
 FORMAT, VERSION = "vomstudio registration", 1
 ENDING = ".registration.json"

@@ -10,12 +10,12 @@ import functools
 import importlib
 from pathlib import Path
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import open_regular
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.regular import open_regular
+from vomstudio.core.words import tr
 from vomstudio.io.models.reader import HEAD_BYTES, Reader
 from vomstudio.io.plugins import Found, find_plugins
-from vomstudio.words import tr
 
 GROUP = "vomstudio.readers"
 

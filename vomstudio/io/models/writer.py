@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.units import WORLD, Axes
-from vomstudio.progress import Progress
 
 
 @dataclass(frozen=True)

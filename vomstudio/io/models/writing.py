@@ -12,9 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
+from vomstudio.core.errors import GeometryError, UsageError
+from vomstudio.core.files.atomic import check_target
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, UsageError
-from vomstudio.files.atomic import check_target
+from vomstudio.core.progress import Progress, Silent
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.registrations import Registration
@@ -26,7 +27,6 @@ from vomstudio.io.models.registration_file import (
 )
 from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.plugins import Found, find_plugins
-from vomstudio.progress import Progress, Silent
 
 GROUP = "vomstudio.writers"
 

@@ -7,8 +7,8 @@ import re
 from dataclasses import dataclass
 from functools import cache
 
-from vomstudio.files.regular import read_small_text
-from vomstudio.paths import resource
+from vomstudio.core.files.regular import read_small_text
+from vomstudio.core.paths import resource
 
 
 @dataclass(frozen=True)

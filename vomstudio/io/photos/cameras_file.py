@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.core.errors import GeometryError, InputError
+from vomstudio.core.files.atomic import atomic_write
+from vomstudio.core.files.regular import read_json
+from vomstudio.core.files.spreadsheet_cells import guarded
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, InputError
-from vomstudio.files.atomic import atomic_write
-from vomstudio.files.regular import read_json
-from vomstudio.files.spreadsheet_cells import guarded
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
-from vomstudio.geometry.places import no_places
+from vomstudio.geometry.coordinate_limits import no_places
 
 FILE_NAME = "cameras.json"
 """Its name beside the model."""

@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError, TargetError
+from vomstudio.core.files.atomic import atomic_write
+from vomstudio.core.files.backup import set_aside
+from vomstudio.core.files.containment import check_beside
+from vomstudio.core.files.untrusted.pictures import MASK_BYTES
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, TargetError
-from vomstudio.files.atomic import atomic_write
-from vomstudio.files.backup import set_aside
-from vomstudio.files.inside import check_beside
-from vomstudio.files.untrusted.pictures import MASK_BYTES
 from vomstudio.io.photos.photo import Photo
 from vomstudio.io.photos.pixels import opened, read_mask
 

@@ -8,9 +8,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.untrusted.pictures import MASK_BYTES
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.untrusted.pictures import MASK_BYTES
 from vomstudio.io.photos.pixels import opened
 
 if TYPE_CHECKING:

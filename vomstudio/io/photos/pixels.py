@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.untrusted.pictures import (
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.untrusted.pictures import (
     COLOR_BYTES,
     MASK_BYTES,
     PHOTOS,
     convert_to_8_bits,
     open_picture,
 )
+from vomstudio.core.findings import Finding
 
 if TYPE_CHECKING:
     from PIL import Image

@@ -15,10 +15,13 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.untrusted.picture_headers import HeaderError, jpeg_scan_start
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.errors import InputError
-from vomstudio.files.regular import open_regular
-from vomstudio.files.untrusted.picture_headers import HeaderError, jpeg_scan_start
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.reprs import Shown
+from vomstudio.core.words import tr
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.photos.apple_maker_note import down_in_photo
 from vomstudio.io.photos.camera_table import camera_label, find_camera
@@ -33,9 +36,6 @@ from vomstudio.io.photos.photo import Photo, PhotoTags
 from vomstudio.io.photos.pixels import opened
 from vomstudio.io.photos.user_comment import comment_angles
 from vomstudio.io.photos.xmp import Angles, DroneTags, read_drone_tags
-from vomstudio.progress import Progress, Silent
-from vomstudio.reprs import Shown
-from vomstudio.words import tr
 
 PHOTO_ENDINGS = PICTURES
 _OTHERS = {

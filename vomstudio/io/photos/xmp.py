@@ -15,7 +15,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from vomstudio.errors import InputError
+from vomstudio.core.errors import InputError
 from vomstudio.geology.view_attitudes import of_nadir_body
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.text.xml_tree import Element, parse_xml

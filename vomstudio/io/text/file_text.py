@@ -6,11 +6,11 @@ import stat
 from collections.abc import Collection
 from pathlib import Path
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.file_kinds import refuse_other_kind, require_text
+from vomstudio.core.files.regular import is_regular, read_pipe, read_whole
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.kinds import refuse_other_kind, require_text
-from vomstudio.files.regular import is_regular, read_pipe, read_whole
-from vomstudio.words import tr
+from vomstudio.core.words import tr
 
 LARGEST_FILE = 4 << 30
 MOST_LINES = 2_000_000
@@ -67,7 +67,7 @@ def read_text(
     most_lines : int
         Maximum number of lines.
     accepted : collection of str
-        Kinds of `vomstudio.files.kinds` that the caller reads; others are refused.
+        Kinds of `vomstudio.core.files.file_kinds` that the caller reads; others are refused.
 
     Raises
     ------

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
+from vomstudio.core.words import tr
 from vomstudio.io.text.tables import TextTable
-from vomstudio.words import tr
 
 PAIR_COLUMNS = (
     "hanging_x", "hanging_y", "hanging_z", "footwall_x", "footwall_y", "footwall_z",

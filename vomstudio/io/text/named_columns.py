@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.geometry.places import why_no_coordinate, why_no_error
+from vomstudio.geometry.coordinate_limits import why_no_coordinate, why_no_error
 from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.commented_rows import commented_finding
 from vomstudio.io.text.file_text import MOST_OBJECTS

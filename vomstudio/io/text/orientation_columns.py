@@ -10,12 +10,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
 from vomstudio.geology.notation import parse_angle, parse_azimuth
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.text.column_names import plain
-from vomstudio.io.text.flag_words import is_overturned
+from vomstudio.io.text.flags import is_overturned
 from vomstudio.io.text.rows import parse_number
 from vomstudio.io.text.tables import TextTable
 

@@ -15,20 +15,20 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from vomstudio.core.errors import InputError, UsageError, VomError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, UsageError, VomError
-from vomstudio.geology.common_turns import Turns
+from vomstudio.core.words import tr
+from vomstudio.geology.common_rotation_errors import Turns
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane, lines_to_vectors, planes_to_poles
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.file_text import MOST_OBJECTS
 from vomstudio.io.text.orientation_columns import Azimuth, Columns, convention_in_name
+from vomstudio.io.text.registration_comments import bowed_in, turns_of_table
 from vomstudio.io.text.repeated_rows import first_picks
 from vomstudio.io.text.rows import shortened
-from vomstudio.io.text.table_turns import bowed_in, turns_of_table
 from vomstudio.io.text.tables import TextTable, read_table
-from vomstudio.words import tr
 
 _QUADRANT_BY_ITS_CELLS = {"direction", "dir", "side", "sense", "dips"}
 """Names that mean a dip quadrant only where compass points stand below."""

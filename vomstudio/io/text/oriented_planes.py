@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.geology.agreement import OrientedPlane
+from vomstudio.geology.model_agreement import OrientedPlane
 from vomstudio.io.text.orientation_columns import Azimuth
 from vomstudio.io.text.orientation_reading import OrientationTable, read_orientations
 

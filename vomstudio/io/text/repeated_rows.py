@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
 from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.tables import TextTable
 

@@ -14,9 +14,9 @@ from dataclasses import dataclass, field
 from itertools import repeat
 from pathlib import Path
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.spreadsheet_cells import unguarded
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.spreadsheet_cells import unguarded
 from vomstudio.io.text.commented_rows import commented_finding, commented_rows
 from vomstudio.io.text.file_text import MOST_LINES, read_text, refuse_too_many
 

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.spreadsheet_cells import guarded, guarded_word, head_line
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.spreadsheet_cells import guarded, guarded_word, head_line
 from vomstudio.geology.sets.discontinuities import Pieces
 from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.orientation_reading import OrientationTable
-from vomstudio.io.text.shape_texts import shapes_of
+from vomstudio.io.text.wkt_columns import shapes_of
 
 SET, PROBABILITY, DISCONTINUITY = "set", "set_probability", "discontinuity"
 _WKT = "wkt"

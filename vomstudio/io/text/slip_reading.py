@@ -15,8 +15,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, InputError
+from vomstudio.core.words import tr
 from vomstudio.geology.notation import parse_rake
 from vomstudio.geology.orientation import (
     ANGLE_TOLERANCE_DEG,
@@ -31,7 +32,6 @@ from vomstudio.io.text.file_text import MOST_OBJECTS
 from vomstudio.io.text.repeated_rows import first_picks
 from vomstudio.io.text.rows import parse_number
 from vomstudio.io.text.tables import TextTable, read_table
-from vomstudio.words import tr
 
 OFF_PLANE_DEG = 10.0
 """Striae that leave their plane by more are doubtful."""

@@ -22,12 +22,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, UsageError
-from vomstudio.geometry.places import FARTHEST_M
+from vomstudio.core.words import tr
+from vomstudio.geometry.coordinate_limits import FARTHEST_M
 from vomstudio.io.text.column_names import doubtful_cell, plain
 from vomstudio.io.text.file_text import MOST_LINES
-from vomstudio.io.text.group_words import COLUMNS, Words, words_of_groups
+from vomstudio.io.text.group_columns import COLUMNS, Words, words_of_groups
 from vomstudio.io.text.rows import (
     TextRows,
     cut,
@@ -36,7 +37,6 @@ from vomstudio.io.text.rows import (
     read_rows,
     shortened,
 )
-from vomstudio.words import tr
 
 TABLE_ENDINGS = (".csv", ".txt", ".tsv", ".dat")
 """Extensions that text tables usually have, for file dialogs."""

@@ -11,10 +11,10 @@ from math import isfinite, nan
 from pathlib import Path
 from typing import Any
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import is_regular, open_regular, read_small
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.regular import is_regular, open_regular, read_small
-from vomstudio.words import tr
+from vomstudio.core.words import tr
 
 Element = Any
 """Of lxml, which carries no types."""

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.progress import Progress, Silent
 from vomstudio.photogrammetry.align.priors import HELD, Freedom, parameter_names
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
-from vomstudio.progress import Progress, Silent
 
 # Observations farther off are no observations of that point (as in COLMAP's mapper).
 MAX_ERROR_PX = 4.0

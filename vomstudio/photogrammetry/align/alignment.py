@@ -17,9 +17,11 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import read_json, read_whole
 from vomstudio.core.findings import Finding, plain
-from vomstudio.errors import InputError
-from vomstudio.files.regular import read_json, read_whole
+from vomstudio.core.progress import Executor, Progress
+from vomstudio.core.words import tr
 from vomstudio.photogrammetry.align import mapping, match_database, matching, shared_lenses
 from vomstudio.photogrammetry.align.calibration import calibrate
 from vomstudio.photogrammetry.align.features import (
@@ -31,11 +33,9 @@ from vomstudio.photogrammetry.align.features import (
     extraction_memory,
 )
 from vomstudio.photogrammetry.align.matching import MatchingRule
-from vomstudio.photogrammetry.align.photo_like import PhotoLike
+from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
 from vomstudio.photogrammetry.align.priors import Calibration
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.progress import Executor, Progress
-from vomstudio.words import tr
 
 _HEAD = "alignment.json"
 _VERSION = 1

@@ -10,16 +10,16 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress
 from vomstudio.photogrammetry.align import priors
 from vomstudio.photogrammetry.align.adjustment import (
     adjust,
     cross_validation_error,
     free_parameters,
 )
-from vomstudio.photogrammetry.align.photo_like import PhotoLike
+from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
 from vomstudio.photogrammetry.align.priors import Calibration, Freedom
 from vomstudio.photogrammetry.base.colmap import colmap
-from vomstudio.progress import Progress
 
 Covariance = npt.NDArray[np.float64]
 

@@ -13,11 +13,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.arrays import open_arrays
+from vomstudio.core.files.atomic import atomic_write
+from vomstudio.core.files.untrusted.pictures import (
+    MASK_BYTES,
+    PHOTOS,
+    convert_to_8_bits,
+    open_picture,
+)
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.arrays import open_arrays
-from vomstudio.files.atomic import atomic_write
-from vomstudio.files.untrusted.pictures import MASK_BYTES, PHOTOS, convert_to_8_bits, open_picture
 from vomstudio.photogrammetry.base.colmap import colmap
 
 if TYPE_CHECKING:

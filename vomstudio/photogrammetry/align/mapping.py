@@ -16,13 +16,13 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.photogrammetry.align.features import Features
-from vomstudio.photogrammetry.align.photo_like import PhotoLike
+from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.progress import Progress
-from vomstudio.words import tr
 
 # Incremental mapping grows faster than the number of photos.
 _INCREMENTAL_UP_TO = 300

@@ -21,11 +21,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import JSON_BYTES, read_small
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.regular import JSON_BYTES, read_small
 from vomstudio.photogrammetry.align.features import Features
-from vomstudio.photogrammetry.align.photo_like import PhotoLike
+from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
 from vomstudio.photogrammetry.base.colmap import colmap
 
 Pair = tuple[int, int]

@@ -16,6 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.words import tr
 from vomstudio.photogrammetry.align.features import Features, sizes
 from vomstudio.photogrammetry.align.match_database import (
     Pair,
@@ -25,10 +27,8 @@ from vomstudio.photogrammetry.align.match_database import (
     opened,
     reading,
 )
-from vomstudio.photogrammetry.align.photo_like import PhotoLike
+from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
-from vomstudio.progress import Progress, Silent
-from vomstudio.words import tr
 
 MatchingRule = Literal["auto", "exhaustive", "spatial", "preselected", "sequential"]
 

@@ -12,9 +12,9 @@ import numpy.typing as npt
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.photogrammetry.align.lens_check import of_lenses
-from vomstudio.survey.camera_positions import straightness
-from vomstudio.survey.check_limits import Limits
-from vomstudio.survey.check_results import (
+from vomstudio.photogrammetry.survey.camera_positions import straightness
+from vomstudio.photogrammetry.survey.check_limits import Limits
+from vomstudio.photogrammetry.survey.check_results import (
     PhotoFigures,
     SurveyReport,
     advice_for,

@@ -20,15 +20,15 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.core.files.regular import require_regular
 from vomstudio.core.findings import Finding
-from vomstudio.files.regular import require_regular
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import tr_n
 from vomstudio.photogrammetry.align import mapping, match_database
 from vomstudio.photogrammetry.align.features import Features
 from vomstudio.photogrammetry.align.mapping import Mapped, MappingOptions
-from vomstudio.photogrammetry.align.photo_like import PhotoLike
+from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
-from vomstudio.progress import Progress
-from vomstudio.words import tr_n
 
 # Of the natural logarithm of focal lengths, each from its pairs alone: photos of one lens scatter
 # by less than a hundredth, by a tenth with strong distortion.

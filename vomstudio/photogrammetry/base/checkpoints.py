@@ -18,10 +18,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from vomstudio.core.errors import InputError, TargetError
+from vomstudio.core.files.disk_errors import reason_of
+from vomstudio.core.files.regular import read_json
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, TargetError
-from vomstudio.files.disk_troubles import reason_of
-from vomstudio.files.regular import read_json
 from vomstudio.photogrammetry.base.memory import peak_bytes
 
 _STAMP = "stage.json"

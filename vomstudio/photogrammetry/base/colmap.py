@@ -8,9 +8,9 @@ import threading
 from collections.abc import Callable
 from typing import Any, TypeVar
 
+from vomstudio.core.errors import Cancelled
+from vomstudio.core.progress import Progress
 from vomstudio.core.threads import run_in_thread
-from vomstudio.errors import Cancelled
-from vomstudio.progress import Progress
 
 Result = TypeVar("Result")
 _POLL_S = 0.1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from vomstudio.files.memory_room import group_bytes
+from vomstudio.core.files.available_memory import group_bytes
 
 # The rest is left to the system and to other programs.
 SHARE = 0.7

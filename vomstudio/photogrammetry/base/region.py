@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.core.words import tr
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]

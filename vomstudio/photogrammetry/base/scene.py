@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.arrays import open_arrays
+from vomstudio.core.files.regular import read_json
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.arrays import open_arrays
-from vomstudio.files.regular import read_json
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.units import UNPLACED, WORLD, Axes
 from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict

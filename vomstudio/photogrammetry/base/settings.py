@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.results import Result
-from vomstudio.errors import UsageError
 from vomstudio.photogrammetry.base.region import Region
 
 

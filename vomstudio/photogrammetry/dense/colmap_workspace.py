@@ -12,14 +12,14 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
+from vomstudio.core.progress import Progress
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.dense.depthmaps import DepthMap
 from vomstudio.photogrammetry.dense.pairs import Pairs
 from vomstudio.photogrammetry.dense.undistortion import Undistorted
-from vomstudio.progress import Progress
 
 
 def has_cuda() -> bool:

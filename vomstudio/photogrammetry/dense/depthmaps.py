@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, InputError
+from vomstudio.core.files.arrays import open_arrays
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, InputError
-from vomstudio.files.arrays import open_arrays
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict

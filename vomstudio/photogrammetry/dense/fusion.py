@@ -17,16 +17,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.dense.depthmaps import DepthMap
 from vomstudio.photogrammetry.dense.pairs import Pairs
 from vomstudio.photogrammetry.dense.undistortion import Undistorted
-from vomstudio.progress import Progress, Silent
-from vomstudio.words import tr
 
 # Footprints within a third of each other are equally fine; the first photo keeps the point.
 _SAME_FOOTPRINT = 1.3

@@ -8,11 +8,11 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, InputError
+from vomstudio.core.files.untrusted.pictures import MASK_BYTES, decode_picture
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, InputError
-from vomstudio.files.untrusted.pictures import MASK_BYTES, decode_picture
+from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
-from vomstudio.words import tr
 
 # A straight picture of a very wide lens grows without bound: pixels are kept up to 63 degrees from
 # the axis, and up to one and a half times the photo's own size.

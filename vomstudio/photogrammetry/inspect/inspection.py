@@ -14,16 +14,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.arrays import open_arrays
+from vomstudio.core.files.regular import read_json
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.arrays import open_arrays
-from vomstudio.files.regular import read_json
+from vomstudio.core.words import to_translate, tr
 from vomstudio.photogrammetry.align import mapping, match_database
 from vomstudio.photogrammetry.align.alignment import Alignment
 from vomstudio.photogrammetry.base.checkpoints import file_name
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.stage_folders import stage_folder
-from vomstudio.words import to_translate, tr
 
 Pixels = npt.NDArray[np.float32]
 

@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
+from vomstudio.core.words import tr
 from vomstudio.photogrammetry.base.settings import Settings
 from vomstudio.photogrammetry.dense.colmap_workspace import cuda_depth_maps, has_cuda
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.base.scene import SparseScene

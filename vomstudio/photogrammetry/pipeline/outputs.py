@@ -9,21 +9,21 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from vomstudio.core.findings import Finding
-from vomstudio.errors import TargetError, VomError
-from vomstudio.files.disk_troubles import (
+from vomstudio.core.errors import TargetError, VomError
+from vomstudio.core.files.containment import check_in_project, refuse_links
+from vomstudio.core.files.disk_errors import (
     is_full,
     not_taken,
     number_of_failure,
     reason_of,
     tells_of_disk,
 )
-from vomstudio.files.inside import check_in_project, refuse_links
-from vomstudio.files.lock import FolderLock
+from vomstudio.core.files.lock import FolderLock
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
 from vomstudio.io.models.reconstruction_file import RESULT
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.photogrammetry.base.stage_folders import WORK
-from vomstudio.words import tr
 
 # A worker whose window was killed may still be in native code that nothing interrupts.
 _PATIENCE_S = 5.0

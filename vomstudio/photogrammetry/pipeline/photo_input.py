@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import open_regular
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.regular import open_regular
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import tr
 from vomstudio.photogrammetry.base.checkpoints import key_of
 from vomstudio.photogrammetry.base.settings import Settings
-from vomstudio.progress import Progress
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geometry.cameras import View
@@ -67,9 +67,13 @@ def usable_photos(
     Raises InputError.
     """
     from vomstudio.io.photos.reading import read_photos
-    from vomstudio.photogrammetry.place.control_check import check_control
-    from vomstudio.photogrammetry.place.georeference import crs_of, has_position, world_positions
-    from vomstudio.photogrammetry.place.mark_observations import labels_on_one_spot
+    from vomstudio.photogrammetry.georeferencing.control_check import check_control
+    from vomstudio.photogrammetry.georeferencing.georeference import (
+        crs_of,
+        has_position,
+        world_positions,
+    )
+    from vomstudio.photogrammetry.georeferencing.mark_observations import labels_on_one_spot
 
     found = read_photos(folder, progress).with_masks(masks)
     if len(found.photos) < 2:

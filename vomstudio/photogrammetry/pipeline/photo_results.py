@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
 import numpy as np
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.arrays import open_arrays
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.arrays import open_arrays
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.photos.cameras_file import view_from_dict, view_to_dict

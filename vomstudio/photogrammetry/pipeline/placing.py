@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding, finding_of
-from vomstudio.errors import GeometryError
+from vomstudio.core.progress import Progress
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.settings import Settings
+from vomstudio.photogrammetry.georeferencing import control, georeference
+from vomstudio.photogrammetry.georeferencing.lens_errors import bend_of_lenses
+from vomstudio.photogrammetry.georeferencing.local_frame import upright
 from vomstudio.photogrammetry.pipeline import report_data
-from vomstudio.photogrammetry.place import control, georeference
-from vomstudio.photogrammetry.place.lens_errors import bend_of_lenses
-from vomstudio.photogrammetry.place.local_frame import upright
-from vomstudio.progress import Progress
 from vomstudio.registration.marks.mark_errors import mark_scatter_findings
 
 if TYPE_CHECKING:

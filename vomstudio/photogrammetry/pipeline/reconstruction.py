@@ -9,8 +9,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.findings import Finding, plain
-from vomstudio.errors import InputError, TargetError
+from vomstudio.core.progress import Ahead, Executor, Progress
+from vomstudio.core.version import __version__
+from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.photogrammetry.align.scene_check import check_scene
 from vomstudio.photogrammetry.base.checkpoints import Checkpoints, Stage, write_whole
@@ -52,9 +55,6 @@ from vomstudio.photogrammetry.pipeline.written_models import (
     write_models,
     write_registrations,
 )
-from vomstudio.progress import Ahead, Executor, Progress
-from vomstudio.version import __version__
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geometry.mesh import Mesh
@@ -186,7 +186,7 @@ class _Run:
 
     def _join(self, alignment: Alignment, aligned: Stage) -> tuple[Alignment, Stage]:
         """Join components by markers; other marks are used in the registration."""
-        from vomstudio.photogrammetry.place.joined_alignment import join_alignment
+        from vomstudio.photogrammetry.georeferencing.joined_alignment import join_alignment
 
         tables = self.tables
         alignment, stage, findings = join_alignment(

@@ -10,20 +10,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vomstudio.core.findings import Finding, plain
+from vomstudio.core.version import __version__
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.photogrammetry.align.scene_check import photo_pixel_sizes
 from vomstudio.photogrammetry.base.scene import SparseScene
-from vomstudio.version import __version__
 
 if TYPE_CHECKING:
     from vomstudio.geology.bowing import Bowing, LensBend
     from vomstudio.geometry.mesh import Mesh
     from vomstudio.io.photos.photo import Photo
     from vomstudio.photogrammetry.align.priors import Calibration
-    from vomstudio.photogrammetry.place.control import ControlReport
-    from vomstudio.photogrammetry.place.georeference import GpsReport
-    from vomstudio.photogrammetry.place.placement import Placement
+    from vomstudio.photogrammetry.georeferencing.control import ControlReport
+    from vomstudio.photogrammetry.georeferencing.georeference import GpsReport
+    from vomstudio.photogrammetry.georeferencing.placement import Placement
 
 _DRAWN = 4000
 
@@ -199,10 +199,10 @@ def at_the_edge(
 ) -> dict[str, Any]:
     """What a registration says, with the bowing at the edge of the finished model: tie points, from
     which it was found, do not reach as far. note : called with each finding"""
-    from vomstudio.document.registration_errors import bowing_of_registration
     from vomstudio.geology.bowing import LensBend, model_shape
     from vomstudio.io.models.reconstruction_file import result_registration
-    from vomstudio.registration.remarks import bowing_findings, lens_findings
+    from vomstudio.project.registration_errors import bowing_of_registration
+    from vomstudio.registration.warnings import bowing_findings, lens_findings
 
     _, axes, reach = model_shape(mesh.vertices)
     shape = {"reach_m" if scene.scaled else "reach": reach, "normal": axes[2].tolist()}

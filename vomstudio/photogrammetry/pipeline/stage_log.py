@@ -7,7 +7,7 @@ from datetime import datetime
 from pathlib import Path
 
 from vomstudio.core.findings import Finding
-from vomstudio.progress import Progress
+from vomstudio.core.progress import Progress
 
 
 class StageLog:

@@ -9,16 +9,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vomstudio.core.files.atomic import atomic_write
+from vomstudio.core.files.containment import make_folder, place_inside
 from vomstudio.core.findings import Finding
-from vomstudio.files.atomic import atomic_write
-from vomstudio.files.inside import make_folder, place_inside
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.pipeline.outputs import Outputs
 from vomstudio.photogrammetry.pipeline.report_data import tie_points
-from vomstudio.progress import Progress
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.align.alignment import Alignment

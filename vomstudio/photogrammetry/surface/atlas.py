@@ -17,8 +17,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.words import tr
 from vomstudio.photogrammetry.surface.topology import (
     Array,
     Faces,
@@ -26,8 +28,6 @@ from vomstudio.photogrammetry.surface.topology import (
     cross_products,
     neighbours,
 )
-from vomstudio.progress import Progress, Silent
-from vomstudio.words import tr
 
 # Cosines: between a chart's direction and its faces at least, and as far as one direction is taken
 # to reach.

@@ -15,10 +15,10 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import tr
 from vomstudio.photogrammetry.surface.topology import Array, Faces, edge_keys, neighbours
 from vomstudio.photogrammetry.surface.visibility import PhotoVisibility
-from vomstudio.progress import Progress
-from vomstudio.words import tr
 
 Ints = npt.NDArray[np.int32]
 Floats = npt.NDArray[np.float32]

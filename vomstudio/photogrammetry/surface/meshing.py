@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.photogrammetry.base import memory
@@ -25,8 +27,6 @@ from vomstudio.photogrammetry.surface.topology import (
     neighbours,
     vertex_normals,
 )
-from vomstudio.progress import Progress, Silent
-from vomstudio.words import tr
 
 _FEWEST = 100
 _DEPTHS = (5, 12)

@@ -11,12 +11,14 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, UsageError
+from vomstudio.core.progress import Executor, Inline, Progress, Silent
+from vomstudio.core.words import tr
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.photogrammetry.surface.atlas import Atlas, AtlasOptions, make_atlas, uv_mesh
 from vomstudio.photogrammetry.surface.blending import Blend, blend
-from vomstudio.photogrammetry.surface.sides import facing_photos
+from vomstudio.photogrammetry.surface.orientation import facing_photos
 from vomstudio.photogrammetry.surface.texture_pages import draw_pages
 from vomstudio.photogrammetry.surface.topology import Array, Faces, cross_products
 from vomstudio.photogrammetry.surface.visibility import (
@@ -26,8 +28,6 @@ from vomstudio.photogrammetry.surface.visibility import (
     compute_visibility,
 )
 from vomstudio.photogrammetry.surface.visibility import memory_needed as visibility_memory
-from vomstudio.progress import Executor, Inline, Progress, Silent
-from vomstudio.words import tr
 
 JPEG_QUALITY = 95
 

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.progress import Executor, Progress
+from vomstudio.core.words import tr
 from vomstudio.photogrammetry.surface.atlas import Atlas
 from vomstudio.photogrammetry.surface.blending import Blend
 from vomstudio.photogrammetry.surface.topology import Array, Faces, compact
 from vomstudio.photogrammetry.surface.visibility import Photo, decode, project, pyramid
-from vomstudio.progress import Executor, Progress
-from vomstudio.words import tr
 
 # A photo is decoded once for each tile that it has a part in.
 _TILE = 2048

@@ -9,9 +9,9 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.untrusted.pictures import COLOR_BYTES, MASK_BYTES, decode_picture
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.untrusted.pictures import COLOR_BYTES, MASK_BYTES, decode_picture
 from vomstudio.geometry.cameras import View
 from vomstudio.photogrammetry.surface.topology import Array, Faces, cross_products
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
@@ -20,8 +22,6 @@ from vomstudio.products.elevation.cloud_surface import (
 from vomstudio.products.elevation.planning import HeightPlan
 from vomstudio.products.ortho.drawn_tiles import drawn_tiles
 from vomstudio.products.ortho.tiles import Drawer, Grid, Members, Tile
-from vomstudio.progress import Progress, Silent
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Heights = npt.NDArray[np.float32]

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import require_regular_beside
+from vomstudio.core.files.untrusted.pictures import RASTER_CACHE_BYTES, check_raster
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.regular import require_regular_beside
-from vomstudio.files.untrusted.pictures import RASTER_CACHE_BYTES, check_raster
 from vomstudio.products.elevation.shading import hillshade
 
 MOST = 1400

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.atomic import atomic_group, check_target
+from vomstudio.core.files.extensions import check_extension
 from vomstudio.core.findings import Finding, plain
-from vomstudio.errors import InputError
-from vomstudio.files.atomic import atomic_group, check_target
-from vomstudio.files.extensions import check_extension
+from vomstudio.core.version import __version__
 from vomstudio.geology.notation import plain_azimuth
 from vomstudio.io.gis.raster import Raster, open_geotiff, view_plane_crs, write_tile
 from vomstudio.products.elevation.contours import contour_lines, write_contours
@@ -25,7 +26,6 @@ from vomstudio.products.elevation.results import ElevationFigures, WrittenElevat
 from vomstudio.products.elevation.shading import dips_of, hillshade
 from vomstudio.products.ortho.planning import edge_on
 from vomstudio.products.ortho.tiles import TILE
-from vomstudio.version import __version__
 
 DEFAULT_FILES = DemFiles()
 

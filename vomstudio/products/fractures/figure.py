@@ -8,6 +8,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.fractures.length_laws import Fit, law_of
 from vomstudio.geology.fractures.network import Lengths, Mapped
 from vomstudio.geology.fractures.nodes import NodeCounts
@@ -16,11 +17,10 @@ from vomstudio.geology.fractures.trace_plane import trace_azimuths_deg
 from vomstudio.geology.notation import format_wind
 from vomstudio.geology.roses import rose_of
 from vomstudio.products.net.contents import OKABE_ITO
+from vomstudio.products.net.figure_file import sizes_of, write_figure
 from vomstudio.products.net.rose import rings_of
 from vomstudio.products.net.rose_drawing import draw_rose
 from vomstudio.products.net.style import PRINT, NetStyle
-from vomstudio.products.net.written_figure import sizes_of, write_figure
-from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

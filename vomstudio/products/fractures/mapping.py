@@ -10,8 +10,10 @@ from typing import Literal
 
 import numpy as np
 
+from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, InputError, UsageError
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import tr
 from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.fractures.network import Counted, Mapped, fracture_network
 from vomstudio.geology.fractures.pieces import Floats, Shapes, circle_area, pieces_of
@@ -39,8 +41,6 @@ from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gate.points import ModelFrame
 from vomstudio.io.gis.raster import is_view_plane
 from vomstudio.io.text.repeated_rows import repeats_left_out
-from vomstudio.progress import Progress
-from vomstudio.words import tr
 
 SET_COLUMN = "set"
 _REPEAT = "repeat_of"

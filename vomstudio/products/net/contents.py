@@ -7,9 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.words import tr
 from vomstudio.geology import stereonet as nets
-from vomstudio.geology.common_turns import Region, Turns, cone, moved, principal_axis, region
+from vomstudio.geology.common_rotation_errors import (
+    Region,
+    Turns,
+    cone,
+    moved,
+    principal_axis,
+    region,
+)
 from vomstudio.geology.density import SIGMA
 from vomstudio.geology.folds import FoldAxis
 from vomstudio.geology.notation import format_line, format_plane
@@ -27,8 +35,7 @@ from vomstudio.geology.statistics import (
     no_fisher_reason,
     orientation_tensor,
 )
-from vomstudio.geometry.tilts import enlarged_semi_axes
-from vomstudio.words import tr
+from vomstudio.geometry.rotation_errors import enlarged_semi_axes
 
 OKABE_ITO = (
     "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442", "#000000",

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geology import density as densities
 from vomstudio.geology.orientation import Array, Line
 from vomstudio.products.net.contents import NetContents, NetSet
 from vomstudio.products.net.style import NetStyle, mixed
-from vomstudio.words import to_translate, tr
 
 DENSITY_NAMES = {
     "kamb": to_translate("Density after Kamb, {sigma} σ"),

@@ -16,20 +16,20 @@ from typing import IO, TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import UsageError
+from vomstudio.core.files.extensions import check_extension
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
-from vomstudio.files.extensions import check_extension
 from vomstudio.geology import density as densities
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.orientation import Array, Line
-from vomstudio.products.net.additions import draw_additions
+from vomstudio.products.net.annotations import draw_additions
 from vomstudio.products.net.contents import AnyEllipse, NetContents, NetLive
 from vomstudio.products.net.contour_drawing import draw_contours
+from vomstudio.products.net.figure_file import FORMATS, font_of, write_figure
 from vomstudio.products.net.figure_options import SIZE_MM
 from vomstudio.products.net.page import Page
 from vomstudio.products.net.selection_highlight import draw_emphasis
 from vomstudio.products.net.style import PRINT, NetStyle
-from vomstudio.products.net.written_figure import FORMATS, font_of, write_figure
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

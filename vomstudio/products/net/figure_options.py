@@ -6,10 +6,10 @@ import re
 from dataclasses import dataclass
 from typing import Literal
 
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import Options, check_requires, option
-from vomstudio.errors import UsageError
-from vomstudio.words import to_translate
+from vomstudio.core.words import to_translate
 
 SIZE_MM = (170.0, 115.0)
 """Default size of a figure: a page wide, as journals print it."""

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any
 
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
 from vomstudio.products.net.figure_options import SIZE_MM, RoseFigure, StereonetFigure
 from vomstudio.products.net.style import PRINT, NetStyle
 

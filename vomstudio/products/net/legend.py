@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
+from vomstudio.core.words import tr
 from vomstudio.geology.folds import FoldAxis
 from vomstudio.geology.notation import degrees, format_plane
 from vomstudio.products.net.contents import (
@@ -17,7 +18,6 @@ from vomstudio.products.net.contents import (
     means_text,
 )
 from vomstudio.products.net.style import NetStyle
-from vomstudio.words import tr
 
 
 @dataclass(frozen=True)

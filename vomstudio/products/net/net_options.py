@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.errors import InputError, UsageError
+from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_azimuth, format_line, format_plane, parse_plane
 from vomstudio.geology.orientation import (
     Array,
@@ -30,7 +31,6 @@ from vomstudio.products.net.contents import (
     NetSet,
     means_of,
 )
-from vomstudio.words import tr
 
 MOST_PLANES = 300
 """Of more planes the intersections (45,000) are not told apart on a net."""

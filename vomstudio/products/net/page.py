@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.folds import FoldAxis
 from vomstudio.geology.notation import format_attitude
@@ -26,7 +27,6 @@ from vomstudio.products.net.labels import Box, free_place
 from vomstudio.products.net.legend import Entry, legend_entries, shortened, text_width, wrapped
 from vomstudio.products.net.slip_arrows import draw_slip_arrows
 from vomstudio.products.net.style import SYMBOL_SIZES, NetStyle, crowding, layer
-from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,8 +8,8 @@ from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
-from vomstudio.products.net.written_figure import write_figure
-from vomstudio.words import tr
+from vomstudio.core.words import tr
+from vomstudio.products.net.figure_file import write_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,8 +9,10 @@ from typing import IO, TYPE_CHECKING
 
 import numpy as np
 
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.roses import HISTOGRAM_OF, Histogram, Rose
 from vomstudio.products.net.contents import OKABE_ITO
+from vomstudio.products.net.figure_file import font_of, write_figure
 from vomstudio.products.net.legend import shortened, text_width, wrapped
 from vomstudio.products.net.rose_contents import RoseContents
 from vomstudio.products.net.rose_drawing import (
@@ -23,8 +25,6 @@ from vomstudio.products.net.rose_drawing import (
     petal_radius,
 )
 from vomstudio.products.net.style import PRINT, NetStyle
-from vomstudio.products.net.written_figure import font_of, write_figure
-from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

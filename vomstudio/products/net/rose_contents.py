@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
 from vomstudio.geology.orientation import Array
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.roses import (

@@ -14,10 +14,10 @@ from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.profiles import PROFILES, Thresholds
+from vomstudio.products.net.figure_file import sizes_of, write_figure
 from vomstudio.products.net.style import PRINT, NetStyle
-from vomstudio.products.net.written_figure import sizes_of, write_figure
-from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

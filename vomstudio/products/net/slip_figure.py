@@ -12,6 +12,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
+from vomstudio.core.words import tr, tr_n
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.faults.kinematics import compressed_share, movements, p_axes, t_axes
 from vomstudio.geology.faults.table_slip import SlipRows, TableSlip
@@ -19,7 +20,6 @@ from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.orientation import Array, lines_to_vectors
 from vomstudio.products.net.plain_net import FONT_PT, INK, SOFT, draw_frame, save_figure
 from vomstudio.products.net.slip_arrows import draw_slip_arrows
-from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

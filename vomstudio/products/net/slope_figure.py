@@ -14,6 +14,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
+from vomstudio.core.words import tr
 from vomstudio.geology import slopes
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.notation import format_azimuth
@@ -22,7 +23,6 @@ from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.slopes import Margins, SlopeFace, Zones
 from vomstudio.geology.table_slopes import Mode, TableSlope, set_numbers
 from vomstudio.products.net.plain_net import FONT_PT, INK, PAPER, SOFT, draw_frame, save_figure
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

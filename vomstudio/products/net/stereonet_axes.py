@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.core.words import tr
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.density import DENSITY_UNITS, density
 from vomstudio.geology.folds import FoldAxis
@@ -28,7 +29,6 @@ from vomstudio.products.net.contours import (
 from vomstudio.products.net.figure_style import FigureStyle
 from vomstudio.products.net.legend import fold_texts
 from vomstudio.products.net.style import NetStyle
-from vomstudio.words import tr
 
 _GRID = 101
 _LINE = 0.15

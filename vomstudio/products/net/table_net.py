@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
-from vomstudio.geology.common_turns import Turns
+from vomstudio.geology.common_rotation_errors import Turns
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.statistics import no_fisher_reason

@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
+from vomstudio.core.words import tr
 from vomstudio.geology.domains import ProjectionAxis, projection_axes
 from vomstudio.geology.fold_planes import FoldFilter, choose_planes
 from vomstudio.geology.notation import format_line
@@ -16,7 +17,6 @@ from vomstudio.geology.orientation import Line, angle_between_lines
 from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.ortho.planning import Plan
 from vomstudio.products.ortho.view_directions import cost_of_deviation
-from vomstudio.words import tr
 
 BEDS, FAULTS = "bedding", "fault"
 """Types of feature whose planes tell the axes."""

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.words import tr
 from vomstudio.products.ortho.interpretation import Item, flattened
 from vomstudio.products.ortho.planning import Plan
 from vomstudio.products.ortho.vector_drawing import (
@@ -22,8 +23,7 @@ from vomstudio.products.ortho.vector_drawing import (
     write_dxf,
     write_gpkg,
 )
-from vomstudio.products.ortho.view_words import direction_text, end_labels
-from vomstudio.words import tr
+from vomstudio.products.ortho.view_description import direction_text, end_labels
 
 Array = npt.NDArray[np.float64]
 

@@ -8,6 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.ortho.drawn_tiles import drawn_tiles
@@ -15,8 +17,6 @@ from vomstudio.products.ortho.orthophoto import picture_facts, source_of
 from vomstudio.products.ortho.planning import Plan
 from vomstudio.products.ortho.requests import OrthophotoFigures, figures_of
 from vomstudio.products.ortho.tiles import Tile, TilePicture
-from vomstudio.progress import Progress, Silent
-from vomstudio.words import tr
 
 
 @dataclass(frozen=True, eq=False)

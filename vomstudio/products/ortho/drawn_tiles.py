@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TypeVar
 
+from vomstudio.core.progress import Progress
 from vomstudio.core.threads import PROCESSORS, map_unordered
+from vomstudio.core.words import tr
 from vomstudio.products.ortho.tiles import Drawer, Grid, Tile
-from vomstudio.progress import Progress
-from vomstudio.words import tr
 
 MAX_THREADS = 8
 

@@ -12,19 +12,19 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.document.kind import color_of, kind_of
-from vomstudio.document.measurement_cache import Measurements
-from vomstudio.document.records import Feature, Record
-from vomstudio.document.records.feature_types import DEFAULT_TYPES
-from vomstudio.errors import UsageError
 from vomstudio.geology.map_symbols import strike_and_dip
 from vomstudio.geology.orientation import planes_to_normals
-from vomstudio.io.project.export import refuse_empty, thresholds_of
-from vomstudio.io.project.journal import read_replay
-from vomstudio.tables.grid_layer import LAYER as GRIDS
-from vomstudio.tables.project_layers import project_layers
-from vomstudio.tables.project_table import project_table
+from vomstudio.project.exports.export import refuse_empty, thresholds_of
+from vomstudio.project.journal.database import read_replay
+from vomstudio.project.kind import color_of, kind_of
+from vomstudio.project.measurement_cache import Measurements
+from vomstudio.project.records import Feature, Record
+from vomstudio.project.records.feature_types import DEFAULT_TYPES
+from vomstudio.project.tables.grid_layer import LAYER as GRIDS
+from vomstudio.project.tables.project_layers import project_layers
+from vomstudio.project.tables.project_table import project_table
 
 Array = npt.NDArray[np.float64]
 Form = Literal["point", "line", "ring"]

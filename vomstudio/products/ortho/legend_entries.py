@@ -10,8 +10,8 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.words import tr
 from vomstudio.geology.map_symbols import strike_and_dip
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from vomstudio.core.options import (
     check_requires,
     option,
 )
-from vomstudio.words import to_translate
+from vomstudio.core.words import to_translate
 
 
 @dataclass(frozen=True)

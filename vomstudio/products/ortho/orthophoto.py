@@ -19,11 +19,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.atomic import atomic_group, check_target
+from vomstudio.core.files.containment import check_beside
+from vomstudio.core.files.extensions import check_extension
 from vomstudio.core.findings import Finding, plain
-from vomstudio.errors import InputError
-from vomstudio.files.atomic import atomic_group, check_target
-from vomstudio.files.extensions import check_extension
-from vomstudio.files.inside import check_beside
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.version import __version__
+from vomstudio.core.words import tr
 from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -35,6 +38,7 @@ from vomstudio.io.gis.raster import (
     world_file,
     write_tile,
 )
+from vomstudio.products.ortho.domain_mask import OneDomain, Territory
 from vomstudio.products.ortho.drawn_features import (
     draw_features,
     drawing_targets,
@@ -44,14 +48,10 @@ from vomstudio.products.ortho.drawn_features import (
 )
 from vomstudio.products.ortho.drawn_tiles import drawn_tiles
 from vomstudio.products.ortho.interpretation import Item
-from vomstudio.products.ortho.one_domain import OneDomain, Territory
 from vomstudio.products.ortho.planning import Plan, edge_on
 from vomstudio.products.ortho.sheet import format_of, write_sheet
 from vomstudio.products.ortho.tiles import TILE, Grid, Source, Tile, TilePicture
 from vomstudio.products.ortho.vector_drawing import Drawing
-from vomstudio.progress import Progress, Silent
-from vomstudio.version import __version__
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 

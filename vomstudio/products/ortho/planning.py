@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, UsageError
+from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
@@ -18,7 +19,6 @@ from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.products.ortho.tiles import Grid
 from vomstudio.products.ortho.view_directions import View
 from vomstudio.products.ortho.world_points import in_world
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.results import FLAT, Result
-from vomstudio.errors import InputError, UsageError
+from vomstudio.core.words import tr
 from vomstudio.geology.domains import ProjectionAxis
 from vomstudio.geology.fold_planes import LeftOut
 from vomstudio.geology.folding.figures import BetaFigures
@@ -34,7 +35,6 @@ from vomstudio.products.ortho.view_directions import (
     view_along_line,
     view_of_plane,
 )
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.files.extensions import check_extension
+from vomstudio.core.files.extensions import check_extension
+from vomstudio.core.words import tr
 from vomstudio.geometry.units import bar_text, round_length
-from vomstudio.products.net.written_figure import write_figure
+from vomstudio.products.net.figure_file import write_figure
 from vomstudio.products.ortho.legend_entries import entries_of
 from vomstudio.products.ortho.sheet_legend import LETTER_MM, Legend
 from vomstudio.products.ortho.vector_drawing import (
@@ -29,9 +30,12 @@ from vomstudio.products.ortho.vector_drawing import (
     placed_labels,
     ticks_over,
 )
+from vomstudio.products.ortho.view_description import (
+    direction_text,
+    end_labels,
+    unknown_direction_text,
+)
 from vomstudio.products.ortho.view_directions import View
-from vomstudio.products.ortho.view_words import direction_text, end_labels, unknown_direction_text
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

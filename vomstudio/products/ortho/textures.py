@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.errors import InputError
-from vomstudio.files.untrusted.pictures import convert_to_rgb, copy_pixels, open_picture
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.untrusted.pictures import convert_to_rgb, copy_pixels, open_picture
 
 if TYPE_CHECKING:
     from PIL import Image

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.files.plain_characters import plain
+from vomstudio.core.files.plain_characters import plain
 from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.io.gis import dxf
 from vomstudio.io.gis.layer_reading import SYMBOLS

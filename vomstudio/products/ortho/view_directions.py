@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, UsageError
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.orientation import Plane, lines_to_vectors, vectors_to_lines
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.products.ortho.world_points import in_world
-from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[np.float64]
 

@@ -7,16 +7,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vomstudio.files.extensions import check_extension
-from vomstudio.survey.foretold_plan import forecast_in_short
-from vomstudio.survey.photo_limits import planes_in_short
-from vomstudio.words import to_translate, tr
+from vomstudio.core.files.extensions import check_extension
+from vomstudio.core.words import to_translate, tr
+from vomstudio.photogrammetry.survey.photo_limits import planes_in_short
+from vomstudio.photogrammetry.survey.plan_forecast import forecast_in_short
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from vomstudio.survey.planning import SurveyPlan
+    from vomstudio.photogrammetry.survey.planning import SurveyPlan
 
 FORMATS = (".pdf", ".svg", ".html")
 INK, FACE = "#202020", "#efe9df"
@@ -39,7 +39,7 @@ def check_format(path: str | Path) -> str:
 def write_field_sheet(path: str | Path, plan: SurveyPlan, *, force: bool = False) -> None:
     """Write the sheet as the ending of `path` says. Raises UsageError for an unknown ending,
     TargetError."""
-    from vomstudio.files.atomic import atomic_write
+    from vomstudio.core.files.atomic import atomic_write
 
     ending = check_format(path)
     with atomic_write(path, force) as temporary:

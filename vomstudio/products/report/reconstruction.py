@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.core.files.atomic import atomic_write
 from vomstudio.core.findings import Finding
-from vomstudio.files.atomic import atomic_write
+from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.io.models.reconstruction_file import result_registration
 from vomstudio.products.report.residual_map import as_svg, residual_map
 from vomstudio.registration.summary import summary_of
-from vomstudio.words import to_translate, tr, tr_n
 
 _STYLE = """
 body { font: 15px/1.45 sans-serif; max-width: 62em; margin: 2em auto; padding: 0 1em; color: #222; }

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.words import tr
+from vomstudio.core.words import tr
 
 Array = npt.NDArray[np.float64]
 

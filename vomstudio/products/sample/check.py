@@ -16,15 +16,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.results import Result
-from vomstudio.errors import GeometryError
+from vomstudio.core.words import to_translate
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.planes import PlaneFit, PlaneFits, fit_planes
-from vomstudio.io.project.sample import SamplePicks, SampleTruth
-from vomstudio.words import to_translate
+from vomstudio.project.sample import SamplePicks, SampleTruth
 
 Floats = npt.NDArray[np.float64]
 FAULT = "fault"

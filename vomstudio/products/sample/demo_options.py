@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vomstudio.core.options import Options, option
-from vomstudio.words import to_translate
+from vomstudio.core.words import to_translate
 
 
 @dataclass(frozen=True)

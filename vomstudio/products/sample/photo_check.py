@@ -10,14 +10,14 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate
 from vomstudio.geology.quality import total_error_deg
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.planes import fit_planes
-from vomstudio.geometry.tilts import errors_95_deg
+from vomstudio.geometry.rotation_errors import errors_95_deg
 from vomstudio.io.photos.cameras_file import Cameras
-from vomstudio.io.project.sample import SamplePicks, SampleTruth
 from vomstudio.products.sample.check import Check, plane_check
-from vomstudio.words import to_translate
+from vomstudio.project.sample import SamplePicks, SampleTruth
 
 Array = npt.NDArray[np.float64]
 

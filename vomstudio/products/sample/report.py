@@ -7,10 +7,10 @@ from html import escape
 from typing import Any
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.version import __version__
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.products.sample.check import Check
-from vomstudio.version import __version__
-from vomstudio.words import to_translate, tr
 
 TITLE = to_translate("Measurements on the sample outcrop")
 

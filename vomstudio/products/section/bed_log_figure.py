@@ -11,9 +11,10 @@ from typing import IO, TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.words import tr
 from vomstudio.geology.beds.bed_log import BedLog, Interval
+from vomstudio.products.net.figure_file import sizes_of, write_figure
 from vomstudio.products.net.style import PRINT, NetStyle
-from vomstudio.products.net.written_figure import sizes_of, write_figure
 from vomstudio.products.section.decimals import with_error
 from vomstudio.products.section.lithology_style import (
     DUNHAM_GRAINS,
@@ -22,7 +23,6 @@ from vomstudio.products.section.lithology_style import (
     LithologyStyle,
     style_of,
 )
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

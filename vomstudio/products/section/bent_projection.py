@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.products.ortho.interpretation import Flat, Item, flattened
-from vomstudio.products.section.curtain import Panel
+from vomstudio.products.section.section_lines import Panel
 
 Array = npt.NDArray[np.float64]
 

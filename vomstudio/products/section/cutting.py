@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.opening import point_spacing
-from vomstudio.products.section.curtain import Curtain, Panel
+from vomstudio.products.section.section_lines import Curtain, Panel
 
 Array = npt.NDArray[np.float64]
 

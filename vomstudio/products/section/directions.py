@@ -10,15 +10,15 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import UsageError
+from vomstudio.core.words import tr, tr_n
 from vomstudio.geology.domains import ProjectionAxis
 from vomstudio.geology.notation import format_attitude
 from vomstudio.geology.orientation import Line
 from vomstudio.products.ortho.domain_axes import FAULTS, axes_of_domains
 from vomstudio.products.ortho.interpretation import Item
-from vomstudio.products.section.curtain import Curtain, Panel
-from vomstudio.words import tr, tr_n
+from vomstudio.products.section.section_lines import Curtain, Panel
 
 Array = npt.NDArray[np.float64]
 

@@ -10,23 +10,23 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.files.atomic import atomic_group, write_bytes
+from vomstudio.core.files.extensions import check_extension
+from vomstudio.core.files.spreadsheet_cells import head_line
 from vomstudio.core.findings import Finding
+from vomstudio.core.reprs import Shown
 from vomstudio.core.results import HIDDEN
-from vomstudio.errors import GeometryError
-from vomstudio.files.atomic import atomic_group, write_bytes
-from vomstudio.files.extensions import check_extension
-from vomstudio.files.spreadsheet_cells import head_line
+from vomstudio.core.version import __version__
 from vomstudio.geology.beds.extended import Bands, PlaneBelief, Repeats, bands, repeated
 from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.units import WORLD, Axes, columns_of
 from vomstudio.io.models.opening import point_spacing
-from vomstudio.products.section.curtain import Curtain, curtain_of_plane
 from vomstudio.products.section.cutting import SLAB_SPACINGS, Cut, cut_model
 from vomstudio.products.section.extend_options import ExtendOptions
-from vomstudio.reprs import Shown
-from vomstudio.version import __version__
+from vomstudio.products.section.section_lines import Curtain, curtain_of_plane
 
 Array = npt.NDArray[np.float64]
 
@@ -246,7 +246,7 @@ def _error95(points: Array, belief: PlaneBelief, repeats: Repeats, number: int) 
 def _half_angles(belief: PlaneBelief) -> tuple[float, float]:
     """Of the joint 95 % region, as `belief_of_fit` and `belief_of_attitude` took them."""
     from vomstudio.geometry.plane_errors import joint_quantile
-    from vomstudio.geometry.tilts import CHI2_TWO
+    from vomstudio.geometry.rotation_errors import CHI2_TWO
 
     free = belief.free
     limit = CHI2_TWO

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.document.bed_words import POINT
-from vomstudio.document.measurement import Measurement, common_error_deg, scatter_of
-from vomstudio.document.records import Feature, Logged
-from vomstudio.errors import InputError
+from vomstudio.core.words import tr
 from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.orientation import Plane, angle_between_planes
-from vomstudio.words import tr
+from vomstudio.project.bed_descriptions import POINT
+from vomstudio.project.measurement import Measurement, common_error_deg, scatter_of
+from vomstudio.project.records import Feature, Logged
 
 if TYPE_CHECKING:
     from vomstudio.geology.beds.bed_log import BedLog

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from vomstudio.words import to_translate
+from vomstudio.core.words import to_translate
 
 Ornament = Literal["", "bricks", "slanting bricks", "cross"]
 

@@ -12,7 +12,7 @@ from vomstudio.core.options import (
     check_requires,
     option,
 )
-from vomstudio.words import to_translate
+from vomstudio.core.words import to_translate
 
 DOMAINS = "domains"
 """Value of `SectionFeatures.along` that projects each domain along its own axis."""

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.files.atomic import atomic_group
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
-from vomstudio.files.atomic import atomic_group
 from vomstudio.geology.fractures.network import Counted
 from vomstudio.geology.fractures.trace_plane import TracePlane, best_fit_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.io.gis.layer_writing import write_layer
-from vomstudio.products.section.curtain import Curtain, curtain_of_plane
+from vomstudio.products.section.section_lines import Curtain, curtain_of_plane
 
 Array = npt.NDArray[np.float64]
 

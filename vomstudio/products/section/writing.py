@@ -11,12 +11,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.atomic import atomic_group, check_target
+from vomstudio.core.files.extensions import check_extension
+from vomstudio.core.files.spreadsheet_cells import guarded, head_line
 from vomstudio.core.findings import Finding
 from vomstudio.core.results import FLAT, Result
-from vomstudio.errors import InputError
-from vomstudio.files.atomic import atomic_group, check_target
-from vomstudio.files.extensions import check_extension
-from vomstudio.files.spreadsheet_cells import guarded, head_line
+from vomstudio.core.version import __version__
+from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_azimuth, format_plane, format_wind, plain_azimuth
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry.units import Axes, columns_of
@@ -29,7 +31,6 @@ from vomstudio.products.ortho.vector_drawing import (
     write_dxf,
 )
 from vomstudio.products.section.bent_projection import projected_along_bends
-from vomstudio.products.section.curtain import Curtain
 from vomstudio.products.section.cutting import Cut
 from vomstudio.products.section.directions import (
     REFUSED_DEG,
@@ -39,8 +40,7 @@ from vomstudio.products.section.directions import (
     domain_projections,
     least_angle,
 )
-from vomstudio.version import __version__
-from vomstudio.words import tr
+from vomstudio.products.section.section_lines import Curtain
 
 Array = npt.NDArray[np.float64]
 

@@ -10,15 +10,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress
+from vomstudio.core.reprs import Shown
 from vomstudio.core.results import HIDDEN
-from vomstudio.errors import GeometryError, UsageError
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geology.quality import judge
 from vomstudio.geology.roughness import increments
 from vomstudio.geology.roughness.gaps import lacking
-from vomstudio.geology.roughness.holding import Holding, where_it_holds
+from vomstudio.geology.roughness.planar_part import Holding, where_it_holds
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.heights.bends import bend_of
 from vomstudio.geometry.heights.levels import level_findings, level_gap
@@ -31,9 +33,7 @@ from vomstudio.geometry.vectors import strike_and_dip_lines
 from vomstudio.io.models.opening import resolution
 from vomstudio.products.elevation.heights import draw_heights
 from vomstudio.products.elevation.planning import HeightPlan, plan_heights
-from vomstudio.progress import Progress
-from vomstudio.reprs import Shown
-from vomstudio.tables.orientation_table import Row, plane_row
+from vomstudio.project.tables.orientation_table import Row, plane_row
 
 Array = npt.NDArray[np.float64]
 

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geometry.units import length_text
 from vomstudio.products.surface.analysis import SurfaceFigures
-from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress
+from vomstudio.core.reprs import Shown
 from vomstudio.core.results import HIDDEN
-from vomstudio.errors import GeometryError
+from vomstudio.core.version import __version__
 from vomstudio.extraction.measurable import (
     CLASSES,
     USUAL_RESOLUTIONS,
@@ -24,9 +27,6 @@ from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.progress import Progress
-from vomstudio.reprs import Shown
-from vomstudio.version import __version__
 
 Array = npt.NDArray[np.float64]
 
@@ -256,8 +256,8 @@ def write_raster(
     best plane, seen against its upward normal; what it is. Raises UsageError, TargetError."""
     from scipy.spatial import cKDTree
 
-    from vomstudio.errors import UsageError
-    from vomstudio.files.atomic import atomic_group
+    from vomstudio.core.errors import UsageError
+    from vomstudio.core.files.atomic import atomic_group
     from vomstudio.geometry.planes import fit_plane
     from vomstudio.io.gis.raster import Raster, open_geotiff, view_plane_crs, write_tile
     from vomstudio.products.elevation.heights import draw_heights

@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError, UsageError
+from vomstudio.core.files.atomic import write_bytes
+from vomstudio.core.files.spreadsheet_cells import guarded
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, UsageError
-from vomstudio.files.atomic import write_bytes
-from vomstudio.files.spreadsheet_cells import guarded
+from vomstudio.core.version import __version__
 from vomstudio.geology.fractures.facet_slopes import MODES, FacetFace, FacetSlopes
 from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geology.orientation import Plane
@@ -22,7 +23,6 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.text.orientation_reading import OrientationTable
 from vomstudio.products.surface.patch import FACET
-from vomstudio.version import __version__
 
 Array = npt.NDArray[np.float64]
 Labels = npt.NDArray[np.integer]

@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.files.atomic import atomic_group, write_bytes
+from vomstudio.core.files.extensions import check_extension
+from vomstudio.core.files.spreadsheet_cells import head_line
 from vomstudio.core.findings import Finding
-from vomstudio.files.atomic import atomic_group, write_bytes
-from vomstudio.files.extensions import check_extension
-from vomstudio.files.spreadsheet_cells import head_line
+from vomstudio.core.version import __version__
 from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -21,7 +22,6 @@ from vomstudio.geometry.units import WORLD, Axes, columns_of
 from vomstudio.io.gis.raster import Raster, open_geotiff, view_plane_crs, write_tile
 from vomstudio.products.ortho.tiles import TILE
 from vomstudio.products.surface.analysis import SurfaceFigures
-from vomstudio.version import __version__
 
 ENDINGS = (".tif", ".tiff", ".ply", ".csv")
 FIELDS = ("deviation_m", "plane_holds")

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.progress import Progress
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import tr
 from vomstudio.registration.similarity import Similarity
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 

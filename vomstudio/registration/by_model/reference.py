@@ -7,17 +7,17 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.results import HIDDEN
-from vomstudio.errors import GeometryError
-from vomstudio.progress import Progress, Silent
+from vomstudio.core.words import tr
 from vomstudio.registration.by_model.matching import match
 from vomstudio.registration.by_model.planes import RADIUS, Places, Reference, thinned
 from vomstudio.registration.by_model.refining import Refined, refine
 from vomstudio.registration.by_model.subsets import Spread, spread_of
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.similarity import Similarity
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]

@@ -11,12 +11,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
-from vomstudio.progress import Progress
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import tr
 from vomstudio.registration.by_model.planes import Places, Reference
 from vomstudio.registration.similarity import Similarity, jacobians
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 

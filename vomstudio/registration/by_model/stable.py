@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress
 from vomstudio.io.gate.drawn_layers import extract_area, read_raw_areas
 from vomstudio.io.gate.points import ModelFrame
-from vomstudio.progress import Progress
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]

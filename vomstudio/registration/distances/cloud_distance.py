@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.progress import Progress, Silent
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.nearby.point_grid import PointGrid
-from vomstudio.progress import Progress, Silent
 from vomstudio.registration.surface_points import Opposite
 
 Array = npt.NDArray[np.float64]

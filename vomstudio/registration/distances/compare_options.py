@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vomstudio.core.options import MAX_LENGTH_M, MIN_LENGTH_M, Options, option
-from vomstudio.words import to_translate
+from vomstudio.core.words import to_translate
 
 
 @dataclass(frozen=True)

@@ -8,20 +8,20 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.reprs import Shown
 from vomstudio.core.results import HIDDEN
-from vomstudio.errors import GeometryError
+from vomstudio.core.words import tr
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.progress import Progress, Silent
 from vomstudio.registration.distances import m3c2
 from vomstudio.registration.distances.cloud_distance import CloudSides, has_sides
 from vomstudio.registration.distances.mesh_distance import MeshSides
 from vomstudio.registration.overlap import refuse_apart
 from vomstudio.registration.surface_points import Opposite, points_of, surface_points
-from vomstudio.reprs import Shown
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.words import tr
 from vomstudio.geometry.nearby.point_grid import PointGrid
-from vomstudio.progress import Progress, Silent
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

@@ -10,11 +10,11 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.progress import Progress, Silent
 from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.point_grid import in_blocks
 from vomstudio.geometry.rays.raytree import RayTree
-from vomstudio.progress import Progress, Silent
 from vomstudio.registration.surface_points import Opposite
 
 Array = npt.NDArray[np.float64]

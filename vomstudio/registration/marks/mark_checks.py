@@ -12,12 +12,12 @@ from difflib import get_close_matches
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
+from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import View
 from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.registration.similarity import fit_similarity
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Marked = tuple[str, str, float, float]

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import VomError
+from vomstudio.core.failures.error_collector import ERRORS
 from vomstudio.core.findings import Finding
 from vomstudio.core.threads import thread_pool
-from vomstudio.errors import VomError
-from vomstudio.failures.error_collector import ERRORS
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud

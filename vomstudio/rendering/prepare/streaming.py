@@ -12,9 +12,9 @@ import threading
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError, VomError
+from vomstudio.core.failures.error_collector import ERRORS
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, VomError
-from vomstudio.failures.error_collector import ERRORS
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.streaming.octree import CloudNodes, Piece, StreamedCloud, View
 from vomstudio.rendering.prepare import vtk_data

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.untrusted.pictures import convert_to_rgb
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.untrusted.pictures import convert_to_rgb
-from vomstudio.words import tr
+from vomstudio.core.words import tr
 
 Pixels = npt.NDArray[np.uint8]
 
@@ -55,7 +55,7 @@ class Texture:
 
 
 def open_picture(path: Path):  # type: ignore[no-untyped-def]
-    from vomstudio.files.untrusted import pictures
+    from vomstudio.core.files.untrusted import pictures
 
     try:
         picture = pictures.open_picture(path)

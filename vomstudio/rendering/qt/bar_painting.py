@@ -9,11 +9,11 @@ import numpy.typing as npt
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen
 
+from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.rendering.qt.compass_and_scale import MARGIN, scale_bar_box
 from vomstudio.rendering.qt.painting import DARK, PANEL, TEXT, system_font
 from vomstudio.rendering.view.clipping import EDGES, FACES
 from vomstudio.rendering.view.scalars import MISSING, Scale
-from vomstudio.words import to_translate, tr, tr_n
 
 Array = npt.NDArray[np.float64]
 

@@ -10,9 +10,9 @@ import numpy.typing as npt
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPen, QPolygonF
 
+from vomstudio.core.words import tr
 from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.rendering.qt import painting
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 

@@ -18,7 +18,14 @@ from PySide6.QtGui import QMouseEvent, QWheelEvent
 
 from vomstudio.rendering.qt.viewport_protocol import Pane
 from vomstudio.rendering.view.camera import Camera
-from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent, Preview, is_click
+from vomstudio.studio.tools.interaction_types import (
+    Button,
+    Hit,
+    Pointer,
+    PointerEvent,
+    Preview,
+    is_click,
+)
 
 Array = npt.NDArray[np.float64]
 

@@ -9,12 +9,12 @@ import numpy as np
 import numpy.typing as npt
 from PySide6.QtGui import QPainter
 
+from vomstudio.core.words import tr
 from vomstudio.rendering.qt import bar_painting, compass_and_scale
 from vomstudio.rendering.qt.annotations import Annotations
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.rendering.view.scalars import Scale
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Size = tuple[float, float]

@@ -25,7 +25,7 @@ from PySide6.QtGui import (
     QPolygonF,
 )
 
-from vomstudio.tools.interaction_types import Outline
+from vomstudio.studio.tools.interaction_types import Outline
 
 Array = npt.NDArray[np.float64]
 

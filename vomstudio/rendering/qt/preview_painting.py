@@ -12,9 +12,9 @@ from PySide6.QtGui import QColor, QPainter
 
 from vomstudio.geometry.plane_discs import disc
 from vomstudio.rendering.qt import painting
-from vomstudio.rendering.qt.reading_box import ReadingBox
-from vomstudio.rendering.view.reading_place import Picked, ReadingPlace
-from vomstudio.tools.interaction_types import BrushRing, Preview
+from vomstudio.rendering.qt.readout_box import ReadingBox
+from vomstudio.rendering.view.readout_position import Picked, ReadingPlace
+from vomstudio.studio.tools.interaction_types import BrushRing, Preview
 
 Array = npt.NDArray[np.float64]
 

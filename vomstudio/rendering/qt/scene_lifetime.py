@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from vomstudio.rendering.qt.posting import poster
+from vomstudio.rendering.qt.thread_calls import poster
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.studio.background import Background
 

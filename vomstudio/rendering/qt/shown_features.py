@@ -12,7 +12,7 @@ from vomstudio.rendering.qt.scene_picture import ScenePicture
 from vomstudio.rendering.qt.viewport_protocol import Pane
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.drawing import FeatureDrawing
-from vomstudio.tools.interaction_types import Area
+from vomstudio.studio.tools.interaction_types import Area
 
 if TYPE_CHECKING:
     from vomstudio.rendering.scene.scene import Scene

@@ -30,7 +30,8 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QWidget
 
-from vomstudio.extraction.selecting.looking import Looking
+from vomstudio.core.words import tr
+from vomstudio.extraction.selection.visible_region import Looking
 from vomstudio.rendering.qt.camera_moves import CameraMoves
 from vomstudio.rendering.qt.clip_handles import ClipHandles
 from vomstudio.rendering.qt.display import Display
@@ -43,9 +44,8 @@ from vomstudio.rendering.qt.scene_picture import ScenePicture
 from vomstudio.rendering.qt.shown_features import FeaturesShown
 from vomstudio.rendering.qt.shown_models import ModelsShown
 from vomstudio.rendering.view.camera import Camera
-from vomstudio.rendering.view.reading_place import ReadingPlace
-from vomstudio.tools.interaction_types import Hit, Preview
-from vomstudio.words import tr
+from vomstudio.rendering.view.readout_position import ReadingPlace
+from vomstudio.studio.tools.interaction_types import Hit, Preview
 
 if TYPE_CHECKING:
     from vomstudio.rendering.scene.scene import Scene

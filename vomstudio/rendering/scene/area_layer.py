@@ -18,7 +18,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
 from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.view.drawing import FeatureDrawing
-from vomstudio.tools.interaction_types import Area
+from vomstudio.studio.tools.interaction_types import Area
 
 Array = npt.NDArray[np.float64]
 Color = tuple[float, float, float]

@@ -18,8 +18,8 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkLight, vtkRenderer, vtkRend
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderWindow, vtkTextureObject
 
 from vomstudio.rendering.prepare import vtk_data
+from vomstudio.rendering.scene.dirty_region import Spot
 from vomstudio.rendering.scene.offscreen_buffers import Buffers
-from vomstudio.rendering.scene.picture_spot import Spot
 from vomstudio.rendering.view.camera import Eye
 
 Array = npt.NDArray[np.float64]

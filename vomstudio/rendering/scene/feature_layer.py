@@ -14,7 +14,7 @@ from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.scene.area_layer import AreaLayer, Pixel
 from vomstudio.rendering.scene.feature_runs import FeatureRuns, Runs, lines_of, spots
 from vomstudio.rendering.view.drawing import FeatureDrawing
-from vomstudio.tools.interaction_types import Area
+from vomstudio.studio.tools.interaction_types import Area
 
 Array = npt.NDArray[np.float64]
 

@@ -18,11 +18,11 @@ from vomstudio.rendering.scene import proxies
 from vomstudio.rendering.scene.camera_visibility import Sight
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
+from vomstudio.rendering.scene.dirty_region import Spot, seen_in, spot_of
 from vomstudio.rendering.scene.eyedome import BANDS, EyeDome
 from vomstudio.rendering.scene.feature_layer import HALO_EXTRA, LINE_WIDTH
 from vomstudio.rendering.scene.frame_progress import Entry, Frame
 from vomstudio.rendering.scene.model_scene import Part
-from vomstudio.rendering.scene.picture_spot import Spot, seen_in, spot_of
 from vomstudio.rendering.scene.texture_levels import TextureLevels
 from vomstudio.rendering.scene.visible_nodes import NodesInView
 from vomstudio.rendering.view.camera import Eye

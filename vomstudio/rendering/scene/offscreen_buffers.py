@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLFramebufferObject, vtkOpenGLRenderWindow
 
-from vomstudio.rendering.scene.picture_spot import Spot
+from vomstudio.rendering.scene.dirty_region import Spot
 
 GL_READ_FRAMEBUFFER = 0x8CA8
 GL_DRAW_FRAMEBUFFER = 0x8CA9

@@ -26,7 +26,7 @@ from vomstudio.rendering.view.spatial_blocks import (
     first_face,
     points_near_ray,
 )
-from vomstudio.tools.interaction_types import Hit
+from vomstudio.studio.tools.interaction_types import Hit
 
 Array = npt.NDArray[np.float64]
 Triple = tuple[float, float, float]

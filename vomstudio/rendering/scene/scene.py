@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401 - registers the drawing classes
 
-from vomstudio.extraction.selecting.looking import Looking
+from vomstudio.extraction.selection.visible_region import Looking
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
@@ -30,7 +30,7 @@ from vomstudio.rendering.scene.visible_nodes import NodesInView
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.drawing import PREVIEW, FeatureDrawing
-from vomstudio.tools.interaction_types import Hit
+from vomstudio.studio.tools.interaction_types import Hit
 
 Array = npt.NDArray[np.float64]
 

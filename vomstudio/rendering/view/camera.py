@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.geometry.places import why_no_coordinate
+from vomstudio.geometry.coordinate_limits import why_no_coordinate
 from vomstudio.geometry.vectors import wrap360
 
 Array = npt.NDArray[np.float64]

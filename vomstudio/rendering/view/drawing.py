@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.tools.interaction_types import Area
+from vomstudio.studio.tools.interaction_types import Area
 
 SymbolKind = Literal["plane", "overturned", "vertical", "horizontal", "line", "disc"]
 

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.field_style import (
     ELEVATION,
@@ -27,7 +28,6 @@ from vomstudio.geometry.field_style import (
     field_names,
 )
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.words import to_translate, tr
 
 __all__ = [
     "ELEVATION",

@@ -17,14 +17,15 @@ import numpy.typing as npt
 from PySide6.QtCore import QObject
 from PySide6.QtGui import QImage
 
+from vomstudio.core.errors import InputError, VomError
+from vomstudio.core.files.arrays import open_arrays
+from vomstudio.core.files.regular import is_regular
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, VomError
-from vomstudio.files.arrays import open_arrays
-from vomstudio.files.regular import is_regular
+from vomstudio.core.words import tr
 from vomstudio.io.photos.pixels import orientation_of, stored, turned_upright, upright_pixels
-from vomstudio.jobs import job as jobs
-from vomstudio.jobs.events import Failed
-from vomstudio.jobs.inspection_tasks import (
+from vomstudio.studio.jobs import job as jobs
+from vomstudio.studio.jobs.events import Failed
+from vomstudio.studio.jobs.inspection_tasks import (
     INSPECT_ALIGNMENT,
     INSPECT_DEPTHS,
     INSPECT_PAIR,
@@ -37,12 +38,11 @@ from vomstudio.jobs.inspection_tasks import (
     PairIn,
     PhotoIn,
 )
-from vomstudio.jobs.job import Request, Result
+from vomstudio.studio.jobs.job import Request, Result
+from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.common.picture_panes import Picture
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr
-from vomstudio.workspace.running_jobs import RunningJob
 
 LONG_SIDE = 3200
 _KEPT = 4

@@ -7,6 +7,7 @@ from pathlib import Path
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDialog, QStackedLayout, QTabWidget, QVBoxLayout, QWidget
 
+from vomstudio.core.words import tr
 from vomstudio.ui.alignment.alignment_data import AlignmentData
 from vomstudio.ui.alignment.calibration_page import CalibrationPage
 from vomstudio.ui.alignment.depth_page import DepthPage
@@ -15,7 +16,6 @@ from vomstudio.ui.alignment.residual_page import ResidualPage
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import Label
-from vomstudio.words import tr
 
 
 class AlignmentDialog(QDialog):

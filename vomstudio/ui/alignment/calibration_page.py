@@ -16,12 +16,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.jobs.inspection_tasks import AlignedCamera
+from vomstudio.core.words import tr
 from vomstudio.rendering.view.scalars import map_table
+from vomstudio.studio.jobs.inspection_tasks import AlignedCamera
 from vomstudio.ui.alignment.alignment_data import AlignmentData
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.widgets import ComboBox, Label, rich_label, rich_lines
-from vomstudio.words import tr
 
 _CELL = 72
 STRONG = 0.9

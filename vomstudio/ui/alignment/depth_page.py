@@ -12,16 +12,16 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QConicalGradient, QFontMetricsF, QImage, QPainter, QPen
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
-from vomstudio.jobs.inspection_tasks import DepthFacts
+from vomstudio.core.words import tr
 from vomstudio.rendering.qt.bar_painting import ColorBar
 from vomstudio.rendering.qt.painting import DARK, PANEL, TEXT, system_font
 from vomstudio.rendering.view.scalars import Scale, map_table
+from vomstudio.studio.jobs.inspection_tasks import DepthFacts
 from vomstudio.ui.alignment.alignment_data import AlignmentData, Arrays, to_image
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.pane_painters import Painter
 from vomstudio.ui.common.picture_panes import Picture, PicturePanes
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, Label, column_of, side_by_side
-from vomstudio.words import tr
 
 _WIDTH = 260
 _BAR = 118.0

@@ -9,13 +9,13 @@ import numpy as np
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QWidget
 
+from vomstudio.core.words import tr
 from vomstudio.ui.alignment.alignment_data import AlignmentData, Arrays, ShownPhoto
 from vomstudio.ui.alignment.pair_matrix import PairMatrix
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.pane_painters import both, dots
 from vomstudio.ui.common.picture_panes import Links, PicturePanes
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, Label, column_of, side_by_side
-from vomstudio.words import tr
 
 _LINES = (60, 250, 1000)
 _FEATURE = QColor(86, 180, 233, 150)

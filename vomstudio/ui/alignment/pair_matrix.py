@@ -17,10 +17,10 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
 
+from vomstudio.core.words import tr
 from vomstudio.rendering.qt.painting import system_font
 from vomstudio.rendering.view.scalars import map_table
 from vomstudio.ui.common.widgets import as_words
-from vomstudio.words import tr
 
 _LARGEST, _SMALLEST = 34.0, 2.0
 _TALLEST = 360.0

@@ -9,7 +9,8 @@ import numpy as np
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
-from vomstudio.jobs.inspection_tasks import AlignmentOverview
+from vomstudio.core.words import tr
+from vomstudio.studio.jobs.inspection_tasks import AlignmentOverview
 from vomstudio.ui.alignment.alignment_data import AlignmentData, Arrays, ShownPhoto
 from vomstudio.ui.alignment.residual_scale import exaggeration
 from vomstudio.ui.common.number_table import Column, NumberTable
@@ -17,7 +18,6 @@ from vomstudio.ui.common.pane_painters import vectors
 from vomstudio.ui.common.picture_panes import PicturePanes
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.widgets import ComboBox, ElidedLabel, Label, column_of, side_by_side
-from vomstudio.words import tr
 
 _FACTORS = (1, 10, 20, 50, 100, 200, 500, 1000)
 _MOST = 2000

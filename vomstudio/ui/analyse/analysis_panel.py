@@ -11,9 +11,9 @@ from PySide6.QtCore import QTimer
 from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
-from vomstudio.document.edit import Edit
-from vomstudio.errors import VomError
+from vomstudio.project.edit import Edit
 from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.qt_background import NewestResult, QtBackground

@@ -8,16 +8,16 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
-from vomstudio.document.kind import may_have_plane, planes_among
-from vomstudio.document.records import Picked
-from vomstudio.errors import VomError
+from vomstudio.core.words import tr
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
+from vomstudio.project.kind import may_have_plane, planes_among
+from vomstudio.project.records import Picked
 from vomstudio.ui.analyse.picture_file import ask_for_picture
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.forms.copied_command import Word, Words, copy_with_file, numbers_text
-from vomstudio.words import tr
 
 
 def commands(studio: Studio, parent: QWidget) -> list[Command]:
@@ -54,9 +54,9 @@ def _figure(studio: Studio, parent: QWidget) -> None:
 
 def write_figure(studio: Studio, path: Path) -> None:
     """As svg, pdf or png, in place of what is there."""
-    from vomstudio.files.atomic import atomic_write
+    from vomstudio.core.files.atomic import atomic_write
     from vomstudio.products.net.shape_figure import write_shapes
-    from vomstudio.tables.project_table import project_table
+    from vomstudio.project.tables.project_table import project_table
 
     table = project_table(studio.records, studio.measurements, {f.id for f in fitted(studio)})
     try:
@@ -75,8 +75,8 @@ def copy_fit(studio: Studio, parent: QWidget) -> None:
     methods = {getattr(f, "method", "pca") for f in features}
 
     def write(path: Path) -> None:
-        from vomstudio.files.atomic import write_bytes
-        from vomstudio.tables.orientation_table import csv_text
+        from vomstudio.core.files.atomic import write_bytes
+        from vomstudio.project.tables.orientation_table import csv_text
 
         rows = [WORLD_COMMENT.strip(), "id,x,y,z"]
         for f in features:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from vomstudio.document.kinds import kind_of
-from vomstudio.document.records import FeatureType, Record, Typed
-from vomstudio.document.repeats import firsts
+from vomstudio.core.words import tr
 from vomstudio.io.text.repeated_rows import repeats_left_out
+from vomstudio.project.kinds import kind_of
+from vomstudio.project.records import FeatureType, Record, Typed
+from vomstudio.project.repeated_features import firsts
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.words import tr
 
 Choice = tuple[str, str, str]
 """What is described: "all", "selection", or "type" with the id of a type and "", or "set" with the

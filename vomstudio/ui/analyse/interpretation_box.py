@@ -6,11 +6,11 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QWidget
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import Feature
+from vomstudio.core.words import tr
 from vomstudio.products.ortho.interpretation import LEGEND, PARTS
+from vomstudio.project.records import Feature
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import allow
-from vomstudio.words import tr
 
 
 class InterpretationBox(QWidget):

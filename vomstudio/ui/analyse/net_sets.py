@@ -6,16 +6,16 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from vomstudio.document.kind import NetLook
-from vomstudio.document.kinds import KINDS, kind_of
-from vomstudio.document.measurement import Measurement
-from vomstudio.document.record_map import RecordMap
-from vomstudio.document.records import FeatureType, Typed
-from vomstudio.document.repeats import is_repeat
-from vomstudio.geology.common_turns import Turns
+from vomstudio.core.words import tr
+from vomstudio.geology.common_rotation_errors import Turns
 from vomstudio.geology.orientation import Array
 from vomstudio.products.net.contents import MARKERS, OKABE_ITO, NetSet
-from vomstudio.words import tr
+from vomstudio.project.kind import NetLook
+from vomstudio.project.kinds import KINDS, kind_of
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.record_map import RecordMap
+from vomstudio.project.records import FeatureType, Typed
+from vomstudio.project.repeated_features import is_repeat
 
 Groups = tuple[tuple[str, tuple[str, ...]], ...]
 """Name of a proposed set and the ids of its planes, set by set; those in none have the name ""."""

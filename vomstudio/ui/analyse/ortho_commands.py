@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.words import tr
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.scene.outcrop_view import OutcropView
 from vomstudio.ui.scene.view_panel import ViewPanel
-from vomstudio.words import tr
 
 
 def commands(

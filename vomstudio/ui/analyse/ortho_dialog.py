@@ -22,23 +22,24 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding, finding_of
 from vomstudio.core.options import option_words
-from vomstudio.document.domains import domain_names
-from vomstudio.document.records import Model
-from vomstudio.errors import VomError
+from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_line
 from vomstudio.geology.orientation import Line
 from vomstudio.geometry import transform
 from vomstudio.geometry.units import length_text as length
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.gis.crs import world_crs
-from vomstudio.jobs.events import Failed
-from vomstudio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOrder, WrittenOrthophoto
 from vomstudio.products.ortho import interpretation, orthophoto, planning, view_directions
 from vomstudio.products.ortho.drawn_features import drawing_targets
 from vomstudio.products.ortho.ortho_options import OrthoDrawing, OrthoOptions
+from vomstudio.project.domains import domain_names
+from vomstudio.project.records import Model
 from vomstudio.rendering.qt.viewport import Viewport
+from vomstudio.studio.jobs.events import Failed
+from vomstudio.studio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOrder, WrittenOrthophoto
 from vomstudio.ui.analyse.interpretation_box import InterpretationBox
 from vomstudio.ui.common.command_targets import current_model, may_replace, start_folder
 from vomstudio.ui.common.explained import explain
@@ -53,7 +54,6 @@ from vomstudio.ui.forms.copied_command import (
     numbers_text,
 )
 from vomstudio.ui.scene.view_panel import ViewPanel
-from vomstudio.words import tr
 
 _SUFFIX = ".tif"
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.words import to_translate, tr
 from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import to_translate, tr
 
 _FORMATS = {
     "svg": to_translate("SVG drawing"),

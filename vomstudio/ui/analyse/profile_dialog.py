@@ -19,16 +19,16 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.findings import Finding
-from vomstudio.document import edits
-from vomstudio.document.measurement_cache import Measurements
-from vomstudio.document.records import PROFILE_ID, Feature, limits_of
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.profiles import PROFILES, Thresholds
+from vomstudio.project import edits
+from vomstudio.project.measurement_cache import Measurements
+from vomstudio.project.records import PROFILE_ID, Feature, limits_of
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label, allow
-from vomstudio.words import to_translate, tr
 
 _PREVIEWED = 5_000
 """More features are not judged twice, only to be counted."""

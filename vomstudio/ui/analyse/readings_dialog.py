@@ -23,26 +23,26 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.document.edits import suggest_type
-from vomstudio.document.kinds.reading import Reading
-from vomstudio.document.records import FeatureType, Record
-from vomstudio.errors import UsageError
+from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.io.gate.points import ModelFrame
 from vomstudio.io.gis.crs import crs_name, from_degrees
-from vomstudio.io.project.field_columns import guess
-from vomstudio.io.project.field_table import FieldTable
-from vomstudio.io.project.readings import (
+from vomstudio.project.edits import suggest_type
+from vomstudio.project.imports.field_columns import guess
+from vomstudio.project.imports.field_table import FieldTable
+from vomstudio.project.imports.readings import (
     FieldReadings,
     make_readings,
     missing_choice,
     understand,
 )
+from vomstudio.project.kinds.reading import Reading
+from vomstudio.project.records import FeatureType, Record
 from vomstudio.registration.north import North, NorthCorrection, parse_angle, place_of
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.widgets import ComboBox, Label, allow, rich_label, rich_lines
-from vomstudio.words import to_translate, tr, tr_n
 
 _PREVIEW_ROWS = 200
 _FAR_M = 10_000.0

@@ -9,16 +9,17 @@ from html import escape
 import numpy as np
 from PySide6.QtWidgets import QLineEdit, QPushButton
 
+from vomstudio.core.errors import InputError, VomError
 from vomstudio.core.findings import Finding
-from vomstudio.document.kinds import kind_of
-from vomstudio.document.records import FeatureType, Repeatable, Typed, get
-from vomstudio.document.repeats import set_interpreter
-from vomstudio.errors import InputError, VomError
-from vomstudio.geology.looked_at.table_repeats import TableRepeats, table_repeats
-from vomstudio.io.project.feature_table import feature_table
+from vomstudio.core.words import tr
+from vomstudio.geology.coverage.table_repeats import TableRepeats, table_repeats
 from vomstudio.io.text.orientation_reading import OrientationTable
+from vomstudio.project.exports.feature_table import feature_table
+from vomstudio.project.kinds import kind_of
+from vomstudio.project.records import FeatureType, Repeatable, Typed, get
+from vomstudio.project.repeated_features import set_interpreter
 from vomstudio.rendering.view.drawing import FeatureDrawing
-from vomstudio.tools.interaction_types import Area
+from vomstudio.studio.tools.interaction_types import Area
 from vomstudio.ui.analyse.analysis_panel import AnalysisPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import chosen_features, why_none_chosen
@@ -30,7 +31,6 @@ from vomstudio.ui.forms.figures_page import FiguresPage
 from vomstudio.ui.forms.form_beside import FormBeside
 from vomstudio.ui.interpret.tool_panels.common import hint_label
 from vomstudio.ui.scene.outcrop_view import OutcropView
-from vomstudio.words import tr
 
 _PLACE = "place to be picked again"
 _COLOR = (1.0, 0.76, 0.03)

@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.document.kinds import kind_of
-from vomstudio.document.records import FeatureType, Model, Typed
-from vomstudio.document.registration_errors import model_of, models_of, turns_of
-from vomstudio.document.repeats import firsts
-from vomstudio.errors import GeometryError
 from vomstudio.geology.sets.set_options import SetOptions
+from vomstudio.project.kinds import kind_of
+from vomstudio.project.records import FeatureType, Model, Typed
+from vomstudio.project.registration_errors import model_of, models_of, turns_of
+from vomstudio.project.repeated_features import firsts
 from vomstudio.ui.common.studio import Studio
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from vomstudio.geology.common_turns import Turns
+    from vomstudio.geology.common_rotation_errors import Turns
     from vomstudio.geology.sets.proposals import ProposedSet, SetProposal
     from vomstudio.ui.analyse.net_sets import Groups
 

@@ -19,13 +19,14 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.options import option_words
-from vomstudio.document import edits
-from vomstudio.document.edit import Edit
-from vomstudio.document.records import FeatureType, Typed
-from vomstudio.errors import VomError
+from vomstudio.core.words import tr
 from vomstudio.geology.sets.set_options import SetOptions
+from vomstudio.project import edits
+from vomstudio.project.edit import Edit
+from vomstudio.project.records import FeatureType, Typed
 from vomstudio.ui.analyse.set_candidates import (
     Choice,
     Proposed,
@@ -44,7 +45,6 @@ from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.forms.copied_planes import beside, copy_with_table
 from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
-from vomstudio.words import tr
 
 _SELECTED: Choice = ("selection", "")
 _LEAST_HEIGHT = 96

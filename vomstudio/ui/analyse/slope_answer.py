@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vomstudio.core.options import option_words
-from vomstudio.document.measurement import Measurement
-from vomstudio.document.records import Feature, Record
 from vomstudio.geology.slopes import SlopeFace
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import Feature, Record
 from vomstudio.ui.forms.copied_command import Words
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ class SlopeAnswer:
 def answer(question: SlopeQuestion) -> SlopeAnswer:
     """In a thread: what `vomstudio slope` says of these planes."""
     from vomstudio.geology.table_slopes import critical_planes, table_slope
-    from vomstudio.io.project.feature_table import feature_table
+    from vomstudio.project.exports.feature_table import feature_table
 
     table = feature_table(question.records, question.features, question.measured)
     found = table_slope(table, question.face)
@@ -50,7 +50,7 @@ def answer(question: SlopeQuestion) -> SlopeAnswer:
 
 def write_figure(result: SlopeAnswer, path: Path) -> None:
     """In a thread: the nets, as svg, pdf or png."""
-    from vomstudio.files.atomic import atomic_write
+    from vomstudio.core.files.atomic import atomic_write
     from vomstudio.products.net.slope_figure import write_slope_figure
 
     format_ = path.suffix.lower().removeprefix(".")

@@ -14,25 +14,26 @@ from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import option_words
-from vomstudio.document.measurement import Measurement
-from vomstudio.document.records import Feature, Matrix, Model, Record
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.matrices import Matrix
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.tools.interaction_types import Preview
-from vomstudio.tools.painted_area import area_of
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import Feature, Model, Record
+from vomstudio.studio.tools.interaction_types import Preview
+from vomstudio.studio.tools.painted_area import area_of
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, allow
 from vomstudio.ui.forms.copied_command import Words
-from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
     from vomstudio.geology.fractures.facet_slopes import FacetFace, FacetSlopes
-    from vomstudio.workspace.surfaces.facet_proposals import Proposals
+    from vomstudio.studio.surfaces.facet_proposals import Proposals
 
 _MODES = (
     ("planar", to_translate("Planar"), to_translate("Planar sliding, % of planes")),
@@ -71,8 +72,8 @@ class FacetsAnswer:
 def answer_facets(question: FacetsQuestion) -> FacetsAnswer:
     """In a thread: what `vomstudio slope --facets` says of these planes and facets."""
     from vomstudio.geology.fractures.facet_slopes import FacetFace, facet_slopes
-    from vomstudio.io.project.feature_table import feature_table
     from vomstudio.products.surface.slope_facets import overhanging
+    from vomstudio.project.exports.feature_table import feature_table
 
     q = question
     # The height over the level, by a model's own coordinates; its scale counts for nothing.

@@ -21,8 +21,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.ui.common.widgets import Label
-from vomstudio.words import to_translate, tr, tr_n
 
 if TYPE_CHECKING:
     from vomstudio.geology.table_slopes import CriticalPlane, Mode

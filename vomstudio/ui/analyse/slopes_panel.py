@@ -17,14 +17,16 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.errors import InputError, VomError
 from vomstudio.core.findings import Finding
-from vomstudio.document.measurement import Measurement
-from vomstudio.document.records import Model, Typed
-from vomstudio.errors import InputError, VomError
+from vomstudio.core.words import tr, tr_n
 from vomstudio.geology.notation import format_plane, parse_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.geology.slopes import SlopeFace
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import Model, Typed
+from vomstudio.studio.display import usual_look
 from vomstudio.ui.analyse.analysis_panel import AnalysisPanel
 from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
 from vomstudio.ui.analyse.picture_file import ask_for_picture
@@ -53,8 +55,6 @@ from vomstudio.ui.forms.copied_command import CopyCommandButton, Words
 from vomstudio.ui.forms.copied_planes import copy_with_table
 from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.interpret.tool_panels.common import narrow_column
-from vomstudio.words import tr, tr_n
-from vomstudio.workspace.display import usual_look
 
 _FRICTION_DEG = 30.0
 

@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QHBoxLayout, QTextBrowser, QToolButton, QVBoxLayout
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
-from vomstudio.document.measurement import Measurement
-from vomstudio.document.records import FeatureType, Typed
-from vomstudio.document.registration_errors import models_of, turns_of
-from vomstudio.errors import VomError
+from vomstudio.core.words import tr
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import FeatureType, Typed
+from vomstudio.project.registration_errors import models_of, turns_of
+from vomstudio.studio.fold_choice import FOLD_TYPE
 from vomstudio.ui.analyse.analysis_panel import LazyPanel
 from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
 from vomstudio.ui.analyse.statistics_words import Rows, domain_rows, fold_rows, statistics_rows
@@ -26,12 +28,10 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import Label, allow
 from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.forms.copied_planes import copy_with_table
-from vomstudio.words import tr
-from vomstudio.workspace.fold_choice import FOLD_TYPE
 
 if TYPE_CHECKING:
-    from vomstudio.document.fold_planes import FoldPlanes
     from vomstudio.geology.folds import FoldAxis
+    from vomstudio.project.fold_planes import FoldPlanes
 
 
 class StatisticsPanel(LazyPanel):
@@ -133,7 +133,7 @@ class StatisticsPanel(LazyPanel):
         self, features: Sequence[Typed], measured: Mapping[str, Measurement]
     ) -> list[tuple[str, Rows]]:
         """The fold axis of planes of one type, with its domains."""
-        from vomstudio.document.fold_planes import fold_planes
+        from vomstudio.project.fold_planes import fold_planes
 
         fold, which = self._studio.fold, self._studio.fold.which
         if self.of.choice() == ("type", FOLD_TYPE, "") and fold.features():

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from vomstudio.core.words import tr, tr_n
 from vomstudio.geology.domains import DomainFigures, OneAxisFigures, describe_domain
 from vomstudio.geology.folds import FoldAxis
 from vomstudio.geology.notation import degrees, format_attitude, format_line, format_plane
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.populations.distributions import AxisConfidence, LineFigures
 from vomstudio.geology.populations.set_statistics import SetStatistics
-from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
-    from vomstudio.document.fold_planes import FoldPlanes
+    from vomstudio.project.fold_planes import FoldPlanes
 
 Rows = list[tuple[str, str]]
 

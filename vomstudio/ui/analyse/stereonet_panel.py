@@ -17,20 +17,21 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.edit import Edit
-from vomstudio.document.fold_planes import FoldPlanes
-from vomstudio.document.records import Typed, get_feature
-from vomstudio.document.registration_errors import model_of
+from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_line
 from vomstudio.geology.roses import LINES_HAVE
 from vomstudio.products.net.contents import NetContents, NetSet, means_of
 from vomstudio.products.net.figure import NetArtists
-from vomstudio.products.net.found_in_sets import with_findings
 from vomstudio.products.net.net_options import MOST_PLANES, with_intersections
 from vomstudio.products.net.rose import RoseArtists
 from vomstudio.products.net.rose_contents import RoseContents
+from vomstudio.products.net.set_statistics import with_findings
 from vomstudio.products.net.style import NetStyle
-from vomstudio.tools.interaction_types import is_click
+from vomstudio.project.edit import Edit
+from vomstudio.project.fold_planes import FoldPlanes
+from vomstudio.project.records import Typed, get_feature
+from vomstudio.project.registration_errors import model_of
+from vomstudio.studio.tools.interaction_types import is_click
 from vomstudio.ui.analyse.net.canvas import (
     DPI,
     DrawnNet,
@@ -55,7 +56,6 @@ from vomstudio.ui.common.widgets import ElidedLabel
 from vomstudio.ui.forms.copied_command import CopyCommandButton
 from vomstudio.ui.forms.copied_planes import copy_with_table
 from vomstudio.ui.forms.model_axes import axes_of, follow_axes
-from vomstudio.words import tr
 
 _IN_MENU = ("propose_sets", "net_in_middle", "figure_style", "export_net")
 # A press that moves further than this draws a lasso.

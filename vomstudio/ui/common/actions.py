@@ -11,10 +11,10 @@ from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.findings import Finding
-from vomstudio.signals import once_told
+from vomstudio.core.signals import once_told
+from vomstudio.core.words import tr
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.widgets import as_words
-from vomstudio.words import tr
 
 _log = logging.getLogger(__name__)
 

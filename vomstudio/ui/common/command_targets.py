@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, TypeVar
 from PySide6.QtCore import QStandardPaths
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
+from vomstudio.core.files.regular import is_folder
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import Feature, Model, OnAModel, Picked, Typed, get_feature
-from vomstudio.files.regular import is_folder
-from vomstudio.paths import resource
+from vomstudio.core.paths import resource
+from vomstudio.core.words import tr, tr_n
+from vomstudio.project.records import Feature, Model, OnAModel, Picked, Typed, get_feature
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import as_words
-from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
-    from vomstudio.document.measurement import Measurement
+    from vomstudio.project.measurement import Measurement
 
 Line = TypeVar("Line", bound=Picked)
 

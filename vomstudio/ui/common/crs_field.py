@@ -5,8 +5,8 @@ from __future__ import annotations
 from PySide6.QtCore import QModelIndex, QStringListModel, Qt
 from PySide6.QtWidgets import QCompleter, QLineEdit, QListView
 
+from vomstudio.core.words import tr
 from vomstudio.io.gis.crs_names import NamedCrs, matching
-from vomstudio.words import tr
 
 _LEAST_LETTERS = 2
 

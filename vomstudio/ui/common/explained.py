@@ -8,7 +8,7 @@ from PySide6.QtCore import QPoint
 from PySide6.QtGui import QCursor
 from PySide6.QtWidgets import QApplication, QWidget
 
-from vomstudio.document.figures import Figure
+from vomstudio.project.figures import Figure
 
 _PROPERTY = "explained_by"
 

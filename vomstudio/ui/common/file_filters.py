@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from vomstudio.words import tr
+from vomstudio.core.words import tr
 
 
 def _patterns(endings: Iterable[str]) -> str:
@@ -31,7 +31,7 @@ def photos() -> str:
 
 
 def videos() -> str:
-    from vomstudio.survey.video import VIDEO_ENDINGS
+    from vomstudio.photogrammetry.survey.video import VIDEO_ENDINGS
 
     return _and_all(tr("Videos ({patterns})", patterns=_patterns(VIDEO_ENDINGS)))
 

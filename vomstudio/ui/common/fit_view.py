@@ -8,15 +8,15 @@ from functools import partial
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
 
-from vomstudio.document import catalogue
-from vomstudio.document.figures import Figure, Subject
-from vomstudio.document.kinds import kind_named
-from vomstudio.document.measurement import Measurement
+from vomstudio.core.words import to_translate, tr
+from vomstudio.project import catalogue
+from vomstudio.project.figures import Figure, Subject
+from vomstudio.project.kinds import kind_named
+from vomstudio.project.measurement import Measurement
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import orientation_text
 from vomstudio.ui.common.widgets import Label, as_words, lay_out_now
-from vomstudio.words import to_translate, tr
 
 
 @dataclass(frozen=True)

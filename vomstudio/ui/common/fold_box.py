@@ -5,10 +5,10 @@ from __future__ import annotations
 from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
+from vomstudio.core.words import tr
 from vomstudio.geology.fold_planes import FoldFilter
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.words import tr
 
 
 class FoldBox(QWidget):

@@ -7,11 +7,11 @@ from typing import Any
 from PySide6.QtCore import QSignalBlocker
 
 from vomstudio.core.findings import Finding
-from vomstudio.tools.followed_line import AUTO
-from vomstudio.tools.following import FollowingTool
+from vomstudio.core.words import to_translate, tr
+from vomstudio.studio.tools.followed_line import AUTO
+from vomstudio.studio.tools.following import FollowingTool
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, allow
-from vomstudio.words import to_translate, tr
 
 COSTS = (
     (None, to_translate("nothing: straight between clicks")),

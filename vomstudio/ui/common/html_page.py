@@ -8,9 +8,9 @@ from PySide6.QtCore import Qt, QUrl
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QDialog, QTextBrowser, QVBoxLayout, QWidget
 
+from vomstudio.core.words import tr
 from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.widgets import Label
-from vomstudio.words import tr
 
 
 def open_page(parent: QWidget, path: Path) -> None:

@@ -17,10 +17,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.words import tr, tr_n
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Notice
 from vomstudio.ui.common.widgets import Label
-from vomstudio.words import tr, tr_n
 
 _ICONS = {
     "info": "information-outline",

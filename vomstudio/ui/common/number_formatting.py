@@ -7,12 +7,12 @@ import re
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.document.figures import degrees, number
-from vomstudio.document.kinds import kind_named
-from vomstudio.document.measurement import Measurement
+from vomstudio.core.words import tr
 from vomstudio.geology.slip import SENSES
 from vomstudio.geometry.units import area_text, length_text
-from vomstudio.words import tr
+from vomstudio.project.figures import degrees, number
+from vomstudio.project.kinds import kind_named
+from vomstudio.project.measurement import Measurement
 
 area, length = area_text, length_text
 """In words, with a unit that fits."""

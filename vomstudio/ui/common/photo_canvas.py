@@ -24,8 +24,8 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from vomstudio.rendering.qt import painting
 from vomstudio.rendering.qt.preview_painting import PreviewPainter
-from vomstudio.rendering.view.reading_place import ReadingPlace
-from vomstudio.tools.interaction_types import Button, Pointer, Preview, is_click
+from vomstudio.rendering.view.readout_position import ReadingPlace
+from vomstudio.studio.tools.interaction_types import Button, Pointer, Preview, is_click
 from vomstudio.ui.common.photo_images import Picture
 
 Array = npt.NDArray[np.float64]

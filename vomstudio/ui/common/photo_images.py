@@ -11,10 +11,10 @@ from pathlib import Path
 from PySide6.QtCore import QObject, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QImage, QImageIOHandler, QImageReader, QPainter, QTransform
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import open_regular
+from vomstudio.core.files.untrusted.pictures import check_picture
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.regular import open_regular
-from vomstudio.files.untrusted.pictures import check_picture
 from vomstudio.studio.background import Request
 from vomstudio.ui.common.qt_background import QtBackground
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from PySide6.QtCore import QSignalBlocker, Signal
 
-from vomstudio.document.edit import Edit
-from vomstudio.document.kinds import has_plane
+from vomstudio.core.words import tr
+from vomstudio.project.edit import Edit
+from vomstudio.project.kinds import has_plane
 from vomstudio.ui.common.number_formatting import natural, orientation_text
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, as_words
-from vomstudio.words import tr
 
 SELECTED = "*"
 

@@ -9,9 +9,9 @@ from typing import Any
 from PySide6.QtCore import QObject, QTimer
 from shiboken6 import isValid
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.threads import PROCESSORS
-from vomstudio.errors import VomError
-from vomstudio.rendering.qt.posting import poster
+from vomstudio.rendering.qt.thread_calls import poster
 from vomstudio.studio.background import Background
 
 Work = Callable[[], Any]

@@ -10,7 +10,7 @@ from PySide6.QtGui import QGuiApplication
 from shiboken6 import isValid
 
 from vomstudio.core.threads import run_in_thread
-from vomstudio.rendering.qt.posting import poster
+from vomstudio.rendering.qt.thread_calls import poster
 from vomstudio.studio.owner_thread import Call, Timer
 
 

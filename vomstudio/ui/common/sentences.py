@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from vomstudio.words import tr_n
+from vomstudio.core.words import tr_n
 
 _ENDS = ".!?…"
 

@@ -7,15 +7,15 @@ from collections.abc import Callable, Iterable, Mapping
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QWidget
 
-from vomstudio.document.measurement_cache import Measurements
-from vomstudio.document.records import Record
-from vomstudio.document.session import Session
-from vomstudio.io.project.folder import Project
 from vomstudio.io.settings import Settings
-from vomstudio.tools.tool_context import Tool
+from vomstudio.project.folder import Project
+from vomstudio.project.measurement_cache import Measurements
+from vomstudio.project.records import Record
+from vomstudio.project.session import Session
+from vomstudio.studio.notices import Notice
+from vomstudio.studio.tools.tool_context import Tool
+from vomstudio.studio.workspace import Workspace
 from vomstudio.ui.common.qt_owner import QtOwner
-from vomstudio.workspace.notices import Notice
-from vomstudio.workspace.workspace import Workspace
 
 __all__ = ["Notice", "Studio"]
 

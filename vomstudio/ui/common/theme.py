@@ -27,8 +27,8 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QApplication, QWidget
 from shiboken6 import isValid
 
-from vomstudio.files.regular import read_small_text
-from vomstudio.words import to_translate
+from vomstudio.core.files.regular import read_small_text
+from vomstudio.core.words import to_translate
 
 _FRAMED = (
     "QCheckBox", "QRadioButton", "QLineEdit", "QAbstractSpinBox", "QTreeView", "QTableView",

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from PySide6.QtCore import QSignalBlocker
 
-from vomstudio.document.edit import Edit
-from vomstudio.document.records import FeatureType
+from vomstudio.project.edit import Edit
+from vomstudio.project.records import FeatureType
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox

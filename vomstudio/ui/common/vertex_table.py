@@ -11,11 +11,12 @@ from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import Matrix, Model, get
 from vomstudio.geometry import transform
-from vomstudio.geometry.places import why_no_coordinate, why_not_at
+from vomstudio.geometry.coordinate_limits import why_no_coordinate, why_not_at
+from vomstudio.geometry.matrices import Matrix
 from vomstudio.geometry.units import UNPLACED
-from vomstudio.tools.polyline import PolylineTool
+from vomstudio.project.records import Model, get
+from vomstudio.studio.tools.polyline import PolylineTool
 from vomstudio.ui.common.studio import Studio
 
 

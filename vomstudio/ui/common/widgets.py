@@ -29,7 +29,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.findings import Finding
-from vomstudio.words import tr
+from vomstudio.core.words import tr
 
 # Of what scrolls: some rows, and the arrows of the bar.
 _LEAST_HEIGHT = 100

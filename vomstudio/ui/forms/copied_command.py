@@ -11,13 +11,13 @@ from pathlib import Path
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QToolButton, QWidget
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import Model
-from vomstudio.errors import VomError
+from vomstudio.core.words import tr
+from vomstudio.project.records import Model
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr
 
 Word = str | Path | float
 Words = Sequence[Word | tuple[str, Word]]

@@ -20,8 +20,8 @@ def copy_with_table(
 ) -> None:
     """Ask where the orientation table of these features shall be written, write it, and copy the
     command. proposed : its name, which ends in .csv"""
-    from vomstudio.io.project.export import write_csv
-    from vomstudio.tables.project_table import project_table
+    from vomstudio.project.exports.export import write_csv
+    from vomstudio.project.tables.project_table import project_table
 
     only = set(ids)
 

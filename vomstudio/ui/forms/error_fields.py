@@ -6,8 +6,8 @@ import math
 
 from PySide6.QtWidgets import QLineEdit
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
 from vomstudio.ui.common.vertex_table import parse_number
 
 

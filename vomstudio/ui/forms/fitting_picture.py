@@ -6,8 +6,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QImage, QPixmap, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy
 
+from vomstudio.core.words import tr
 from vomstudio.ui.common.widgets import Label
-from vomstudio.words import tr
 
 
 class FittingPicture(Label):

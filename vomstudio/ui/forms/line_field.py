@@ -6,13 +6,13 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QToolButton, QWidget
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_line, parse_line
 from vomstudio.geology.orientation import Line
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import current_measurement
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import allow
-from vomstudio.words import tr
 
 
 class LineField(QWidget):

@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 from PySide6.QtWidgets import QFormLayout, QLayout, QWidget
 
-from vomstudio.document.records import Model
+from vomstudio.core.words import tr
 from vomstudio.geometry.units import Axes
+from vomstudio.project.records import Model
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import Label
-from vomstudio.words import tr
 
 
 def axes_of(studio: Studio) -> Axes:

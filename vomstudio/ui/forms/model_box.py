@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QSignalBlocker
 
-from vomstudio.document.records import Model
+from vomstudio.project.records import Model
 from vomstudio.ui.common.command_targets import current_model
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox

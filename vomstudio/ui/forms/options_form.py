@@ -8,8 +8,8 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QCheckBox, QDoubleSpinBox, QFormLayout, QLineEdit, QSpinBox, QWidget
 
 from vomstudio.core.options import UNITS, Declaration, declarations
+from vomstudio.core.words import tr
 from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label, SpinBox
-from vomstudio.words import tr
 
 Options = TypeVar("Options")
 

@@ -9,15 +9,15 @@ from contextlib import suppress
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QWidget
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import VomError
+from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_plane, parse_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.ui.common.command_targets import current_measurement
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import allow, icon_button
-from vomstudio.words import tr
 
 ViewDirection = Callable[[], tuple[float, float] | None]
 """Trend and plunge of the view, degrees; None while there is no view."""

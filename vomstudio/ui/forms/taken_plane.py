@@ -6,12 +6,12 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QToolButton, QWidget
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.kinds import has_plane
+from vomstudio.core.words import tr
+from vomstudio.project.kinds import has_plane
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import orientation_text
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ElidedLabel, allow
-from vomstudio.words import tr
 
 
 class TakenPlane(QWidget):

@@ -8,11 +8,11 @@ from typing import TypeVar
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QSizePolicy, QStackedWidget, QVBoxLayout, QWidget
 
-from vomstudio.tools.registry import TOOLS
+from vomstudio.core.words import tr
+from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import action_buttons
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
-from vomstudio.words import tr
 
 Panel = TypeVar("Panel", bound=QWidget)
 

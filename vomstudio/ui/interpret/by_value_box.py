@@ -14,12 +14,12 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import Model, get
+from vomstudio.core.words import tr
 from vomstudio.geometry import transform
-from vomstudio.tools.select import SelectTool
+from vomstudio.project.records import Model, get
+from vomstudio.studio.tools.select import SelectTool
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label, allow
-from vomstudio.words import tr
 
 _COLOUR = ""
 _FIRST_TOLERANCE = 10.0
@@ -67,7 +67,7 @@ class ByValue(QWidget):
 
     def refresh(self) -> None:
         """The fields of the model that is meant now."""
-        from vomstudio.extraction.selecting.values import fields_of
+        from vomstudio.extraction.selection.field_values import fields_of
 
         changes = self._tool.changes
         data = changes.data()
@@ -85,7 +85,7 @@ class ByValue(QWidget):
         self._show_range()
 
     def _show_range(self) -> None:
-        from vomstudio.extraction.selecting.values import range_of
+        from vomstudio.extraction.selection.field_values import range_of
 
         name = self.what.currentData() or _COLOUR
         self._to.setVisible(name != _COLOUR)

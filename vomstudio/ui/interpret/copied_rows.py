@@ -6,11 +6,11 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from vomstudio.document.figures import Figure
-from vomstudio.files.spreadsheet_cells import guarded
+from vomstudio.core.files.spreadsheet_cells import guarded
+from vomstudio.core.words import to_translate, tr
+from vomstudio.project.figures import Figure
 from vomstudio.ui.interpret.feature_row import Row
 from vomstudio.ui.interpret.table_model import ORIENTATION, Column
-from vomstudio.words import to_translate, tr
 
 _UNITS = {"deg": "°", "m": "m", "m2": "m²", "": ""}
 _AZIMUTHS = {

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.domains import part_by_plane
-from vomstudio.document.edit import Edit
-from vomstudio.document.records import Typed, get
+from vomstudio.project.domains import part_by_plane
+from vomstudio.project.edit import Edit
+from vomstudio.project.records import Typed, get
 from vomstudio.ui.common.studio import Studio
 
 

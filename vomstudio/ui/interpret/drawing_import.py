@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog, QWidget
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.document import edits
-from vomstudio.document.records import Model
-from vomstudio.errors import VomError
-from vomstudio.jobs.drawing_tasks import (
+from vomstudio.core.words import tr
+from vomstudio.project import edits
+from vomstudio.project.records import Model
+from vomstudio.studio.jobs.drawing_tasks import (
     FIND_PICTURES,
     READ_DRAWN_LINES,
     DrawingFile,
@@ -21,18 +22,17 @@ from vomstudio.jobs.drawing_tasks import (
     DrawnLines,
     FittingPictures,
 )
-from vomstudio.jobs.events import Failed
+from vomstudio.studio.jobs.events import Failed
+from vomstudio.studio.models import standing_model
+from vomstudio.studio.notices import UPDATE_DRAWN, Notice
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import current_model, start_folder, why_no_model
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr
-from vomstudio.workspace.models import standing_model
-from vomstudio.workspace.notices import UPDATE_DRAWN, Notice
 
 if TYPE_CHECKING:
-    from vomstudio.document.kinds.trace import Trace
-    from vomstudio.workspace.drawn_traces import DrawnTraces
+    from vomstudio.project.kinds.trace import Trace
+    from vomstudio.studio.drawn_traces import DrawnTraces
 
 
 class DrawingImport(QObject):
@@ -109,7 +109,7 @@ class DrawingImport(QObject):
         type_id, set_name = studio.next_type_id, studio.next_set
 
         def work() -> DrawnTraces:
-            from vomstudio.workspace.drawn_traces import DrawingTarget, drawn_traces
+            from vomstudio.studio.drawn_traces import DrawingTarget, drawn_traces
 
             target = DrawingTarget(model, surface, type_id, set_name)
             return drawn_traces(found, drawing, sidecar, target, records)
@@ -164,7 +164,7 @@ class DrawingImport(QObject):
 
     def update(self) -> None:
         """Give the traces that were edited in the last drawing their new vertices."""
-        from vomstudio.workspace.drawn_traces import update_traces
+        from vomstudio.studio.drawn_traces import update_traces
 
         edited, self._edited = self._edited, ()
         if edited and self._studio.attempt(update_traces, edited, self._drawing):

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate, tr
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import chosen_features, why_none_chosen
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
     from vomstudio.ui.interpret.types_dialog import TypesDialog

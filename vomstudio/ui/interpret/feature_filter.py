@@ -6,14 +6,14 @@ import difflib
 import re
 from collections.abc import Callable, Iterable
 
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.document import catalogue as of
-from vomstudio.document import slip_figures
-from vomstudio.document.figures import Figure, Form
-from vomstudio.document.kinds import FIGURES
-from vomstudio.errors import UsageError
+from vomstudio.core.words import to_translate, tr
+from vomstudio.project import catalogue as of
+from vomstudio.project import slip_figures
+from vomstudio.project.figures import Figure, Form
+from vomstudio.project.kinds import FIGURES
 from vomstudio.ui.interpret.feature_row import CLASS, Row
-from vomstudio.words import to_translate, tr
 
 _WORDS = (
     of.NAME,

@@ -6,16 +6,16 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from vomstudio.document import catalogue
-from vomstudio.document.figures import Figure, Subject
-from vomstudio.document.kinds import KINDS, kind_of
-from vomstudio.document.kinds.lithology import LITHOLOGY
-from vomstudio.document.kinds.station import NUMBER, PHOTO
-from vomstudio.document.measurement import Measurement
-from vomstudio.document.records import Feature
+from vomstudio.core.words import to_translate
+from vomstudio.project import catalogue
+from vomstudio.project.figures import Figure, Subject
+from vomstudio.project.kinds import KINDS, kind_of
+from vomstudio.project.kinds.lithology import LITHOLOGY
+from vomstudio.project.kinds.station import NUMBER, PHOTO
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import Feature
 from vomstudio.ui.common.number_formatting import orientation_text
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import to_translate
 
 CLASS = Figure(
     "class",

@@ -6,7 +6,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import QLineEdit, QSizePolicy
 
-from vomstudio.errors import UsageError
+from vomstudio.core.errors import UsageError
 from vomstudio.ui.common.widgets import Label
 from vomstudio.ui.interpret.feature_filter import Test, help_text, parse_filter
 

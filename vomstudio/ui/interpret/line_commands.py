@@ -5,6 +5,8 @@ from __future__ import annotations
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.studio.notices import UPDATE_DRAWN
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import why_no_model
 from vomstudio.ui.common.long_boxes import fit_to_screen
@@ -13,8 +15,6 @@ from vomstudio.ui.interpret import domain_parting, plane_relations
 from vomstudio.ui.interpret.drawing_import import DrawingImport
 from vomstudio.ui.interpret.listed_import import ListedImport
 from vomstudio.ui.scene.view_panel import ViewPanel
-from vomstudio.words import tr
-from vomstudio.workspace.notices import UPDATE_DRAWN
 
 
 def commands(studio: Studio, directions: ViewPanel, parent: QWidget) -> list[Command]:

@@ -9,16 +9,16 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from vomstudio.core.findings import Finding
-from vomstudio.document import edits
-from vomstudio.document.records import Model
+from vomstudio.core.words import tr
+from vomstudio.project import edits
+from vomstudio.project.records import Model
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import current_model, start_folder
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
-    from vomstudio.io.project.listed_import import ImportedFeatures
+    from vomstudio.project.imports.feature_lists import ImportedFeatures
 
 
 class ListedImport(QObject):
@@ -53,7 +53,7 @@ class ListedImport(QObject):
 
         def work() -> ImportedFeatures:
             from vomstudio.io.gis.crs import world_crs
-            from vomstudio.io.project.listed_import import read_listed
+            from vomstudio.project.imports.feature_lists import read_listed
 
             return read_listed(
                 path, shown, records, world_crs(shown.frame.crs, shown.frame.unit_m),

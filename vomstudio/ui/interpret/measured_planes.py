@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from vomstudio.document import catalogue
-from vomstudio.document.measurement import Measurement
-from vomstudio.document.records import Feature, Typed
-from vomstudio.geology.agreement import OrientedPlane
+from vomstudio.geology.model_agreement import OrientedPlane
+from vomstudio.project import catalogue
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import Feature, Typed
 from vomstudio.ui.common.number_formatting import drawn_points
 from vomstudio.ui.common.studio import Studio
 

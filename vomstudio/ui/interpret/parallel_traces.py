@@ -7,17 +7,17 @@ from itertools import combinations
 
 import numpy as np
 
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.measurement import Measurement
-from vomstudio.document.records import get
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.words import tr, tr_n
 from vomstudio.geology.beds.parallel import LEVEL, ParallelBeds, SamePlane, parallel_beds
 from vomstudio.geology.notation import format_attitude
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.units import length_text
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import get
 from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr, tr_n
 
 _MOST = 12
 _LEAST_P = 0.001

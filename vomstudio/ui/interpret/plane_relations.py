@@ -16,16 +16,16 @@ from PySide6.QtWidgets import (
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
-from vomstudio.document import edits
-from vomstudio.document.kinds import group_and_set, has_plane
-from vomstudio.document.kinds.intersection import Intersection
-from vomstudio.document.measurement_cache import Measurement
-from vomstudio.document.records import FeatureType, Group
+from vomstudio.core.words import tr, tr_n
+from vomstudio.project import edits
+from vomstudio.project.kinds import group_and_set, has_plane
+from vomstudio.project.kinds.intersection import Intersection
+from vomstudio.project.measurement_cache import Measurement
+from vomstudio.project.records import FeatureType, Group
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import degrees, natural
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, allow, rich_label
-from vomstudio.words import tr, tr_n
 
 
 def line_type(studio: Studio) -> str:

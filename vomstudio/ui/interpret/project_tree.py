@@ -26,11 +26,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.document import edits
-from vomstudio.document.edit import Edit
-from vomstudio.document.kinds import GROUPS, KINDS, group_and_set, group_of, kind_of
-from vomstudio.document.measurement import Measurement
-from vomstudio.document.records import Feature, FeatureType, Model, Record, Typed
+from vomstudio.core.words import tr
+from vomstudio.project import edits
+from vomstudio.project.edit import Edit
+from vomstudio.project.kinds import GROUPS, KINDS, group_and_set, group_of, kind_of
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import Feature, FeatureType, Model, Record, Typed
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import natural, orientation_text
@@ -53,7 +54,6 @@ from vomstudio.ui.interpret.tree_view import (
     put_in_order,
     take_out,
 )
-from vomstudio.words import tr
 
 # So many features are put into the tree between one event and the next.
 _PORTION = 500

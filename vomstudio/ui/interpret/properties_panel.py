@@ -20,12 +20,13 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.findings import Finding
-from vomstudio.document import edits
-from vomstudio.document.kind import Attribute
-from vomstudio.document.kinds import ATTRIBUTES, kind_of
-from vomstudio.document.records import Feature, Model, Record, get_feature
+from vomstudio.core.words import tr, tr_n
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
+from vomstudio.project import edits
+from vomstudio.project.kind import Attribute
+from vomstudio.project.kinds import ATTRIBUTES, kind_of
+from vomstudio.project.records import Feature, Model, Record, get_feature
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
@@ -34,7 +35,6 @@ from vomstudio.ui.common.widgets import ComboBox, Label, Scrolling, allow, rich_
 from vomstudio.ui.interpret import plane_relations
 from vomstudio.ui.interpret.parallel_traces import parallel_lines
 from vomstudio.ui.interpret.straight_trace import band_lines, crossing_lines
-from vomstudio.words import tr, tr_n
 
 
 class PropertiesPanel(QWidget):

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from vomstudio.document.measurement_cache import Measurement
-from vomstudio.document.records import FeatureType, get
-from vomstudio.document.straight_traces import band_of_measured, priors_among
-from vomstudio.errors import GeometryError
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_attitude, format_line
 from vomstudio.geology.orientation import Line, Plane
+from vomstudio.project.measurement_cache import Measurement
+from vomstudio.project.records import FeatureType, get
+from vomstudio.project.straight_traces import band_of_measured, priors_among
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr
 
 
 def band_lines(studio: Studio, feature_id: str, measured: Measurement) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vomstudio.words import to_translate
+from vomstudio.core.words import to_translate
 
 SYMBOL_NAMES = {
     "circle": to_translate("Circle"),

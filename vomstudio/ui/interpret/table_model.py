@@ -14,20 +14,20 @@ from PySide6.QtCore import (
     Qt,
 )
 
-from vomstudio.document import catalogue as of
-from vomstudio.document import edits, slip_figures
-from vomstudio.document.figures import Figure
-from vomstudio.document.kinds import KINDS, kind_of
-from vomstudio.document.kinds.lithology import LITHOLOGY
-from vomstudio.document.kinds.station import NUMBER, PHOTO
-from vomstudio.document.length_figures import LENGTH
-from vomstudio.document.records import Feature, get_feature
+from vomstudio.core.words import to_translate, tr
+from vomstudio.project import catalogue as of
+from vomstudio.project import edits, slip_figures
+from vomstudio.project.figures import Figure
+from vomstudio.project.kinds import KINDS, kind_of
+from vomstudio.project.kinds.lithology import LITHOLOGY
+from vomstudio.project.kinds.station import NUMBER, PHOTO
+from vomstudio.project.length_figures import LENGTH
+from vomstudio.project.records import Feature, get_feature
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import natural, orientation_text
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import as_words
 from vomstudio.ui.interpret.feature_row import Row, row_of
-from vomstudio.words import to_translate, tr
 
 _Index = QModelIndex | QPersistentModelIndex
 # More rows than this are sorted in anew together, not one by one.

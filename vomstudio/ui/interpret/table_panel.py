@@ -24,7 +24,8 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.edit import Edit
+from vomstudio.core.words import tr, tr_n
+from vomstudio.project.edit import Edit
 from vomstudio.ui.common.explained import Explained, explain
 from vomstudio.ui.common.qt_owner import Portions
 from vomstudio.ui.common.studio import Studio
@@ -33,7 +34,6 @@ from vomstudio.ui.interpret.copied_rows import as_text
 from vomstudio.ui.interpret.filter_line import FilterLine
 from vomstudio.ui.interpret.sorted_rows import SortedRows
 from vomstudio.ui.interpret.table_model import COLUMNS, OrientationModel
-from vomstudio.words import tr, tr_n
 
 # Column widths are taken from so many rows: all of a thousand would hold the window up.
 _MEASURED_ROWS, _NEW_ROWS = 50, 15

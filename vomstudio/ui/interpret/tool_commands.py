@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from typing import Any
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import VomError
-from vomstudio.tools.following import FollowingTool
-from vomstudio.tools.polyline import PolylineTool
-from vomstudio.tools.registry import TOOLS
-from vomstudio.tools.tool_entry import ToolEntry
-from vomstudio.tools.trace import TraceTool
+from vomstudio.core.words import tr
+from vomstudio.studio.tools.following import FollowingTool
+from vomstudio.studio.tools.polyline import PolylineTool
+from vomstudio.studio.tools.registry import TOOLS
+from vomstudio.studio.tools.tool_entry import ToolEntry
+from vomstudio.studio.tools.trace import TraceTool
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import why_no_model, why_none_chosen
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.window_protocols import Docks
 from vomstudio.ui.interpret.deleting import delete_selected
 from vomstudio.ui.scene.view_panel import ViewPanel
-from vomstudio.words import tr
 
 _NOTHING_OPEN = Finding("tool.nothing-open")
 

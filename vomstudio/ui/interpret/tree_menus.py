@@ -11,13 +11,13 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QWidget
 
 from vomstudio.core.findings import Finding
-from vomstudio.document import edits
-from vomstudio.document.kinds import GROUPS, group_of
-from vomstudio.document.records import FeatureType, Record, Typed
+from vomstudio.core.words import tr
+from vomstudio.project import edits
+from vomstudio.project.kinds import GROUPS, group_of
+from vomstudio.project.records import FeatureType, Record, Typed
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret.symbol_names import SYMBOL_NAMES
-from vomstudio.words import tr
 
 GROUP_IDS = ("models", *(group.id for group in GROUPS))
 

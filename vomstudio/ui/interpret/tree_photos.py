@@ -9,9 +9,11 @@ from PySide6.QtCore import QObject, QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QKeySequence, QShortcut
 from PySide6.QtWidgets import QMenu, QTreeWidget, QTreeWidgetItem
 
-from vomstudio.document.edit import Edit
-from vomstudio.document.photo_edits import marks_of, masks_of, photo_sets
-from vomstudio.document.records import (
+from vomstudio.core.words import tr, tr_n
+from vomstudio.io.photos.reading import photo_names
+from vomstudio.project.edit import Edit
+from vomstudio.project.photo_edits import marks_of, masks_of, photo_sets
+from vomstudio.project.records import (
     ImageMark,
     MarkedPoint,
     Mask,
@@ -19,14 +21,12 @@ from vomstudio.document.records import (
     Reconstruction,
     Record,
 )
-from vomstudio.io.photos.reading import photo_names
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret.tree_view import ID, NAME, ORIENTATION, SORT, TreeItem
 from vomstudio.ui.photos.photo_commands import PhotoOpening
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
-from vomstudio.words import tr, tr_n
 
 PHOTO = Qt.ItemDataRole.UserRole + 2
 """The name of a photo, on its row."""

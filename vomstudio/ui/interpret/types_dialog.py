@@ -24,16 +24,16 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.identifiers import new_id
-from vomstudio.document import edits
-from vomstudio.document.edit import Edit
-from vomstudio.document.records import DEFAULT_TYPES, FeatureType, Typed
-from vomstudio.errors import VomError
+from vomstudio.core.words import tr, tr_n
+from vomstudio.project import edits
+from vomstudio.project.edit import Edit
+from vomstudio.project.records import DEFAULT_TYPES, FeatureType, Typed
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, Label
 from vomstudio.ui.interpret.symbol_names import SYMBOL_NAMES
-from vomstudio.words import tr, tr_n
 
 _ID = Qt.ItemDataRole.UserRole
 

@@ -24,7 +24,7 @@ from PySide6.QtGui import (
     QWheelEvent,
 )
 
-from vomstudio.photogrammetry.place.mark_prediction import CHECK, CONTROL, TIE, Pixel
+from vomstudio.photogrammetry.georeferencing.mark_prediction import CHECK, CONTROL, TIE, Pixel
 from vomstudio.rendering.qt import painting
 from vomstudio.ui.common.photo_canvas import HANDLE_PIXELS, PhotoCanvas
 

@@ -7,16 +7,16 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QFileDialog, QWidget
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import VomError
-from vomstudio.photogrammetry.place.mark_prediction import BAD_PX
+from vomstudio.core.words import tr
+from vomstudio.photogrammetry.georeferencing.mark_prediction import BAD_PX
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.photos.mark_canvas import MARK, MarkCanvas, ShownMark
 from vomstudio.ui.photos.opened_photo import OpenedPhoto
 from vomstudio.ui.photos.photo_marks import PhotoMarks
 from vomstudio.ui.photos.photo_tools import PhotoTools
 from vomstudio.ui.photos.points_box import PointsBox
-from vomstudio.words import tr
 
 
 class MarkEditing(QObject):

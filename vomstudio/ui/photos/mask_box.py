@@ -16,10 +16,10 @@ from PySide6.QtWidgets import (
     QVBoxLayout,
 )
 
+from vomstudio.core.words import tr
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.widgets import Label, Slider
 from vomstudio.ui.photos.mark_canvas import MarkCanvas
-from vomstudio.words import tr
 
 _STEPS = 100
 _LEAST, _MOST = 2.0, 600.0

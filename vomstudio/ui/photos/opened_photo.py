@@ -7,11 +7,11 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
-from vomstudio.photogrammetry.place.mark_prediction import Pixel
+from vomstudio.core.words import tr
+from vomstudio.photogrammetry.georeferencing.mark_prediction import Pixel
 from vomstudio.ui.common.photo_images import PhotoImages, Picture
 from vomstudio.ui.photos.mark_canvas import MarkCanvas
 from vomstudio.ui.photos.photo_row import PhotoRow
-from vomstudio.words import tr
 
 
 class OpenedPhoto(QObject):

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Signal
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import PhotoSet
+from vomstudio.core.words import tr
+from vomstudio.project.records import PhotoSet
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.ui.photos.photo_page import PhotoPage

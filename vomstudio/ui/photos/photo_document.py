@@ -13,8 +13,13 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
-from vomstudio.document.edit import Edit
-from vomstudio.document.photo_edits import (
+from vomstudio.core.errors import VomError
+from vomstudio.core.files.regular import is_folder
+from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.photogrammetry.georeferencing.mark_prediction import Marking
+from vomstudio.project.edit import Edit
+from vomstudio.project.imports.sidecar_import import stored_path
+from vomstudio.project.photo_edits import (
     PointState,
     marks_of,
     masks_of,
@@ -23,12 +28,7 @@ from vomstudio.document.photo_edits import (
     set_masks,
     set_points,
 )
-from vomstudio.document.records import Asset, ImageMark, MarkedPoint, Mask, PhotoSet, Record
-from vomstudio.errors import VomError
-from vomstudio.files.regular import is_folder
-from vomstudio.io.control.points import ControlPoint, Mark
-from vomstudio.io.project.sidecar_import import stored_path
-from vomstudio.photogrammetry.place.mark_prediction import Marking
+from vomstudio.project.records import Asset, ImageMark, MarkedPoint, Mask, PhotoSet, Record
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_row import PhotoRow
 

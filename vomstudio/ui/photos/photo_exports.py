@@ -12,16 +12,16 @@ from typing import Any
 import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from vomstudio.core.errors import InputError, TargetError, VomError
+from vomstudio.core.files.backup import set_aside
+from vomstudio.core.files.containment import make_folder
+from vomstudio.core.files.disk_errors import not_written
+from vomstudio.core.files.regular import is_regular, open_regular
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, TargetError, VomError
-from vomstudio.files.backup import set_aside
-from vomstudio.files.disk_troubles import not_written
-from vomstudio.files.inside import make_folder
-from vomstudio.files.regular import is_regular, open_regular
 from vomstudio.io.control.points import CONTROL, MARKS
 from vomstudio.io.photos.drawn_masks import keep_mask, load_mask, mask_place
-from vomstudio.io.project.sidecar_import import Beside, read_beside, spare_folder
-from vomstudio.photogrammetry.place.mark_prediction import Marking
+from vomstudio.photogrammetry.georeferencing.mark_prediction import Marking
+from vomstudio.project.imports.sidecar_import import Beside, read_beside, spare_folder
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_row import PhotoRow

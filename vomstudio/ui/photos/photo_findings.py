@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
 from vomstudio.ui.common.sentences import as_sentence
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
-    from vomstudio.document.records import Model
-    from vomstudio.jobs.reconstruction_tasks import Reconstruction
-    from vomstudio.jobs.survey_tasks import ControlFacts
+    from vomstudio.project.records import Model
+    from vomstudio.studio.jobs.reconstruction_tasks import Reconstruction
+    from vomstudio.studio.jobs.survey_tasks import ControlFacts
 
 
 def control_findings(facts: ControlFacts | None, note: Finding | None) -> list[Finding]:

@@ -6,22 +6,22 @@ import contextlib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
-from vomstudio.document.photo_edits import PointState, add_photo_set, locate_photos, take_in
-from vomstudio.document.records import PhotoSet
-from vomstudio.errors import VomError
+from vomstudio.core.words import to_translate, tr
 from vomstudio.io.control.control_files import marks_beside
-from vomstudio.io.project.sidecar_import import Beside, stored_path, tables_of
-from vomstudio.jobs.events import Failed
+from vomstudio.project.imports.sidecar_import import Beside, stored_path, tables_of
+from vomstudio.project.photo_edits import PointState, add_photo_set, locate_photos, take_in
+from vomstudio.project.records import PhotoSet
+from vomstudio.studio.jobs.events import Failed
+from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.common.sentences import as_sentence, names_in_short
 from vomstudio.ui.common.studio import Notice, Studio
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_exports import PhotoExports
 from vomstudio.ui.photos.photo_marks import unknown_photos
 from vomstudio.ui.photos.photo_row import PhotoRow
-from vomstudio.words import to_translate, tr
-from vomstudio.workspace.running_jobs import RunningJob
 
 _TITLE = to_translate("Importing points and masks")
 
@@ -61,7 +61,7 @@ class PhotoImport:
         if control is None and marks is None:
             control, marks = _with_marks(given)
             named = control
-        from vomstudio.jobs.photo_tasks import IMPORT_SIDECARS, SidecarImport
+        from vomstudio.studio.jobs.photo_tasks import IMPORT_SIDECARS, SidecarImport
 
         order = SidecarImport(
             project.folder,

@@ -8,14 +8,14 @@ from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QListView, QListWidget, QListWidgetItem
 
-from vomstudio.photogrammetry.place.mark_prediction import BAD_PX
+from vomstudio.core.words import tr, tr_n
+from vomstudio.photogrammetry.georeferencing.mark_prediction import BAD_PX
 from vomstudio.rendering.qt.painting import VERDICT_COLORS
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.photo_images import THUMBNAIL
 from vomstudio.ui.common.widgets import as_words
 from vomstudio.ui.photos.photo_marks import PhotoMarks
 from vomstudio.ui.photos.photo_row import PhotoRow
-from vomstudio.words import tr, tr_n
 
 
 class PhotoList(QListWidget):

@@ -9,10 +9,11 @@ import numpy as np
 import numpy.typing as npt
 from PySide6.QtCore import QObject, Signal
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
+from vomstudio.core.words import tr
 from vomstudio.io.control.control_files import crs_of, read_control, read_marks
-from vomstudio.photogrammetry.place.mark_prediction import (
+from vomstudio.photogrammetry.georeferencing.mark_prediction import (
     NO_PREDICTION,
     Marking,
     MarkPrediction,
@@ -21,7 +22,6 @@ from vomstudio.photogrammetry.place.mark_prediction import (
 )
 from vomstudio.ui.common.sentences import names_in_short
 from vomstudio.ui.photos.photo_document import PhotoDocument
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 

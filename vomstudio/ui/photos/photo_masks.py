@@ -9,15 +9,15 @@ import numpy as np
 import numpy.typing as npt
 from PySide6.QtCore import QObject, Signal
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import Asset
-from vomstudio.errors import VomError
+from vomstudio.core.words import tr
 from vomstudio.geometry.pixel_areas import Area, changed_by
 from vomstudio.io.photos.drawn_masks import load_mask, mask_png
+from vomstudio.project.records import Asset
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_row import PhotoRow
-from vomstudio.words import tr
 
 Flags = npt.NDArray[np.bool_]
 _KEPT = 3

@@ -15,11 +15,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
-from vomstudio.document.edit import Edit
-from vomstudio.errors import VomError
+from vomstudio.core.words import tr
 from vomstudio.io.photos.cameras_file import FILE_NAME
-from vomstudio.photogrammetry.place.mark_prediction import PlacedPhotos
+from vomstudio.photogrammetry.georeferencing.mark_prediction import PlacedPhotos
+from vomstudio.project.edit import Edit
+from vomstudio.studio.history import step_words
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.actions import Actions
 from vomstudio.ui.common.messages_panel import MessageBar
@@ -46,8 +48,6 @@ from vomstudio.ui.photos.photo_page_commands import (
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.photos.photo_tools import PhotoTools
 from vomstudio.ui.photos.points_box import PointsBox
-from vomstudio.words import tr
-from vomstudio.workspace.history import step_words
 
 # Narrower, the photo has the room of the list.
 _LEAST_WITH_LIST = 1000

@@ -11,7 +11,9 @@ from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
 from vomstudio.geometry.pixel_areas import whole_area
+from vomstudio.studio.history import step_words
 from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.photos.mark_canvas import BRUSH, LOOK, MARK, POLYGON, MarkCanvas
 from vomstudio.ui.photos.mark_editing import MarkEditing
@@ -21,8 +23,6 @@ from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_list import PhotoList
 from vomstudio.ui.photos.photo_masks import PhotoMasks
 from vomstudio.ui.photos.photo_tools import PhotoTools
-from vomstudio.words import tr
-from vomstudio.workspace.history import step_words
 
 TOOLS = ("look", "mark", "polygon", "brush")
 _BRUSH_STEP = 1.15

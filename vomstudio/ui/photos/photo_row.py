@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from vomstudio.survey.check_results import SurveyReport
+from vomstudio.photogrammetry.survey.check_results import SurveyReport
 
 
 @dataclass

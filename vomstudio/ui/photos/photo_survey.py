@@ -10,14 +10,17 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.edit import Edit
-from vomstudio.document.records import Model, Registration
+from vomstudio.core.words import tr
 from vomstudio.geometry import transform
+from vomstudio.geometry.registrations import Registration
 from vomstudio.io.control.control_files import find_control
 from vomstudio.io.control.points import CONTROL, MARKS
-from vomstudio.io.project.reconstructions import RECONSTRUCTIONS
-from vomstudio.jobs.events import Failed
-from vomstudio.jobs.job import Job, Lane, Request, Result
+from vomstudio.project.edit import Edit
+from vomstudio.project.reconstructions import RECONSTRUCTIONS
+from vomstudio.project.records import Model
+from vomstudio.studio.jobs.events import Failed
+from vomstudio.studio.jobs.job import Job, Lane, Request, Result
+from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos import reconstruction_folders
 from vomstudio.ui.photos.photo_document import PhotoDocument
@@ -30,15 +33,13 @@ from vomstudio.ui.photos.photo_findings import (
 from vomstudio.ui.photos.photo_import import PhotoImport
 from vomstudio.ui.photos.photo_row import PhotoRow, add_findings
 from vomstudio.ui.photos.reconstruction_settings import ReconstructionSettings
-from vomstudio.words import tr
-from vomstudio.workspace.running_jobs import RunningJob
 
 if TYPE_CHECKING:
     from vomstudio.core.findings import Finding
-    from vomstudio.jobs.photo_tasks import PhotoList
-    from vomstudio.jobs.reconstruction_tasks import Reconstruction
-    from vomstudio.jobs.survey_tasks import ControlFacts, Forecast
-    from vomstudio.survey.check_results import SurveyReport
+    from vomstudio.photogrammetry.survey.check_results import SurveyReport
+    from vomstudio.studio.jobs.photo_tasks import PhotoList
+    from vomstudio.studio.jobs.reconstruction_tasks import Reconstruction
+    from vomstudio.studio.jobs.survey_tasks import ControlFacts, Forecast
 
 # What does not listen is stopped the hard way before that.
 _STOPPING_S = 10.0
@@ -397,7 +398,7 @@ class PhotoSurvey(QObject):
     # --- the model ---------------------------------------------------------------------------
     def make(self) -> None:
         """Reconstruct as the settings say, or continue an earlier run that was stopped."""
-        from vomstudio.jobs.reconstruction_tasks import RECONSTRUCT
+        from vomstudio.studio.jobs.reconstruction_tasks import RECONSTRUCT
 
         out, folder = self.out(), self.folder
         if self.why_not_make() is not None or out is None or folder is None:

@@ -7,8 +7,8 @@ import math
 from PySide6.QtCore import QObject, Signal
 
 from vomstudio.geometry.pixel_areas import polygon_area, stroke_area
-from vomstudio.photogrammetry.place.mark_prediction import Pixel
-from vomstudio.tools.interaction_types import Button, Pointer
+from vomstudio.photogrammetry.georeferencing.mark_prediction import Pixel
+from vomstudio.studio.tools.interaction_types import Button, Pointer
 from vomstudio.ui.common.photo_canvas import PhotoPointer
 from vomstudio.ui.photos.mark_canvas import BRUSH, MARK, POLYGON, MarkCanvas
 from vomstudio.ui.photos.photo_masks import PhotoMasks

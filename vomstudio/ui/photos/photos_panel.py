@@ -22,6 +22,7 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.geometry.units import length_text
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
@@ -33,7 +34,6 @@ from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.photos.plan_view import PlanView
 from vomstudio.ui.photos.reconstruction_settings import QUALITIES
-from vomstudio.words import to_translate, tr, tr_n
 
 _LEAST_WIDTH = 360
 _THUMBNAIL = QSize(72, 48)

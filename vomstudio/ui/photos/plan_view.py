@@ -8,10 +8,10 @@ from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QHelpEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QToolTip, QWidget
 
+from vomstudio.core.words import tr
 from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.ui.common.widgets import as_words
 from vomstudio.ui.photos.photo_row import PhotoRow
-from vomstudio.words import tr
 
 _MARGIN = 26.0
 _GOOD, _FLAGGED, _CHOSEN = "#0072b2", "#e69f00", "#d55e00"

@@ -23,19 +23,19 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError
-from vomstudio.geometry.places import why_no_coordinate
+from vomstudio.core.words import tr
+from vomstudio.geometry.coordinate_limits import why_no_coordinate
 from vomstudio.io.control.points import ControlPoint
 from vomstudio.io.text.rows import parse_number
-from vomstudio.photogrammetry.place.mark_prediction import BAD_PX, CHECK, CONTROL, TIE
+from vomstudio.photogrammetry.georeferencing.mark_prediction import BAD_PX, CHECK, CONTROL, TIE
 from vomstudio.rendering.qt.painting import VERDICT_COLORS
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label, allow, as_words
 from vomstudio.ui.photos.mark_canvas import COLORS
 from vomstudio.ui.photos.photo_marks import PhotoMarks
-from vomstudio.words import tr
 
 
 class PointsBox(QGroupBox):

@@ -8,26 +8,26 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vomstudio.document.photo_edits import add_reconstruction
-from vomstudio.errors import InputError, TargetError, VomError, WorkerError
-from vomstudio.files.atomic import write_bytes
-from vomstudio.files.inside import check_beside, make_folder
-from vomstudio.files.regular import is_folder, is_regular, read_json, read_small
+from vomstudio.core.errors import InputError, TargetError, VomError, WorkerError
+from vomstudio.core.files.atomic import write_bytes
+from vomstudio.core.files.containment import check_beside, make_folder
+from vomstudio.core.files.regular import is_folder, is_regular, read_json, read_small
 from vomstudio.io.models.reconstruction_file import RESULT
 from vomstudio.io.photos.cameras_file import FILE_NAME, read_cameras
-from vomstudio.io.project.reconstructions import (
+from vomstudio.project.photo_edits import add_reconstruction
+from vomstudio.project.reconstructions import (
     RECONSTRUCTIONS,
     REQUEST,
     read_reconstruction,
 )
-from vomstudio.jobs import serialisation
-from vomstudio.jobs.events import Failed
+from vomstudio.studio.jobs import serialisation
+from vomstudio.studio.jobs.events import Failed
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.ui.photos.reconstruction_settings import ReconstructionSettings, asked_for
 
 if TYPE_CHECKING:
-    from vomstudio.survey.check_results import SurveyReport
+    from vomstudio.photogrammetry.survey.check_results import SurveyReport
 
 _FAILURE = "work/failure.txt"
 # A direction that is steeper has no arrow on a map.
@@ -105,7 +105,7 @@ def newest(project: Path) -> tuple[Path, ReconstructionSettings] | None:
 
 def earlier_survey(out: Path) -> SurveyReport | None:
     """The survey report of a finished reconstruction; None where there is none."""
-    from vomstudio.survey.check_results import SurveyReport
+    from vomstudio.photogrammetry.survey.check_results import SurveyReport
 
     try:
         found = read_json(out / RESULT)

@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vomstudio.files.regular import is_regular, read_json
+from vomstudio.core.files.regular import is_regular, read_json
+from vomstudio.core.words import to_translate
 from vomstudio.io.control.control_files import find_control
-from vomstudio.words import to_translate
 
 if TYPE_CHECKING:
-    from vomstudio.jobs.reconstruction_tasks import ReconstructionOrder
+    from vomstudio.studio.jobs.reconstruction_tasks import ReconstructionOrder
 
 QUALITIES = (
     (to_translate("Preview"), "preview", to_translate("takes minutes, to test the photos")),
@@ -52,7 +52,7 @@ class ReconstructionSettings:
 
     def order(self, photos: Path, out: Path) -> ReconstructionOrder:
         """The order for a worker: photos, folder of the results, and these settings."""
-        from vomstudio.jobs.reconstruction_tasks import ReconstructionOrder
+        from vomstudio.studio.jobs.reconstruction_tasks import ReconstructionOrder
 
         return ReconstructionOrder(
             photos,

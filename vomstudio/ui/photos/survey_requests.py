@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from vomstudio.jobs.job import Job
-from vomstudio.jobs.photo_tasks import CHECK_PHOTOS, LIST_PHOTOS, PhotoList, PhotosIn
-from vomstudio.jobs.survey_tasks import FORESEE, Forecast, ForecastOrder
-from vomstudio.survey.check_results import SurveyReport
+from vomstudio.photogrammetry.survey.check_results import SurveyReport
+from vomstudio.studio.jobs.job import Job
+from vomstudio.studio.jobs.photo_tasks import CHECK_PHOTOS, LIST_PHOTOS, PhotoList, PhotosIn
+from vomstudio.studio.jobs.survey_tasks import FORESEE, Forecast, ForecastOrder
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.ui.photos.reconstruction_settings import ReconstructionSettings
 

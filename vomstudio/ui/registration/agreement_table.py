@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from vomstudio.geology.agreement import Agreement, OrientedPlane, agreement
+from vomstudio.core.words import to_translate, tr
+from vomstudio.geology.model_agreement import Agreement, OrientedPlane, agreement
 from vomstudio.ui.common.number_formatting import degrees
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import Label
 from vomstudio.ui.interpret.measured_planes import measured_planes
-from vomstudio.words import to_translate, tr
 
 _BY = {"name": to_translate("name"), "nearness": to_translate("nearness")}
 _LEAST_HEIGHT = 130

@@ -5,12 +5,12 @@ from __future__ import annotations
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import current_model
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.window_protocols import Docks, Workspaces
-from vomstudio.words import tr
 
 
 def commands(

@@ -16,25 +16,28 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.files.arrays import open_arrays
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.options import option_words
-from vomstudio.document.records import Model
-from vomstudio.files.arrays import open_arrays
+from vomstudio.core.version import __version__
+from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geometry.field_style import FieldStyle
-from vomstudio.io.project.comparisons import KeptComparison, file_for, keep, kept_of, now
-from vomstudio.jobs.events import Failed
-from vomstudio.jobs.model_tasks import ExportedModel
-from vomstudio.jobs.registration_tasks import (
+from vomstudio.project.comparisons import KeptComparison, file_for, keep, kept_of, now
+from vomstudio.project.records import Model
+from vomstudio.registration.distances.compare_options import CompareOptions
+from vomstudio.studio.jobs.events import Failed
+from vomstudio.studio.jobs.model_tasks import ExportedModel
+from vomstudio.studio.jobs.placed_model import StandingModel
+from vomstudio.studio.jobs.registration_tasks import (
     COMPARE_MODELS,
     EXPORT_COMPARISON,
     ComparedModels,
     CompareOrder,
     ComparisonExport,
 )
-from vomstudio.jobs.standing_model import StandingModel
-from vomstudio.registration.distances.compare_options import CompareOptions
+from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import ask_for_target, current_model
 from vomstudio.ui.common.explained import explain
@@ -48,9 +51,6 @@ from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.registration.agreement_table import AgreementTable
 from vomstudio.ui.registration.histogram import Histogram, counts_of
 from vomstudio.ui.registration.other_model import OtherModelBox, of_project
-from vomstudio.version import __version__
-from vomstudio.words import tr
-from vomstudio.workspace.running_jobs import RunningJob
 
 FIELD = "distance_m"
 _COLORED_PERCENT = 98.0

@@ -12,7 +12,8 @@ from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import option_words
-from vomstudio.document.records import Model
+from vomstudio.core.words import tr
+from vomstudio.project.records import Model
 from vomstudio.registration.register_options import RegisterOptions
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.forms.copied_command import (
@@ -25,7 +26,6 @@ from vomstudio.ui.registration.other_model import OtherModel
 from vomstudio.ui.registration.picking_view import PickingView
 from vomstudio.ui.registration.point_pairs import PointPairs
 from vomstudio.ui.registration.stable_part import StablePartBox
-from vomstudio.words import tr
 
 _START_SIGMA_M = 10.0
 

@@ -19,14 +19,17 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding, finding_of
-from vomstudio.document import edits
-from vomstudio.document.records import Model, Registration
-from vomstudio.errors import VomError
+from vomstudio.core.words import tr
 from vomstudio.geometry import transform
-from vomstudio.jobs.events import Failed
-from vomstudio.jobs.registration_tasks import FIT_TO_REFERENCE, FitOrder, FittedModel
+from vomstudio.geometry.registrations import Registration
+from vomstudio.project import edits
+from vomstudio.project.records import Model
 from vomstudio.registration.results import Placed
+from vomstudio.studio.jobs.events import Failed
+from vomstudio.studio.jobs.registration_tasks import FIT_TO_REFERENCE, FitOrder, FittedModel
+from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.qt_background import NewestResult, QtBackground
@@ -42,8 +45,6 @@ from vomstudio.ui.registration.pair_table import (
 from vomstudio.ui.registration.picking_view import PickingView
 from vomstudio.ui.registration.point_pairs import PointPairs
 from vomstudio.ui.registration.stable_part import StablePartBox
-from vomstudio.words import tr
-from vomstudio.workspace.running_jobs import RunningJob
 
 Array = npt.NDArray[np.float64]
 
@@ -241,7 +242,7 @@ class FitDialog(QDialog):
     def _changed(self) -> None:
         """Other points: place the model by them, and what was fitted is no more."""
         from vomstudio.registration.surface_points import some_points
-        from vomstudio.workspace.placing.registering import placed_by_points
+        from vomstudio.studio.placing.registering import placed_by_points
 
         self.placed = self.fitted = self._problem = None
         model, reference = self._model(), self.reference
@@ -399,7 +400,7 @@ class FitDialog(QDialog):
 
     def _record(self) -> Registration | None:
         """What was found, with the error of what the model was fitted to."""
-        from vomstudio.workspace.placing.registering import add_reference_error, registration_of
+        from vomstudio.studio.placing.registering import add_reference_error, registration_of
 
         model, reference = self._model(), self.reference
         if model is None or reference is None or self.fitted is None:
@@ -413,7 +414,7 @@ class FitDialog(QDialog):
 
     def accept(self) -> None:
         """Register the model by what was found."""
-        from vomstudio.workspace.placing.registering import (
+        from vomstudio.studio.placing.registering import (
             sets_turned_deg,
             sets_turned_finding,
             turned_deg,

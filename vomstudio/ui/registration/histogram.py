@@ -10,8 +10,8 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from vomstudio.core.words import tr
 from vomstudio.rendering.view.scalars import PALETTES, map_table
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 

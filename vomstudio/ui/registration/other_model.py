@@ -9,21 +9,23 @@ from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QPushButton, QWidget
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import Frame, Model, Registration
+from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.matrices import Matrix
 from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.registrations import Registration
 from vomstudio.io.gis.crs import world_crs
-from vomstudio.jobs.events import Failed
-from vomstudio.jobs.model_tasks import LOAD_MODEL, CachedModel, ModelFile
-from vomstudio.jobs.standing_model import StandingModel
+from vomstudio.project.records import Model
+from vomstudio.studio.jobs.events import Failed
+from vomstudio.studio.jobs.model_tasks import LOAD_MODEL, CachedModel, ModelFile
+from vomstudio.studio.jobs.placed_model import StandingModel
+from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.words import tr
-from vomstudio.workspace.running_jobs import RunningJob
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from PySide6.QtWidgets import QHeaderView, QTableWidget, QTableWidgetItem
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import Registration
-from vomstudio.jobs.registration_tasks import FittedModel, HomologousPoint
+from vomstudio.core.words import tr
+from vomstudio.geometry.registrations import Registration
 from vomstudio.registration.results import Placed
+from vomstudio.studio.jobs.registration_tasks import FittedModel, HomologousPoint
 from vomstudio.ui.common import theme
-from vomstudio.words import tr
 
 
 class PairTable(QTableWidget):
@@ -53,7 +53,7 @@ class PairTable(QTableWidget):
 
 def placement_summary(placed: Placed) -> str:
     """What the points alone say."""
-    from vomstudio.registration.remarks import worst_axis_findings
+    from vomstudio.registration.warnings import worst_axis_findings
 
     rms = placed.rms_control_m or 0.0
     said = [tr("By the points alone: {rms:.3f} m (RMS).", rms=rms), *worst_axis_findings(placed)]
@@ -63,8 +63,8 @@ def placement_summary(placed: Placed) -> str:
 def fit_summary(fit: FittedModel, record: Registration | None) -> str:
     """What points and surfaces together say. record : what they become, with the error of what the
     model was fitted to where that is known"""
-    from vomstudio.registration.remarks import reference_fit_finding, worst_axis_findings
     from vomstudio.registration.turn_checks import worst_turn95_deg
+    from vomstudio.registration.warnings import reference_fit_finding, worst_axis_findings
 
     rests_on = reference_fit_finding(fit.places, fit.overlap, fit.rms_m, fit.blocks, fit.block_m)
     sentences = [

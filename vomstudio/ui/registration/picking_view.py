@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QWidget
 from vomstudio.geometry import transform
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.first_view import first_view
-from vomstudio.tools.interaction_types import Button, Pointer, PointerEvent
+from vomstudio.studio.tools.interaction_types import Button, Pointer, PointerEvent
 from vomstudio.ui.registration.other_model import OtherModel
 
 Array = npt.NDArray[np.float64]

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.io.control.observation_tables import Pairs
-from vomstudio.jobs.registration_tasks import HomologousPoint
+from vomstudio.studio.jobs.registration_tasks import HomologousPoint
 
 Array = npt.NDArray[np.float64]
 Point = tuple[float, float, float]

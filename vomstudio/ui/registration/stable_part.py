@@ -9,12 +9,12 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
 
 from vomstudio.core.findings import Finding
-from vomstudio.jobs.registration_tasks import HomologousPoint, StablePart
+from vomstudio.core.words import tr
+from vomstudio.studio.jobs.registration_tasks import HomologousPoint, StablePart
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox
 from vomstudio.ui.registration.other_model import OtherModelBox
-from vomstudio.words import tr
 
 _ALL, _NEAR, _BOX, _POLYGONS, _MODEL = range(5)
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding, finding_of
-from vomstudio.errors import VomError
+from vomstudio.studio.fold_choice import is_bed
 from vomstudio.ui.common.studio import Studio
-from vomstudio.workspace.fold_choice import is_bed
 
 if TYPE_CHECKING:
-    from vomstudio.document.fold_planes import FoldPlanes
     from vomstudio.geology.folds import FoldAxis
+    from vomstudio.project.fold_planes import FoldPlanes
 
 
 class BeddingAxis:

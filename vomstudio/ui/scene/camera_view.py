@@ -8,18 +8,18 @@ import numpy as np
 import numpy.typing as npt
 from PySide6.QtCore import QObject, Signal
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import Model
-from vomstudio.errors import VomError
 from vomstudio.geometry import transform
 from vomstudio.geometry.frusta import Frustum, frusta
 from vomstudio.io.photos.cameras_file import Cameras, read_cameras
+from vomstudio.project.records import Model
 from vomstudio.rendering.qt.photo_cameras import PhotoCameras
 from vomstudio.rendering.qt.viewport import Viewport
-from vomstudio.tools.interaction_types import Button, Pointer, PointerEvent
+from vomstudio.studio.photos import PhotoLinks
+from vomstudio.studio.tools.interaction_types import Button, Pointer, PointerEvent
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
-from vomstudio.workspace.photos import PhotoLinks
 
 Rows = tuple[tuple[float, ...], ...]
 """Of a 4 x 4 matrix."""

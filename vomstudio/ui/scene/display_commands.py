@@ -8,15 +8,15 @@ from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QMenu
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr, tr_n
 from vomstudio.rendering.view.scalars import ELEVATION, FieldStyle, field_names, title_of
+from vomstudio.studio import display
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import current_model
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.window_protocols import Docks
 from vomstudio.ui.scene.camera_view import CameraView
 from vomstudio.ui.scene.outcrop_view import OutcropView
-from vomstudio.words import tr, tr_n
-from vomstudio.workspace import display
 
 _DOCK = "display"
 

@@ -25,8 +25,9 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import Model
-from vomstudio.geometry.places import why_no_coordinate, why_not_at
+from vomstudio.core.words import to_translate, tr
+from vomstudio.geometry.coordinate_limits import why_no_coordinate, why_not_at
+from vomstudio.project.records import Model
 from vomstudio.rendering.view.clipping import FACES, ClipBox
 from vomstudio.rendering.view.scalars import (
     ELEVATION,
@@ -37,6 +38,7 @@ from vomstudio.rendering.view.scalars import (
     field_names,
     title_of,
 )
+from vomstudio.studio import display
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import why_no_model
 from vomstudio.ui.common.explained import explain
@@ -51,8 +53,6 @@ from vomstudio.ui.common.widgets import (
     narrow_form,
 )
 from vomstudio.ui.forms.model_axes import axes_of
-from vomstudio.words import to_translate, tr
-from vomstudio.workspace import display
 
 if TYPE_CHECKING:
     from vomstudio.rendering.qt.display import Display

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.document.records import Model
+from vomstudio.project.records import Model
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.drawing import FeatureDrawing
-from vomstudio.tools.polyline import rgb
+from vomstudio.studio.tools.polyline import rgb
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.scene.proposed_trace_drawings import line_area, piece_area
 

@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.document.edit import Edit
-from vomstudio.document.grid_edits import marks_of
-from vomstudio.document.records import FaceGrid, Model, get
-from vomstudio.geology.looked_at.cells import Exposed
-from vomstudio.geology.looked_at.shares import DONE, EMPTY, UNMEASURABLE
+from vomstudio.geology.coverage.cells import Exposed
+from vomstudio.geology.coverage.face_coverage import DONE, EMPTY, UNMEASURABLE
+from vomstudio.project.edit import Edit
+from vomstudio.project.grid_edits import marks_of
+from vomstudio.project.records import FaceGrid, Model, get
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.drawing import FeatureDrawing
-from vomstudio.tools.interaction_types import Area
-from vomstudio.tools.polyline import rgb
+from vomstudio.studio.surfaces.face_grids import world_grid
+from vomstudio.studio.tools.interaction_types import Area
+from vomstudio.studio.tools.polyline import rgb
 from vomstudio.ui.common.studio import Studio
-from vomstudio.workspace.surfaces.face_grids import world_grid
 
 COLORS = {DONE: "#009e73", EMPTY: "#f0e442", UNMEASURABLE: "#202020"}
 """Okabe and Ito's green and yellow, and black."""

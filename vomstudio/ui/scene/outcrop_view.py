@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from vomstudio.core.findings import Finding
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.clipping import ClipBox
-from vomstudio.tools.registry import TOOLS
+from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import drawn_points
 from vomstudio.ui.common.studio import Studio

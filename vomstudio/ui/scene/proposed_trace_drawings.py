@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.document.records import Model
+from vomstudio.project.records import Model
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.drawing import FeatureDrawing
-from vomstudio.tools.interaction_types import Area
-from vomstudio.tools.polyline import rgb
+from vomstudio.studio.tools.interaction_types import Area
+from vomstudio.studio.tools.polyline import rgb
 from vomstudio.ui.common.studio import Studio
 
 SURE = 0.05

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLineEdit, QPushButton, QWidget
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import VomError
+from vomstudio.core.words import tr
+from vomstudio.studio.saved_views import SavedView, SavedViews
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, allow
 from vomstudio.ui.scene.outcrop_view import OutcropView
-from vomstudio.words import tr
-from vomstudio.workspace.saved_views import SavedView, SavedViews
 
 
 class SavedViewsBox(QWidget):

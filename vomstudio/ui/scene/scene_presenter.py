@@ -10,12 +10,17 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.edit import Edit
-from vomstudio.document.kind import color_of
-from vomstudio.document.kinds import GROUPS, group_of, kind_of
-from vomstudio.document.measurement import Measurement
-from vomstudio.document.records import (
-    IDENTITY,
+from vomstudio.core.words import tr
+from vomstudio.geometry import transform
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.matrices import IDENTITY
+from vomstudio.geometry.patches import has_id
+from vomstudio.geometry.plane_discs import disc_of_fit
+from vomstudio.project.edit import Edit
+from vomstudio.project.kind import color_of
+from vomstudio.project.kinds import GROUPS, group_of, kind_of
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import (
     Feature,
     FeatureType,
     Model,
@@ -25,23 +30,18 @@ from vomstudio.document.records import (
     get,
     get_feature,
 )
-from vomstudio.geometry import transform
-from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.patches import has_id
-from vomstudio.geometry.plane_discs import disc_of_fit
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.drawing import PREVIEW, FeatureDrawing, Symbol
 from vomstudio.rendering.view.first_view import first_view
 from vomstudio.rendering.view.scalars import field_names
 from vomstudio.rendering.view.symbols import small_disc, symbol_of_line, symbol_of_plane
-from vomstudio.tools.interaction_types import Area, Button, Pointer, PointerEvent, Preview
-from vomstudio.tools.polyline import rgb
+from vomstudio.studio.tools.interaction_types import Area, Button, Pointer, PointerEvent, Preview
+from vomstudio.studio.tools.polyline import rgb
 from vomstudio.ui.common.number_formatting import drawn_points, orientation_text
 from vomstudio.ui.common.qt_owner import Portions
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.scene.surface_pieces import SurfacePieces
-from vomstudio.words import tr
 
 _PORTION, _LARGE, _PIECE = 500, 20_000, 4_000
 """Drawings, and points of painted pieces, that are prepared between one event and the next."""

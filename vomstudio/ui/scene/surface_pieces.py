@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 from PySide6.QtCore import QObject
 
-from vomstudio.document.records import Model, Painted, Picked
 from vomstudio.geometry.brush import PaintSurface
-from vomstudio.tools.interaction_types import Area
-from vomstudio.tools.painted_area import area_of, enclosed_area
+from vomstudio.project.records import Model, Painted, Picked
+from vomstudio.studio.tools.interaction_types import Area
+from vomstudio.studio.tools.painted_area import area_of, enclosed_area
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 

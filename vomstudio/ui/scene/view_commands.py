@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate, tr
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.scene.outcrop_view import OutcropView
-from vomstudio.words import to_translate, tr
 
 # (name, text, key, what the viewer looks toward)
 _VIEWS = (

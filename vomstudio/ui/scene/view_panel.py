@@ -23,19 +23,22 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding, finding_of
-from vomstudio.document.edit import Edit
-from vomstudio.document.measurement import Measurement
-from vomstudio.document.records import Matrix, Model, get_feature
-from vomstudio.errors import VomError
+from vomstudio.core.signals import once_told
+from vomstudio.core.words import tr, tr_n
 from vomstudio.geology.notation import format_attitude, format_line, parse_line
 from vomstudio.geology.orientation import Line, Plane, angle_between_lines
 from vomstudio.geometry import transform
+from vomstudio.geometry.matrices import Matrix
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.products.ortho.view_directions import cost_of_direction
+from vomstudio.project.edit import Edit
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import Model, get_feature
 from vomstudio.rendering.view.first_view import first_view
-from vomstudio.signals import once_told
+from vomstudio.studio.view_quality import Direction, across_slip, depth_along, meeting_line
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fold_box import FoldBox
 from vomstudio.ui.common.qt_background import NewestResult
@@ -44,8 +47,6 @@ from vomstudio.ui.common.widgets import Label, allow, rich_label
 from vomstudio.ui.scene.bedding_axis import BeddingAxis
 from vomstudio.ui.scene.outcrop_view import OutcropView
 from vomstudio.ui.scene.saved_views_box import SavedViewsBox
-from vomstudio.words import tr, tr_n
-from vomstudio.workspace.looking import Direction, across_slip, depth_along, meeting_line
 
 if TYPE_CHECKING:
     from vomstudio.geology.folds import FoldAxis

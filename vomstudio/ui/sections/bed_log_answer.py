@@ -6,9 +6,9 @@ import csv
 import io
 from pathlib import Path
 
+from vomstudio.core.files.atomic import atomic_write, write_bytes
+from vomstudio.core.files.spreadsheet_cells import guarded
 from vomstudio.core.options import option_words
-from vomstudio.files.atomic import atomic_write, write_bytes
-from vomstudio.files.spreadsheet_cells import guarded
 from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.notation import exact_plane
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
@@ -25,7 +25,7 @@ def draw_figure(result: LogAnswer, dpi: float = 130.0) -> bytes:
 
 def write(result: LogAnswer, path: Path) -> None:
     """In a thread: the table, or the figure, by the ending; in place of what is there."""
-    from vomstudio.tables.log_table import about_log, write_log
+    from vomstudio.project.tables.log_table import about_log, write_log
 
     ending = path.suffix.lower().removeprefix(".")
     if ending == "csv":
@@ -39,7 +39,7 @@ def write(result: LogAnswer, path: Path) -> None:
 
 def _write_figure(result: LogAnswer, target: io.BytesIO | Path, format_: str, dpi: float) -> None:
     from vomstudio.products.section.bed_log_figure import write_log_figure
-    from vomstudio.tables.log_table import about_log
+    from vomstudio.project.tables.log_table import about_log
 
     about = about_log(result.bed, result.bed95_deg)
     write_log_figure(

@@ -12,13 +12,9 @@ from PySide6.QtWidgets import (
     QSplitter,
 )
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.document.bed_words import describe_bed
-from vomstudio.document.kinds.dimension import Dimension
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.records import Feature, Logged, get, get_feature
-from vomstudio.document.registration_errors import model_of
-from vomstudio.errors import InputError
+from vomstudio.core.words import tr, tr_n
 from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.notation import format_attitude
 from vomstudio.geometry.units import Axes
@@ -32,6 +28,11 @@ from vomstudio.products.section.line_log import (
     answer,
     words_along,
 )
+from vomstudio.project.bed_descriptions import describe_bed
+from vomstudio.project.kinds.dimension import Dimension
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.records import Feature, Logged, get, get_feature
+from vomstudio.project.registration_errors import model_of
 from vomstudio.ui.analyse.analysis_panel import AnalysisPanel
 from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
 from vomstudio.ui.common import theme
@@ -55,7 +56,6 @@ from vomstudio.ui.forms.taken_plane import TakenPlane
 from vomstudio.ui.sections.bed_log_answer import draw_figure, words_of, write, write_boundaries
 from vomstudio.ui.sections.bed_log_table import BedLogTable
 from vomstudio.ui.sections.drawn_line import DrawnLine
-from vomstudio.words import tr, tr_n
 
 _FORMATS = {"csv": "CSV", "svg": "SVG", "pdf": "PDF", "png": "PNG"}
 

@@ -15,11 +15,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.words import tr
 from vomstudio.geology.beds import lithologies
 from vomstudio.products.section.decimals import with_error
 from vomstudio.products.section.line_log import LogAnswer, RockWords
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.words import tr
 
 Index = QModelIndex | QPersistentModelIndex
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from vomstudio.document.records import FaceGrid, get
-from vomstudio.geology.looked_at.shares import DONE, EMPTY
-from vomstudio.tables.grid_layer import Array, cells_in_world
+from vomstudio.core.words import tr
+from vomstudio.geology.coverage.face_coverage import DONE, EMPTY
+from vomstudio.project.records import FaceGrid, get
+from vomstudio.project.tables.grid_layer import Array, cells_in_world
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.sections.fracture_answer import (
@@ -15,7 +16,6 @@ from vomstudio.ui.sections.fracture_answer import (
     WINDOW,
     GridCells,
 )
-from vomstudio.words import tr
 
 _GRID_IS = f"{GRID}:"
 

@@ -19,20 +19,21 @@ from PySide6.QtWidgets import (
     QTableWidgetItem,
 )
 
+from vomstudio.core.errors import GeometryError, InputError, VomError
+from vomstudio.core.files.atomic import write_bytes
+from vomstudio.core.files.spreadsheet_cells import guarded
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.options import option_words
-from vomstudio.document.edit import Edit
-from vomstudio.document.kinds import has_plane
-from vomstudio.document.measurement import Measurement, common_error_deg, scatter_of
-from vomstudio.document.records import Picked, get_feature
-from vomstudio.errors import GeometryError, InputError, VomError
-from vomstudio.files.atomic import write_bytes
-from vomstudio.files.spreadsheet_cells import guarded
+from vomstudio.core.words import tr
 from vomstudio.geology.faults.displacement_options import DisplacementOptions
 from vomstudio.geology.notation import exact_line, exact_plane, format_attitude
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.units import Axes
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
+from vomstudio.project.edit import Edit
+from vomstudio.project.kinds import has_plane
+from vomstudio.project.measurement import Measurement, common_error_deg, scatter_of
+from vomstudio.project.records import Picked, get_feature
 from vomstudio.ui.analyse.analysis_panel import LazyPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
@@ -50,7 +51,6 @@ from vomstudio.ui.forms.model_axes import axes_of, follow_axes, unit_of
 from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.forms.taken_plane import TakenPlane
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geology.faults.cutoffs import CutOffs

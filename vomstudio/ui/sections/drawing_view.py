@@ -12,10 +12,10 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPalette, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from vomstudio.core.words import tr
 from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.products.ortho.vector_drawing import Drawing, ticks_over
-from vomstudio.tools.interaction_types import is_click
-from vomstudio.words import tr
+from vomstudio.studio.tools.interaction_types import is_click
 
 Array = npt.NDArray[np.float64]
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from PySide6.QtCore import QObject, Signal
 
-from vomstudio.document.edit import Edit
-from vomstudio.document.kinds.dimension import Dimension
-from vomstudio.document.records import get
-from vomstudio.tools.measure import MeasureTool
+from vomstudio.project.edit import Edit
+from vomstudio.project.kinds.dimension import Dimension
+from vomstudio.project.records import get
+from vomstudio.studio.tools.measure import MeasureTool
 from vomstudio.ui.common.studio import Studio
 
 

@@ -12,19 +12,21 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.options import option_words
-from vomstudio.document.records import Model
-from vomstudio.errors import VomError
+from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.units import Axes
 from vomstudio.io.gis.crs import world_crs
-from vomstudio.jobs.events import Failed
-from vomstudio.jobs.product_tasks import ELEVATION, ElevationOrder
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
 from vomstudio.products.elevation.results import WrittenElevation
+from vomstudio.project.records import Model
+from vomstudio.studio.jobs.events import Failed
+from vomstudio.studio.jobs.product_tasks import ELEVATION, ElevationOrder
+from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import may_replace, start_folder
 from vomstudio.ui.common.explained import explain
@@ -44,8 +46,6 @@ from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.forms.plane_field import PlaneField, ViewDirection, plane_text
 from vomstudio.ui.interpret.tool_panels.common import hint_label
 from vomstudio.ui.sections.elevation_view import ElevationView
-from vomstudio.words import tr
-from vomstudio.workspace.running_jobs import RunningJob
 
 
 class ElevationPanel(QWidget):

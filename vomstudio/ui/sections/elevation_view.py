@@ -7,9 +7,9 @@ from PySide6.QtCore import QPoint, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QPalette, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from vomstudio.core.words import tr
 from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.products.elevation.picture import ElevationPicture
-from vomstudio.words import tr
 
 _BAR_WIDTH = 12
 _GAP = 6

@@ -11,20 +11,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.errors import VomError
+from vomstudio.core.words import tr
 from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.notation import exact_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.sections.drawing_view import Mark
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.geology.fractures.network import Counted, Mapped
     from vomstudio.geology.fractures.trace_plane import TracePlane
     from vomstudio.products.ortho.vector_drawing import Drawing
-    from vomstudio.products.section.curtain import Curtain
+    from vomstudio.products.section.section_lines import Curtain
 
 Array = npt.NDArray[np.float64]
 
@@ -265,7 +265,7 @@ def draw_figure(mapped: Mapped, dpi: float = 150.0) -> bytes:
 
 def write_figure(mapped: Mapped, path: Path) -> None:
     """In a thread: the figure, as svg, pdf or png."""
-    from vomstudio.files.atomic import atomic_write
+    from vomstudio.core.files.atomic import atomic_write
     from vomstudio.products.fractures.figure import write_fractures
 
     with atomic_write(path, True) as temporary:

@@ -21,12 +21,17 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import option_words
-from vomstudio.document.edit import Edit
-from vomstudio.document.figures import Subject
-from vomstudio.document.kinds import kind_of
-from vomstudio.document.records import (
+from vomstudio.core.words import tr, tr_n
+from vomstudio.geology.fractures.fracture_options import FractureOptions
+from vomstudio.geometry.units import Axes
+from vomstudio.io.gis.crs import world_crs
+from vomstudio.project.edit import Edit
+from vomstudio.project.figures import Subject
+from vomstudio.project.kinds import kind_of
+from vomstudio.project.records import (
     FaceGrid,
     FeatureType,
     Model,
@@ -35,11 +40,7 @@ from vomstudio.document.records import (
     Typed,
     get_feature,
 )
-from vomstudio.document.registration_errors import model_of
-from vomstudio.errors import InputError
-from vomstudio.geology.fractures.fracture_options import FractureOptions
-from vomstudio.geometry.units import Axes
-from vomstudio.io.gis.crs import world_crs
+from vomstudio.project.registration_errors import model_of
 from vomstudio.ui.analyse.analysis_panel import AnalysisPanel
 from vomstudio.ui.analyse.group_box import SELECTED, GroupBox
 from vomstudio.ui.analyse.picture_file import ask_for_picture
@@ -76,7 +77,6 @@ from vomstudio.ui.sections.fracture_answer import (
     wanted_of,
     write_figure,
 )
-from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 
@@ -431,7 +431,7 @@ def _html(result: FractureAnswer | None) -> str:
     labelled = None if result is None else result.mapped
     if labelled is None:
         return ""
-    from vomstudio.products.fractures.words import figure_rows
+    from vomstudio.products.fractures.summary import figure_rows
 
     cells = "".join(
         f"<tr><td style='padding:1px 8px 1px 4px'>{escape(name)}</td>"

@@ -10,14 +10,14 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.identifiers import new_id
-from vomstudio.document.records import FaceGrid, Model
-from vomstudio.geology.looked_at.cells import Exposed, grid_around
-from vomstudio.geology.looked_at.shares import LookedAt
+from vomstudio.core.words import tr, tr_n
+from vomstudio.geology.coverage.cells import Exposed, grid_around
+from vomstudio.geology.coverage.face_coverage import LookedAt
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry import transform
 from vomstudio.geometry.view_frame import ViewFrame
-from vomstudio.words import tr, tr_n
-from vomstudio.workspace.surfaces.face_grids import share_of
+from vomstudio.project.records import FaceGrid, Model
+from vomstudio.studio.surfaces.face_grids import share_of
 
 Array = npt.NDArray[np.float64]
 

@@ -8,13 +8,15 @@ import numpy as np
 from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QLineEdit, QPushButton
 
+from vomstudio.core.errors import InputError, VomError
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.document import grid_edits
-from vomstudio.document.records import FaceGrid, Model, get, get_feature
-from vomstudio.errors import InputError, VomError
-from vomstudio.geology.looked_at.shares import LookedAt
+from vomstudio.core.words import tr
+from vomstudio.geology.coverage.face_coverage import LookedAt
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.tools.cells import CellsTool
+from vomstudio.project import grid_edits
+from vomstudio.project.records import FaceGrid, Model, get, get_feature
+from vomstudio.studio.surfaces.face_grids import lines_on
+from vomstudio.studio.tools.cells import CellsTool
 from vomstudio.ui.analyse.analysis_panel import AnalysisPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import drawn_points
@@ -33,8 +35,6 @@ from vomstudio.ui.sections.looked_at_answer import (
     figures_html,
     lay,
 )
-from vomstudio.words import tr
-from vomstudio.workspace.surfaces.face_grids import lines_on
 
 _MODEL, _SELECTED = "model", "selected"
 

@@ -6,13 +6,13 @@ from collections.abc import Callable
 from functools import partial
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.kinds import kind_of
-from vomstudio.document.records import Picked, Typed
+from vomstudio.core.words import tr
+from vomstudio.project.kinds import kind_of
+from vomstudio.project.records import Picked, Typed
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import why_no_model
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.window_protocols import Docks, Workspaces
-from vomstudio.words import tr
 
 
 def commands(studio: Studio, workspaces: Workspaces, docks: Docks) -> list[Command]:

@@ -11,17 +11,18 @@ import numpy as np
 import numpy.typing as npt
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.measurement_cache import Measurements
-from vomstudio.document.records import Feature, Matrix, Record
 from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.matrices import Matrix
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.products.section.section_options import DOMAINS, SectionFeatures, SectionOptions
+from vomstudio.project.measurement_cache import Measurements
+from vomstudio.project.records import Feature, Record
 
 if TYPE_CHECKING:
     from vomstudio.products.ortho.interpretation import Flat
     from vomstudio.products.ortho.vector_drawing import Drawing
-    from vomstudio.products.section.curtain import Curtain
     from vomstudio.products.section.cutting import Cut
+    from vomstudio.products.section.section_lines import Curtain
     from vomstudio.products.section.writing import SectionFigures
 
 Array = npt.NDArray[np.float64]
@@ -57,7 +58,7 @@ class SectionAnswer:
 
 def answer(question: SectionQuestion) -> SectionAnswer:
     """In a thread: the section that `vomstudio section` makes."""
-    from vomstudio.geometry.moving import moved
+    from vomstudio.geometry.model_transform import moved
     from vomstudio.products.ortho.interpretation import items_of
     from vomstudio.products.section import writing
     from vomstudio.products.section.cutting import cut_model
@@ -104,7 +105,7 @@ def write(result: SectionAnswer, path: Path) -> None:
 def curtain_of(plane: object, through: Array | None, line: Array | None) -> Curtain:
     """By a plane through a point (3,), or along a line (n, 2 or more)."""
     from vomstudio.geology.orientation import Plane
-    from vomstudio.products.section.curtain import curtain_of_line, curtain_of_plane
+    from vomstudio.products.section.section_lines import curtain_of_line, curtain_of_plane
 
     if line is not None:
         return curtain_of_line(line)

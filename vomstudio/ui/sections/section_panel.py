@@ -14,16 +14,17 @@ from PySide6.QtWidgets import (
     QPushButton,
 )
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import option_words
-from vomstudio.document.domains import domain_names
-from vomstudio.document.records import Feature, Model, Picked
-from vomstudio.errors import InputError
-from vomstudio.files.atomic import write_bytes
+from vomstudio.core.words import tr, tr_n
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.units import Axes
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.products.section.section_options import DOMAINS, SectionFeatures, SectionOptions
+from vomstudio.project.domains import domain_names
+from vomstudio.project.records import Feature, Model, Picked
 from vomstudio.ui.analyse.analysis_panel import AnalysisPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import (
@@ -64,7 +65,6 @@ from vomstudio.ui.sections.section_answer import (
     curtain_of,
     write,
 )
-from vomstudio.words import tr, tr_n
 
 Array = npt.NDArray[np.float64]
 

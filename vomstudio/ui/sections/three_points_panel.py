@@ -19,22 +19,23 @@ from PySide6.QtWidgets import (
     QTableWidgetItem,
 )
 
+from vomstudio.core.errors import InputError, VomError
+from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.options import option_words
-from vomstudio.document import edits
-from vomstudio.document.edit import Edit
-from vomstudio.document.kinds.reading import Reading
-from vomstudio.document.kinds.trace import Trace
-from vomstudio.document.measurement import scatter_of
-from vomstudio.document.records import Feature, Picked, get, get_feature
-from vomstudio.errors import InputError, VomError
-from vomstudio.files.atomic import write_bytes
+from vomstudio.core.words import tr, tr_n
 from vomstudio.geology.faults.displacement_options import ThreePointOptions
 from vomstudio.geology.notation import format_attitude
 from vomstudio.geometry.units import Axes
 from vomstudio.io.gate.stated_crs import WORLD_COMMENT
 from vomstudio.io.text.log_reading import Boundaries
+from vomstudio.project import edits
+from vomstudio.project.edit import Edit
+from vomstudio.project.kinds.reading import Reading
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.measurement import scatter_of
+from vomstudio.project.records import Feature, Picked, get, get_feature
 from vomstudio.ui.analyse.analysis_panel import LazyPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import current_line, start_folder, why_no_model
@@ -48,7 +49,6 @@ from vomstudio.ui.forms.copied_command import CopyCommandButton, copy_with_file,
 from vomstudio.ui.forms.error_fields import error_field, number_in
 from vomstudio.ui.forms.model_axes import add_length_row, follow_axes
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
-from vomstudio.words import tr, tr_n
 
 if TYPE_CHECKING:
     from vomstudio.geology.faults.three_points import ThreePoints

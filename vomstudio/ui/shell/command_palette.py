@@ -13,8 +13,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.words import tr
 from vomstudio.ui.common.actions import Actions
-from vomstudio.words import tr
 
 
 class CommandPalette(QDialog):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QMessageBox, QWidget
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import VomError
-from vomstudio.io.project.compaction import Plan
+from vomstudio.core.words import tr, tr_n
+from vomstudio.project.compaction import Plan
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Notice, Studio
-from vomstudio.words import tr, tr_n
 
 _MEGABYTE = 1e6
 

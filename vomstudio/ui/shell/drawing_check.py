@@ -6,8 +6,8 @@ import ctypes
 import os
 import sys
 
+from vomstudio.core.failures.missing_libraries import missing_library
 from vomstudio.core.findings import Finding
-from vomstudio.failures.missing_libraries import missing_library
 
 _NEEDED = (3, 2)
 

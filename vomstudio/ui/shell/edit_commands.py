@@ -7,14 +7,14 @@ from collections.abc import Callable
 from PySide6.QtWidgets import QInputDialog, QWidget
 
 from vomstudio.core.findings import Finding
-from vomstudio.document import edits
+from vomstudio.core.words import tr
+from vomstudio.project import edits
+from vomstudio.studio.history import step_words
 from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.common.command_targets import chosen_features, why_none_chosen
 from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret.deleting import delete_selected
-from vomstudio.words import tr
-from vomstudio.workspace.history import step_words
 
 
 def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[Command]:

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Protocol
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from PySide6.QtWidgets import QMessageBox, QWidget
 
+from vomstudio.core.errors import VomError
+from vomstudio.core.failures import crashes, report
+from vomstudio.core.failures.error_collector import ERRORS, Failure
+from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.findings import Finding
-from vomstudio.errors import VomError
-from vomstudio.failures import crashes, report
-from vomstudio.failures.error_collector import ERRORS, Failure
-from vomstudio.files.atomic import write_bytes
+from vomstudio.core.words import tr
+from vomstudio.studio.notices import Notice
 from vomstudio.ui.common.widgets import as_words
-from vomstudio.words import tr
-from vomstudio.workspace.notices import Notice
 
 # This is there before the window is filled, and so before anything heavy.
 if TYPE_CHECKING:
@@ -226,7 +226,7 @@ def compose_report(host: Host) -> str:
     """The text of the error report, with the last edits of the open project."""
     if not host.filled:
         return report.compose()
-    from vomstudio.io.project.journal_outline import outline
+    from vomstudio.project.journal.outline import outline
 
     studio = host.studio
     names: list[str] = []

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.shell.project_files import Files
-from vomstudio.words import tr
 
 
 def commands(studio: Studio, files: Files, leave: Callable[[], object]) -> list[Command]:
@@ -18,7 +18,7 @@ def commands(studio: Studio, files: Files, leave: Callable[[], object]) -> list[
         return None if studio.session.features() else Finding("export.no-features")
 
     def open_sample() -> None:
-        from vomstudio.io.project.sample import sample_model
+        from vomstudio.project.sample import sample_model
 
         files.open_path(sample_model())
 

@@ -16,17 +16,18 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.document.records import Frame, Model
-from vomstudio.errors import InputError
+from vomstudio.core.words import to_translate, tr
+from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import crs_name, parse_crs
+from vomstudio.project.records import Model
+from vomstudio.studio.model_loading import OpenModel
 from vomstudio.ui.common.crs_field import CrsField
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.long_boxes import make_room_for_text
 from vomstudio.ui.common.widgets import ComboBox, Label, allow
-from vomstudio.words import to_translate, tr
-from vomstudio.workspace.model_loading import OpenModel
 
 _UNITS = (
     (to_translate("metre"), 1.0),

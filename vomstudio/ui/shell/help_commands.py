@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QMessageBox, QWidget
 
-from vomstudio.paths import documentation
+from vomstudio.core.paths import documentation
+from vomstudio.core.version import __version__
+from vomstudio.core.words import to_translate, tr
 from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.common.explained import explained_here
 from vomstudio.ui.common.long_boxes import show_long_text
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.shell.failure_notices import Host, save_report
 from vomstudio.ui.shell.help_pages import address_of
-from vomstudio.version import __version__
-from vomstudio.words import to_translate, tr
 
 _MOUSE = to_translate(
     "<p><b>Mouse</b>: drag orbits about the point under the cursor, wheel zooms to the cursor, "

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vomstudio.files.regular import read_small_text
+from vomstudio.core.files.regular import read_small_text
 
 if TYPE_CHECKING:
-    from vomstudio.document.figures import Figure
+    from vomstudio.project.figures import Figure
 
 FIRST = "index.md"
 _NUMBERS = "numbers.md"

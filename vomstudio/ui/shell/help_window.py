@@ -24,12 +24,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.files.regular import read_small_text
 from vomstudio.core.findings import Finding
-from vomstudio.files.regular import read_small_text
+from vomstudio.core.words import tr
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.widgets import allow, side_by_side
 from vomstudio.ui.shell.help_pages import Page, anchor, pages_in
-from vomstudio.words import tr
 
 _SIZE = QSize(1060, 780)
 _MARGIN = 18

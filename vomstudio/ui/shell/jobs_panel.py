@@ -15,9 +15,9 @@ from PySide6.QtWidgets import (
     QToolButton,
 )
 
+from vomstudio.core.words import to_translate, tr
+from vomstudio.studio.running_jobs import Jobs, RunningJob
 from vomstudio.ui.common import theme
-from vomstudio.words import to_translate, tr
-from vomstudio.workspace.running_jobs import Jobs, RunningJob
 
 _COLUMNS = (
     to_translate("Job"),

@@ -18,8 +18,9 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QMainWindow, QWidget
 
-from vomstudio.document.records import Model
+from vomstudio.core.words import tr
 from vomstudio.io.settings import Settings
+from vomstudio.project.records import Model
 from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.widgets import Label
@@ -30,7 +31,6 @@ from vomstudio.ui.shell.failure_notices import close_all, may_close
 from vomstudio.ui.workspaces.arrangements import Workspaces, geometry_of
 from vomstudio.ui.workspaces.docks import WindowDocks
 from vomstudio.ui.workspaces.screens import restore_geometry
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.rendering.qt.viewport import Viewport

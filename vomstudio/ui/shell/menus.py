@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMainWindow, QMenu, QSizePolicy, QToolBar, QToolButton, QWidget
 
-from vomstudio.tools.registry import TOOLS
+from vomstudio.core.words import to_translate, tr
+from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
@@ -15,7 +16,6 @@ from vomstudio.ui.scene import display_commands
 from vomstudio.ui.shell.project_files import Files
 from vomstudio.ui.workspaces.docks import WindowDocks
 from vomstudio.ui.workspaces.strip import FittingBar, buttons_of, command_names, make_strip
-from vomstudio.words import to_translate, tr
 
 # "|" is a line between commands, "*" stands before the name of a menu inside the menu, and "+"
 # before that of a group of commands that the tools bring.

@@ -7,17 +7,17 @@ from pathlib import Path
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import Model
-from vomstudio.tools.control import ControlTool
+from vomstudio.core.words import tr
+from vomstudio.project.records import Model
+from vomstudio.studio.notices import CONVERT
+from vomstudio.studio.photos import PhotoLinks
+from vomstudio.studio.tools.control import ControlTool
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import current_model
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.shell.model_copying import copy_into_project
 from vomstudio.ui.shell.project_files import Files
 from vomstudio.ui.workspaces.arrangements import Workspaces
-from vomstudio.words import tr
-from vomstudio.workspace.notices import CONVERT
-from vomstudio.workspace.photos import PhotoLinks
 
 
 def commands(

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QMessageBox, QWidget
 
-from vomstudio.document.records import Model
+from vomstudio.core.words import tr, tr_n
 from vomstudio.io.models.model_copy import photos_of
+from vomstudio.project.records import Model
+from vomstudio.studio.photos import PhotoLinks
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import as_words
-from vomstudio.words import tr, tr_n
-from vomstudio.workspace.photos import PhotoLinks
 
 
 def copy_into_project(parent: QWidget, studio: Studio, links: PhotoLinks, model: Model) -> None:

@@ -10,11 +10,11 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QStatusBar
 
 from vomstudio.core.findings import Finding
-from vomstudio.io.project.folder import untitled_folder
+from vomstudio.core.words import tr
+from vomstudio.project.folder import untitled_folder
 from vomstudio.ui.common.messages_panel import MessageBar, MessagesPanel
 from vomstudio.ui.common.studio import Notice
 from vomstudio.ui.common.window_protocols import Docks
-from vomstudio.words import tr
 
 _INFO_MS = 6000
 

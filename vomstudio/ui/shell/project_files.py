@@ -10,18 +10,21 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from PySide6.QtWidgets import QDialog, QFileDialog, QMenu, QMessageBox, QWidget
 from shiboken6 import isValid
 
+from vomstudio.core.errors import InputError, VomError
+from vomstudio.core.files.regular import is_there
 from vomstudio.core.findings import Finding
-from vomstudio.document import edits
-from vomstudio.document.records import Frame, Model
-from vomstudio.errors import InputError, VomError
-from vomstudio.files.regular import is_there
+from vomstudio.core.words import to_translate, tr
+from vomstudio.geometry.frames import Frame
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.models.frames import check_frame
-from vomstudio.io.project.export import export_records
-from vomstudio.io.project.folder import SUFFIX, is_project
-from vomstudio.io.project.journal_failures import is_lost
-from vomstudio.jobs.events import Failed
-from vomstudio.jobs.model_tasks import EXPORT_MODEL, ExportedModel, ModelExport
+from vomstudio.project import edits
+from vomstudio.project.exports.export import export_records
+from vomstudio.project.folder import SUFFIX, is_project
+from vomstudio.project.journal.failures import is_lost
+from vomstudio.project.records import Model
+from vomstudio.studio.discarded_work import discarded_works
+from vomstudio.studio.jobs.events import Failed
+from vomstudio.studio.jobs.model_tasks import EXPORT_MODEL, ExportedModel, ModelExport
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import (
     ask_for_file,
@@ -35,8 +38,6 @@ from vomstudio.ui.common.widgets import as_words
 from vomstudio.ui.forms.copied_command import copy_command
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.shell.frame_dialog import FrameDialog
-from vomstudio.words import to_translate, tr
-from vomstudio.workspace.discarded_work import discarded_works
 
 _EXPORTS = {
     "csv": to_translate("Orientation table"),

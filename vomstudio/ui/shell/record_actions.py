@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtGui import QAction
 
-from vomstudio.document.records import Feature, Model, Painted, Picked, Record
+from vomstudio.project.records import Feature, Model, Painted, Picked, Record
 from vomstudio.ui.common.actions import Actions
 
 _COMMON = ("show_chosen", "hide_chosen", "show_only", "rename", "delete")

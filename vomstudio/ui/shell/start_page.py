@@ -16,10 +16,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.files.regular import is_there
+from vomstudio.core.files.regular import is_there
+from vomstudio.core.words import tr
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import Label, Scrolling, as_words
-from vomstudio.words import tr
 
 _BUTTON_WIDTH = 280
 

@@ -15,13 +15,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.document.records import Model
+from vomstudio.core.words import tr
 from vomstudio.geometry import transform
-from vomstudio.tools.interaction_types import Pointer, PointerEvent
+from vomstudio.project.records import Model
+from vomstudio.studio.tools.interaction_types import Pointer, PointerEvent
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ElidedLabel, Label, as_words
-from vomstudio.words import tr
 
 _MARGIN = 6
 

@@ -6,8 +6,8 @@ from PySide6.QtCore import QPoint, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QPainter, QPaintEvent, QPalette, QPen
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
+from vomstudio.core.words import tr
 from vomstudio.ui.common.widgets import Label
-from vomstudio.words import tr
 
 WIDTH = 264
 _GAP = 12

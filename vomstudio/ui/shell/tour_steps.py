@@ -10,10 +10,10 @@ import numpy as np
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QToolBar, QToolButton, QWidget
 
-from vomstudio.document.kinds.trace import Trace
+from vomstudio.core.words import to_translate
+from vomstudio.project.kinds.trace import Trace
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.scene.outcrop_view import OutcropView
-from vomstudio.words import to_translate
 
 _TURNED_DEG = 8.0
 

@@ -11,17 +11,17 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vomstudio.core.failures.missing_libraries import missing_library
+from vomstudio.core.failures.stop_requests import end_on_second
 from vomstudio.core.findings import Finding
-from vomstudio.failures.asked_to_stop import end_on_second
-from vomstudio.failures.missing_libraries import missing_library
-from vomstudio.paths import resource
+from vomstudio.core.paths import resource
 from vomstudio.ui.shell.drawing_check import why_not_drawn
 
 if TYPE_CHECKING:
     from PySide6.QtCore import QTimer
     from PySide6.QtWidgets import QMainWindow
 
-# Name of the menu entry (vomstudio/files/desktop.py).
+# Name of the menu entry (vomstudio/core/files/desktop.py).
 DESKTOP_NAME = "vomstudio"
 _SHOWN_MS = 10_000
 
@@ -56,7 +56,7 @@ def run_window(paths: Sequence[str]) -> int:
     application.setWindowIcon(QIcon(str(resource("icon", "vomstudio.svg"))))
 
     try:
-        from vomstudio.errors import VomError
+        from vomstudio.core.errors import VomError
         from vomstudio.io.settings import read_settings
         from vomstudio.ui.common import qt_messages, theme
         from vomstudio.ui.common.widgets import as_words

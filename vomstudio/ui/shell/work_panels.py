@@ -8,12 +8,12 @@ from importlib import import_module
 
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.words import to_translate
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.window_protocols import Docks, Workspaces
 from vomstudio.ui.scene.outcrop_view import OutcropView
-from vomstudio.words import to_translate
 
 Make = Callable[[Studio, OutcropView], QWidget]
 Needs = Callable[[OutcropView], tuple[object, ...]]

@@ -8,8 +8,8 @@ import numpy as np
 
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.studio.background import Request
+from vomstudio.studio.photos import ModelPhotos
 from vomstudio.ui.common.photo_canvas import Drawn
-from vomstudio.workspace.photos import ModelPhotos
 
 _MAX_EDGES = 3000
 """Maximum number of edges of a patch that are drawn."""

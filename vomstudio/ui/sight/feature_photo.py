@@ -11,17 +11,17 @@ import numpy.typing as npt
 from PySide6.QtCore import QObject, Qt, Signal
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import Model
+from vomstudio.core.words import tr
 from vomstudio.geometry import transform
+from vomstudio.project.records import Model
 from vomstudio.rendering.qt.viewport import Viewport
-from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent, Preview
+from vomstudio.studio.photos import ModelPhotos
+from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent, Preview
 from vomstudio.ui.common.photo_canvas import Drawn, PhotoCanvas, PhotoPointer
 from vomstudio.ui.common.photo_images import PATIENCE_S, PhotoImages, Picture
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.sight.drawn_features import draw_features
-from vomstudio.words import tr
-from vomstudio.workspace.photos import ModelPhotos
 
 Array = npt.NDArray[np.float64]
 _PLACE, _FEATURES = "place", "features"

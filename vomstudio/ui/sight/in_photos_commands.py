@@ -8,14 +8,14 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.studio.photos import PhotoLinks
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import current_model, start_folder, why_no_model
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.window_protocols import Docks
 from vomstudio.ui.sight.feature_photo import FeaturePhoto
 from vomstudio.ui.sight.sighting_list import SightingList
-from vomstudio.words import tr
-from vomstudio.workspace.photos import PhotoLinks
 
 _DOCK = "in_photos"
 _HEIGHT = 400

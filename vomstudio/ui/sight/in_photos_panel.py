@@ -16,10 +16,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.document.records import Feature, Model
+from vomstudio.core.words import tr, tr_n
 from vomstudio.geometry import transform
+from vomstudio.project.records import Feature, Model
 from vomstudio.rendering.qt.viewport import Viewport
-from vomstudio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
+from vomstudio.studio.photos import ModelPhotos, PhotoLinks
+from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.number_formatting import drawn_points
 from vomstudio.ui.common.photo_canvas import PhotoPointer
@@ -27,8 +29,6 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ElidedLabel
 from vomstudio.ui.sight.feature_photo import FeaturePhoto, world_of
 from vomstudio.ui.sight.sighting_list import SightingList, sighting_words
-from vomstudio.words import tr, tr_n
-from vomstudio.workspace.photos import ModelPhotos, PhotoLinks
 
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.inspect.photo_views import Sighting

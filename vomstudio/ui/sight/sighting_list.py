@@ -10,9 +10,9 @@ from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import QIcon, QImage, QPixmap
 from PySide6.QtWidgets import QListView, QListWidget, QListWidgetItem
 
+from vomstudio.core.words import tr
 from vomstudio.ui.common.photo_images import THUMBNAIL, PhotoImages
 from vomstudio.ui.common.widgets import as_words
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.inspect.photo_views import Sighting

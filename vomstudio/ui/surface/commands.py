@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import why_no_model
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.window_protocols import Docks
-from vomstudio.words import tr
 
 _DOCK = "surface"
 

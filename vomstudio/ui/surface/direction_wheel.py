@@ -8,7 +8,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QConicalGradient, QPainter, QPaintEvent, QPalette, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from vomstudio.words import to_translate, tr
+from vomstudio.core.words import to_translate, tr
 
 _LETTERS = (to_translate("N"), to_translate("E"), to_translate("S"), to_translate("W"))
 _SIDE = 104

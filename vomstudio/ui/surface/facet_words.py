@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+from vomstudio.core.words import tr, tr_n
 from vomstudio.extraction.exposure import NEAR_PLANAR_SHARE
-from vomstudio.geology.agreement_both_ways import BothWays
-from vomstudio.words import tr, tr_n
-from vomstudio.workspace.surfaces.facet_proposals import Proposals
+from vomstudio.geology.plane_matching import BothWays
+from vomstudio.studio.surfaces.facet_proposals import Proposals
 
 
 def summary_text(

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from vomstudio.core.options import option_words
-from vomstudio.document.records import Model
 from vomstudio.extraction.facet_options import FacetOptions
+from vomstudio.project.records import Model
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.forms.copied_command import copy_command, model_words

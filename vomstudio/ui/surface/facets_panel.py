@@ -12,14 +12,16 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.findings import Finding
-from vomstudio.document import catalogue
-from vomstudio.document.records import Model
+from vomstudio.core.words import to_translate, tr
 from vomstudio.extraction.facet_options import DEFAULT_ANGLE_DEG, FacetOptions
-from vomstudio.geology.agreement_both_ways import agreement_both_ways
+from vomstudio.geology.plane_matching import agreement_both_ways
 from vomstudio.geometry.patches import has_id
 from vomstudio.geometry.units import Axes
-from vomstudio.tools.interaction_types import Area, Hit
-from vomstudio.tools.painted_area import area_of
+from vomstudio.project import catalogue
+from vomstudio.project.records import Model
+from vomstudio.studio.surfaces.facet_proposals import Proposals
+from vomstudio.studio.tools.interaction_types import Area, Hit
+from vomstudio.studio.tools.painted_area import area_of
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import area as area_text
 from vomstudio.ui.common.number_formatting import degrees
@@ -39,8 +41,6 @@ from vomstudio.ui.surface.facet_words import (
 from vomstudio.ui.surface.facets_command import copy_facets
 from vomstudio.ui.surface.model_panel import MIN_WIDTH_PX, ProposalsPanel
 from vomstudio.ui.surface.part_in_view import part_in_view
-from vomstudio.words import to_translate, tr
-from vomstudio.workspace.surfaces.facet_proposals import Proposals
 
 _LIVE_MS = 350
 _MIN_HEIGHT_PX = 200

@@ -14,25 +14,25 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.kinds import kind_of
-from vomstudio.document.records import Model, get_feature
+from vomstudio.core.words import to_translate, tr
 from vomstudio.extraction.surface_fields import KINDS
-from vomstudio.ui.common.studio import Studio
-from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, allow, narrow_form
-from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
-from vomstudio.ui.surface.direction_wheel import DirectionWheel
-from vomstudio.ui.surface.measurable_plane import MeasurablePlane
-from vomstudio.ui.surface.model_panel import ModelPanel
-from vomstudio.words import to_translate, tr
-from vomstudio.workspace.display import usual_look
-from vomstudio.workspace.surfaces.measurable_planes import EXPECTED, MEASURABLE, set_names
-from vomstudio.workspace.surfaces.surface_fields import (
+from vomstudio.project.kinds import kind_of
+from vomstudio.project.records import Model, get_feature
+from vomstudio.studio.display import usual_look
+from vomstudio.studio.surfaces.measurable_planes import EXPECTED, MEASURABLE, set_names
+from vomstudio.studio.surfaces.surface_fields import (
     TO_MODEL,
     TO_PLANE,
     WantedField,
     statistics,
     values_of,
 )
+from vomstudio.ui.common.studio import Studio
+from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, allow, narrow_form
+from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
+from vomstudio.ui.surface.direction_wheel import DirectionWheel
+from vomstudio.ui.surface.measurable_plane import MeasurablePlane
+from vomstudio.ui.surface.model_panel import ModelPanel
 
 _WHEEL, _FOR_THE_COLOUR_BLIND = "hsv", "twilight"
 _OF_PLANES = {
@@ -66,7 +66,7 @@ _OF_PLANES = {
 
 
 class FieldsPanel(ModelPanel):
-    """Asks `workspace.surfaces.surface_fields` for what is chosen here, and tells what came."""
+    """Asks `studio.surfaces.surface_fields` for what is chosen here, and tells what came."""
 
     def __init__(self, studio: Studio) -> None:
         super().__init__(

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QDoubleSpinBox, QLineEdit, QWidget
 
-from vomstudio.errors import InputError
+from vomstudio.core.errors import InputError
+from vomstudio.core.words import tr
 from vomstudio.geology.notation import parse_plane
+from vomstudio.studio.surfaces.measurable_planes import OF_SET, TYPED
 from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, narrow_form
-from vomstudio.words import tr
-from vomstudio.workspace.surfaces.measurable_planes import OF_SET, TYPED
 
 _SELECTED = "selected"
 

@@ -11,8 +11,10 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QAbstractItemView, QProgressBar, QPushButton, QScrollArea
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import Model
-from vomstudio.tools.interaction_types import Area, Hit, Preview
+from vomstudio.core.words import tr
+from vomstudio.project.records import Model
+from vomstudio.studio.surfaces.model_jobs import ModelWork, ProposalQueue
+from vomstudio.studio.tools.interaction_types import Area, Hit, Preview
 from vomstudio.ui.analyse.analysis_panel import LazyPanel
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import current_model
@@ -21,8 +23,6 @@ from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.type_box import TypeBox
 from vomstudio.ui.interpret.tool_panels.common import hint_label
-from vomstudio.words import tr
-from vomstudio.workspace.surfaces.model_work import ModelWork, ProposalQueue
 
 MIN_WIDTH_PX = 50
 """Narrow buttons and fields keep the dock from growing when proposals are listed."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from vomstudio.jobs.surface_tasks import Sight
+from vomstudio.studio.jobs.surface_tasks import Sight
+from vomstudio.studio.surfaces.facet_proposals import PART_POINTS
 from vomstudio.ui.common.studio import Studio
-from vomstudio.workspace.surfaces.facet_proposals import PART_POINTS
 
 
 def part_in_view(studio: Studio) -> Sight | None:

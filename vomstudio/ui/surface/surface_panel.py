@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QTabWidget
 
+from vomstudio.core.words import tr
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import Scrolling
 from vomstudio.ui.surface.facets_panel import FacetsPanel
 from vomstudio.ui.surface.fields_panel import FieldsPanel
 from vomstudio.ui.surface.traces_panel import TracesPanel
-from vomstudio.words import tr
 
 
 class SurfacePanel(QTabWidget):

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from vomstudio.core.words import to_translate, tr, tr_n
+from vomstudio.studio.surfaces.trace_proposals import ProposedLine, ProposedLines
 from vomstudio.ui.common.follow_box import COSTS
-from vomstudio.words import to_translate, tr, tr_n
-from vomstudio.workspace.surfaces.trace_proposals import ProposedLine, ProposedLines
 
 _WHAT = {
     "dark": to_translate("Darker than its surroundings"),

@@ -16,11 +16,13 @@ from PySide6.QtWidgets import (
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import option_words
-from vomstudio.document import catalogue
-from vomstudio.document.records import Model
+from vomstudio.core.words import tr
 from vomstudio.extraction.trace_options import ONNX, ProposalOptions
 from vomstudio.geometry import transform
-from vomstudio.tools.interaction_types import Area, Hit
+from vomstudio.project import catalogue
+from vomstudio.project.records import Model
+from vomstudio.studio.surfaces.trace_proposals import ProposedLines
+from vomstudio.studio.tools.interaction_types import Area, Hit
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.number_formatting import degrees
@@ -33,8 +35,6 @@ from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 from vomstudio.ui.scene.proposed_trace_drawings import SURE, line_area
 from vomstudio.ui.surface.model_panel import MIN_WIDTH_PX, ProposalsPanel
 from vomstudio.ui.surface.trace_words import cost_choices, reason_text, summary_text
-from vomstudio.words import tr
-from vomstudio.workspace.surfaces.trace_proposals import ProposedLines
 
 _MIN_HEIGHT_PX = 130
 # Resolutions: a click so near to a line means it.

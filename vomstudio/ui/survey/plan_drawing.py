@@ -8,10 +8,10 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen, QPolygonF
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.words import tr
 from vomstudio.geometry.units import bar_text, round_length
+from vomstudio.photogrammetry.survey.planning import Station, SurveyPlan
 from vomstudio.products.report.field_sheet import CONTROL, FACE, OBLIQUE, PERPENDICULAR
-from vomstudio.survey.planning import Station, SurveyPlan
-from vomstudio.words import tr
 
 _MARGIN, _TITLE, _LEGEND = 18.0, 22.0, 26.0
 _ARROW = 13.0

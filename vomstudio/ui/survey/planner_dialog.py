@@ -1,4 +1,4 @@
-"""The survey planner; all figures come from `survey.planning`."""
+"""The survey planner; all figures come from `photogrammetry.survey.planning`."""
 
 from __future__ import annotations
 
@@ -24,20 +24,21 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.errors import InputError, VomError
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.errors import InputError, VomError
+from vomstudio.core.words import to_translate, tr
 from vomstudio.io.photos.camera_table import camera_models
-from vomstudio.products.report.field_sheet import figures, write_field_sheet
-from vomstudio.survey.foretold_plan import foretold
-from vomstudio.survey.plan_camera import camera_of
-from vomstudio.survey.planning import MANNERS, SurveyPlan, plan_survey
-from vomstudio.survey.survey_options import (
+from vomstudio.photogrammetry.survey.plan_camera import camera_of
+from vomstudio.photogrammetry.survey.plan_forecast import foretold
+from vomstudio.photogrammetry.survey.planning import MANNERS, SurveyPlan, plan_survey
+from vomstudio.photogrammetry.survey.survey_options import (
     DEFAULT_CONTROL_M,
     DEFAULT_RECEIVER_M,
     MAX_OVERLAP,
     MIN_OVERLAP,
     PlanOptions,
 )
+from vomstudio.products.report.field_sheet import figures, write_field_sheet
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import ask_for_target, start_folder
 from vomstudio.ui.common.explained import explain
@@ -48,7 +49,6 @@ from vomstudio.ui.common.vertex_table import parse_number
 from vomstudio.ui.common.widgets import ComboBox, Label, SpinBox, allow
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.survey.plan_drawing import PlanDrawing
-from vomstudio.words import to_translate, tr
 
 _KEPT, _PLAN = "survey_plan", "plan"
 _TYPING_MS = 200

@@ -27,12 +27,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.errors import VomError
+from vomstudio.core.words import tr, tr_n
 from vomstudio.io.gis.crs import parse_crs
-from vomstudio.jobs.reconstruct_options import ReconstructOptions
-from vomstudio.jobs.survey_tasks import ControlFacts, PointFacts
 from vomstudio.photogrammetry.pipeline.memory_estimate import MemoryNeed
+from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
+from vomstudio.studio.jobs.survey_tasks import ControlFacts, PointFacts
 from vomstudio.ui.common import file_filters, theme
 from vomstudio.ui.common.crs_field import CrsField
 from vomstudio.ui.common.explained import explain
@@ -49,7 +50,6 @@ from vomstudio.ui.common.widgets import (
 from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.photos.reconstruction_settings import QUALITIES, ReconstructionSettings
-from vomstudio.words import tr, tr_n
 
 _TYPING_MS = 400
 _ROWS = 8

@@ -7,8 +7,9 @@ from pathlib import Path
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import Model
+from vomstudio.core.words import tr
 from vomstudio.photogrammetry.base.stage_folders import is_aligned
+from vomstudio.project.records import Model
 from vomstudio.rendering.view.scalars import FieldStyle
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.html_page import open_page
@@ -16,7 +17,6 @@ from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.scene.camera_view import CameraView
-from vomstudio.words import tr
 
 SPARSE, REPORT = "sparse.ply", "report.html"
 

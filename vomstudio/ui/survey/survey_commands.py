@@ -9,14 +9,14 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from vomstudio.core.findings import Finding
-from vomstudio.io.project.folder import SUFFIX, is_project
+from vomstudio.core.words import tr
+from vomstudio.project.folder import SUFFIX, is_project
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.window_protocols import Docks
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
-from vomstudio.words import tr
 
 _DOCK = "photos"
 # Five photos with their thumbnails.

@@ -19,10 +19,12 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.findings import Finding
-from vomstudio.jobs.events import Failed
-from vomstudio.jobs.survey_tasks import TAKE_FRAMES, FramesOrder
-from vomstudio.survey.survey_options import FrameOptions
-from vomstudio.survey.video import FrameReport, is_ours, verdict_of
+from vomstudio.core.words import tr, tr_n
+from vomstudio.photogrammetry.survey.survey_options import FrameOptions
+from vomstudio.photogrammetry.survey.video import FrameReport, is_ours, verdict_of
+from vomstudio.studio.jobs.events import Failed
+from vomstudio.studio.jobs.survey_tasks import TAKE_FRAMES, FramesOrder
+from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.explained import explain
@@ -30,8 +32,6 @@ from vomstudio.ui.common.sentences import as_sentence
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import Label, allow, as_words, file_field, rich_label
 from vomstudio.ui.forms.options_form import OptionFields
-from vomstudio.words import tr, tr_n
-from vomstudio.workspace.running_jobs import RunningJob
 
 _SHOWN_GAPS = 6
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from PySide6.QtCore import QObject
 
-from vomstudio.document.records import Feature, Model
+from vomstudio.core.words import tr
+from vomstudio.project.records import Feature, Model
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.photos.photo_survey import PhotoSurvey
 from vomstudio.ui.workspaces.arrangements import Workspaces
 from vomstudio.ui.workspaces.docks import WindowDocks
 from vomstudio.ui.workspaces.outcrop_place import OutcropPlace
-from vomstudio.words import tr
 
 _PHOTOS, _OUTCROP, _TOOL = "photos", "interpret", "tool"
 

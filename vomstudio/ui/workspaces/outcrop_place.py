@@ -6,10 +6,10 @@ from __future__ import annotations
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, QTimer, Signal
 from PySide6.QtWidgets import QFrame, QTabBar, QToolButton, QVBoxLayout, QWidget
 
+from vomstudio.core.words import tr
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.messages_panel import MessageBar
 from vomstudio.ui.common.widgets import Label
-from vomstudio.words import tr
 
 # Of Qt, which does not export it.
 _NO_LIMIT = 16777215

@@ -11,14 +11,14 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.findings import Finding
-from vomstudio.tools.registry import TOOLS
+from vomstudio.core.words import tr
+from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.photos.photo_commands import PhotoOpening
 from vomstudio.ui.photos.photo_page_commands import over_photo
 from vomstudio.ui.workspaces.arrangements import Workspaces
 from vomstudio.ui.workspaces.outcrop_place import OutcropPlace
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.ui.photos.photo_page import PhotoPage

@@ -8,12 +8,12 @@ from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QToolBar, QToolButton, QWidget
 
+from vomstudio.core.words import tr
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.fitting_texts import FittingTexts
 from vomstudio.ui.workspaces.arrangements import Workspaces
 from vomstudio.ui.workspaces.table import WORKSPACES
-from vomstudio.words import tr
 
 _ARROW = 16
 _TEXT = Qt.ToolButtonStyle.ToolButtonTextOnly

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from vomstudio.words import to_translate
+from vomstudio.core.words import to_translate
 
 Area = Literal["left", "right", "bottom"]
 Stack = tuple[str, ...]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
+from vomstudio.core.words import to_translate
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import in_metres
@@ -18,7 +19,6 @@ from vomstudio.io.text.xml_tree import (
     read_xml,
     wrong,
 )
-from vomstudio.words import to_translate
 
 TOP = "document"
 

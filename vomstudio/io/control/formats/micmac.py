@@ -5,9 +5,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import open_regular
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.regular import open_regular
+from vomstudio.core.words import to_translate
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.text.xml_tree import (
@@ -19,7 +20,6 @@ from vomstudio.io.text.xml_tree import (
     words,
     wrong,
 )
-from vomstudio.words import to_translate
 
 POINTS, MARKS = "DicoAppuisFlottant", "SetOfMesureAppuisFlottants"
 _POINT, _PHOTO, _MARK = "OneAppuisDAF", "MesureAppuiFlottant1Im", "OneMesureAF1I"

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import is_regular, open_regular, read_small
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.regular import is_regular, open_regular, read_small
+from vomstudio.core.words import to_translate, tr
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import in_metres
 from vomstudio.io.text.encodings import as_utf8, text_of
-from vomstudio.words import to_translate, tr
 
 _LARGEST = 64 << 20
 _UTM = re.compile(r"WGS84\s+UTM\s+(\d{1,2})\s*([NS])", re.IGNORECASE)

@@ -15,8 +15,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
+from vomstudio.core.words import to_translate
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import in_metres
@@ -24,7 +25,6 @@ from vomstudio.io.gate.stated_crs import crs_of_table
 from vomstudio.io.text.file_text import MOST_OBJECTS
 from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
 from vomstudio.io.text.tables import TABLE_ENDINGS, read_table
-from vomstudio.words import to_translate
 
 _POINTS, _MARKS = ("label", "x", "y", "z"), ("label", "photo", "x", "y")
 """The order of the columns where there is no header."""

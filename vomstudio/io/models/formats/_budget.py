@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
 
 FREE_BYTES = 150 << 20
 PER_BYTE = 8

@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import open_unbuffered
 from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress
 from vomstudio.core.threads import map_parallel
-from vomstudio.errors import InputError
-from vomstudio.files.regular import open_unbuffered
+from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import place_keys
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.text.encodings import MARKS, as_utf8
-from vomstudio.progress import Progress
-from vomstudio.words import tr
 
 BLOCK_BYTES = 8 * 1024 * 1024
 READERS = 3

@@ -19,13 +19,13 @@ from urllib.parse import unquote_to_bytes
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.words import tr
 from vomstudio.io.models.formats._budget import Budget
 from vomstudio.io.models.formats._common import read_whole
 from vomstudio.io.models.mtl import find_beside
-from vomstudio.progress import Progress, Silent
-from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
 

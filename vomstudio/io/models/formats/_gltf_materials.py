@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
+from vomstudio.core.words import tr
 from vomstudio.geometry.mesh import Material
 from vomstudio.io.models import image_store
 from vomstudio.io.models.formats._gltf_document import Document, numbers
 from vomstudio.io.models.mtl import check_image, texture_finding
-from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
 

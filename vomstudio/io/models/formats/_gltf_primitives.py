@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
+from vomstudio.core.words import tr
 from vomstudio.io.models.formats._common import scale_colors
 from vomstudio.io.models.formats._gltf_document import Document, numbers
 from vomstudio.io.models.formats._gltf_materials import color_map, moved, uv_set
-from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
 

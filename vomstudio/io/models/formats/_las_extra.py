@@ -8,7 +8,7 @@ import struct
 from pathlib import Path
 from typing import Any
 
-from vomstudio.files.regular import open_regular
+from vomstudio.core.files.regular import open_regular
 from vomstudio.io.models.formats._las_header import MIN_HEADER_BYTES
 
 _BYTES = 192

@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import open_regular
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.regular import open_regular
-from vomstudio.progress import Progress
-from vomstudio.words import tr
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import tr
 
 MIN_HEADER_BYTES = 227
 MIN_POINT_BYTES = 20

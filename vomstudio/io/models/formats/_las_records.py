@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
+from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.formats._common import scale_colors
 from vomstudio.io.models.formats._las_header import Top
-from vomstudio.words import tr
 
 Array = npt.NDArray[Any]
 

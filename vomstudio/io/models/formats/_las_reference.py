@@ -9,15 +9,15 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import open_regular
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.regular import open_regular
+from vomstudio.core.words import tr
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import StatedAxes, stated_axes, unit_text
 from vomstudio.io.gis.geo_keys import Keys, name_keys
 from vomstudio.io.models.reader import Reference
 from vomstudio.io.text.encodings import as_utf8
-from vomstudio.words import tr
 
 _WKT, _DIRECTORY, _DOUBLES, _TEXTS = 2112, 34735, 34736, 34737
 _LONGEST = 1_000_000

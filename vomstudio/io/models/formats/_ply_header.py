@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
+from vomstudio.core.words import tr
 from vomstudio.io.models.mtl import decode
-from vomstudio.words import tr
 
 MAGIC = (b"ply\n", b"ply\r", b"ply ")
 MAX_HEADER_BYTES = 1 << 20

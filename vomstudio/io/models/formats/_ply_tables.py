@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import tr
 from vomstudio.io.models.formats._budget import Budget
 from vomstudio.io.models.formats._common import (
     Columns,
@@ -18,8 +20,6 @@ from vomstudio.io.models.formats._common import (
     refuse_decimal_commas,
 )
 from vomstudio.io.models.formats._ply_header import Element, Header
-from vomstudio.progress import Progress
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.generic]
 

@@ -9,11 +9,13 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.names import utf8_name
+from vomstudio.core.files.regular import require_regular_beside
+from vomstudio.core.files.untrusted.pictures import RASTER_CACHE_BYTES, check_raster
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.names import utf8_name
-from vomstudio.files.regular import require_regular_beside
-from vomstudio.files.untrusted.pictures import RASTER_CACHE_BYTES, check_raster
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import stated_axes
@@ -21,8 +23,6 @@ from vomstudio.io.gis.geo_keys import COMPOUND, keys_of_tiff, name_keys
 from vomstudio.io.gis.raster import libtiff_silent
 from vomstudio.io.models.formats._common import drop_unsound
 from vomstudio.io.models.reader import LoadedModel, Reader
-from vomstudio.progress import Progress
-from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[Any]
 

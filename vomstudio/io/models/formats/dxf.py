@@ -15,15 +15,17 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.file_kinds import recognise_kind
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.kinds import recognise_kind
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.gis.axis_units import UNKNOWN, Units
 from vomstudio.io.gis.dxf import WHITE, color_table
-from vomstudio.io.gis.dxf_facts import POLYFACE_MESH, POLYGON_MESH
-from vomstudio.io.gis.dxf_pieces import binary_groups, is_binary, text_of
+from vomstudio.io.gis.dxf_groups import binary_groups, is_binary, text_of
+from vomstudio.io.gis.dxf_properties import POLYFACE_MESH, POLYGON_MESH
 from vomstudio.io.models.formats._common import (
     BLOCK_BYTES,
     drop_unsound,
@@ -32,8 +34,6 @@ from vomstudio.io.models.formats._common import (
     read_whole,
 )
 from vomstudio.io.models.reader import LoadedModel, Reader
-from vomstudio.progress import Progress
-from vomstudio.words import to_translate, tr
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

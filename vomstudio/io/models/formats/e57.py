@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.names import utf8_name
+from vomstudio.core.files.regular import open_regular
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.names import utf8_name
-from vomstudio.files.regular import open_regular
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.formats._budget import Budget
 from vomstudio.io.models.formats._common import (
@@ -20,8 +22,6 @@ from vomstudio.io.models.formats._common import (
     points_missing,
 )
 from vomstudio.io.models.reader import LoadedModel, Reader
-from vomstudio.progress import Progress
-from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[Any]
 

@@ -16,8 +16,10 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import to_translate
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.formats._common import ROWS_AT_ONCE, drop_unsound, drop_unsound_points
@@ -26,8 +28,6 @@ from vomstudio.io.models.formats._gltf_materials import materials_of
 from vomstudio.io.models.formats._gltf_primitives import Piece, pieces_of
 from vomstudio.io.models.offset_file import checked_origin, crs_or_problem, offset_path, read_offset
 from vomstudio.io.models.reader import LoadedModel, Reader
-from vomstudio.progress import Progress
-from vomstudio.words import to_translate
 
 Array = npt.NDArray[Any]
 

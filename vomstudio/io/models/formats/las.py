@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import Cancelled, InputError
+from vomstudio.core.files.regular import open_regular
 from vomstudio.core.findings import Finding
-from vomstudio.errors import Cancelled, InputError
-from vomstudio.files.regular import open_regular
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.formats._common import (
     Columns,
@@ -39,8 +41,6 @@ from vomstudio.io.models.formats._las_records import (
 )
 from vomstudio.io.models.formats._las_reference import las_reference
 from vomstudio.io.models.reader import LoadedModel, Reader
-from vomstudio.progress import Progress
-from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[np.generic]
 

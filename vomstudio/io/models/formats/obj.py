@@ -17,9 +17,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress
 from vomstudio.core.threads import PROCESSORS, map_parallel
-from vomstudio.errors import InputError
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models.formats._common import (
@@ -31,8 +33,6 @@ from vomstudio.io.models.formats._common import (
 )
 from vomstudio.io.models.mtl import decode, find_beside, read_library, unquote
 from vomstudio.io.models.reader import LoadedModel, Reader
-from vomstudio.progress import Progress
-from vomstudio.words import to_translate, tr
 
 BLOCK_BYTES = 8 * 1024 * 1024
 LOOKED_AT_ONCE = 1 << 18

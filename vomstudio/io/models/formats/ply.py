@@ -15,8 +15,10 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import to_translate
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.models.formats._budget import Budget
@@ -32,8 +34,6 @@ from vomstudio.io.models.formats._ply_tables import Table, read_binary, read_tex
 from vomstudio.io.models.mtl import check_image, find_beside, texture_finding
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.io.text.encodings import as_utf8
-from vomstudio.progress import Progress
-from vomstudio.words import to_translate
 
 Array = npt.NDArray[np.generic]
 

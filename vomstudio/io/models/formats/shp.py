@@ -14,9 +14,11 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files import regular
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files import regular
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.shapefile import POINT_BYTES, POINT_Z
@@ -28,8 +30,6 @@ from vomstudio.io.models.formats._common import (
     scale_colors,
 )
 from vomstudio.io.models.reader import LoadedModel, Reader
-from vomstudio.progress import Progress
-from vomstudio.words import to_translate, tr
 
 Floats = npt.NDArray[np.float64]
 Fields = dict[str, npt.NDArray[np.generic]]

@@ -16,8 +16,10 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.formats._common import (
     BLOCK_BYTES,
@@ -31,8 +33,6 @@ from vomstudio.io.models.formats._decimals import python_number
 from vomstudio.io.models.offset_file import read_offset
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.io.text.encodings import MARKS, as_utf8
-from vomstudio.progress import Progress
-from vomstudio.words import to_translate, tr
 
 HEADER_BYTES, RECORD_BYTES = 84, 50
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

@@ -12,11 +12,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.file_kinds import require_text
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.kinds import require_text
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
-from vomstudio.geometry.places import FARTHEST_M
+from vomstudio.geometry.coordinate_limits import FARTHEST_M
 from vomstudio.io.gate.stated_crs import crs_in_comments
 from vomstudio.io.models.formats._common import (
     ROWS_AT_ONCE,
@@ -42,8 +44,6 @@ from vomstudio.io.text.rows import (
     sniff,
 )
 from vomstudio.io.text.tables import TextTable, coordinate_columns, read_points
-from vomstudio.progress import Progress
-from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[Any]
 

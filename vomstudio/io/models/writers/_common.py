@@ -14,9 +14,9 @@ from typing import Any, BinaryIO, TextIO
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError, TargetError
+from vomstudio.core.files.regular import open_regular, read_small_text, read_whole
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, TargetError
-from vomstudio.files.regular import open_regular, read_small_text, read_whole
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.crs import parse_crs

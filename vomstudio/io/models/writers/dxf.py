@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from vomstudio.core.files.atomic import atomic_group
 from vomstudio.core.findings import Finding
-from vomstudio.files.atomic import atomic_group
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.io.gis.dxf import Drawing, color_number, color_numbers, layer_names
@@ -16,7 +17,6 @@ from vomstudio.io.models.writers._common import (
     step_rows,
     textures_not_written,
 )
-from vomstudio.words import to_translate, tr
 
 
 def write(out: Outgoing) -> list[Finding]:

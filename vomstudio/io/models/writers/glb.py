@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError, TargetError
+from vomstudio.core.files.atomic import atomic_group
+from vomstudio.core.files.untrusted.pictures import open_picture
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError, TargetError
-from vomstudio.files.atomic import atomic_group
-from vomstudio.files.untrusted.pictures import open_picture
+from vomstudio.core.version import __version__
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.geometry.units import WORLD
@@ -22,8 +24,6 @@ from vomstudio.io.models.image_store import ending_of
 from vomstudio.io.models.offset_file import offset_path, offset_text
 from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.models.writers._common import image_bytes, positions_of
-from vomstudio.version import __version__
-from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[Any]
 

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import Cancelled
+from vomstudio.core.files.atomic import atomic_write
 from vomstudio.core.findings import Finding
-from vomstudio.errors import Cancelled
-from vomstudio.files.atomic import atomic_write
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.writer import Outgoing, Writer
@@ -23,7 +24,6 @@ from vomstudio.io.models.writers._common import (
     positions_of,
     step_rows,
 )
-from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[Any]
 

@@ -9,8 +9,9 @@ import numpy as np
 import numpy.typing as npt
 from numpy.lib import recfunctions as rfn
 
+from vomstudio.core.files.atomic import atomic_group
 from vomstudio.core.findings import Finding
-from vomstudio.files.atomic import atomic_group
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.models.writers._common import (
@@ -22,7 +23,6 @@ from vomstudio.io.models.writers._common import (
     prj_beside,
     step_rows,
 )
-from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[Any]
 

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import TargetError
+from vomstudio.core.files.atomic import atomic_group
 from vomstudio.core.findings import Finding
-from vomstudio.errors import TargetError
-from vomstudio.files.atomic import atomic_group
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.gis.shapefile import Column, column, is_too_large, short_names, write_points
 from vomstudio.io.models.writer import Outgoing, Writer
@@ -19,7 +20,6 @@ from vomstudio.io.models.writers._common import (
     prj_beside,
     step_rows,
 )
-from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[Any]
 

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.files.atomic import atomic_group
 from vomstudio.core.findings import Finding
-from vomstudio.files.atomic import atomic_group
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.models.writers._common import (
@@ -20,7 +21,6 @@ from vomstudio.io.models.writers._common import (
     step_rows,
     write_lines,
 )
-from vomstudio.words import to_translate, tr
 
 Array = npt.NDArray[Any]
 

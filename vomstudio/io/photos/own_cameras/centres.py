@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, InputError
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.io.photos.own_cameras.result import OwnCameras, from_centre, of_views
 from vomstudio.io.text.named_columns import PHOTO, WORLD, NamedTable

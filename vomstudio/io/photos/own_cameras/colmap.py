@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, InputError
+from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.io.photos.own_cameras.result import (
     OwnCameras,
@@ -26,7 +27,6 @@ from vomstudio.io.photos.own_cameras.result import (
     unknown_lens,
 )
 from vomstudio.io.text.file_text import read_bytes, read_text
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 Lenses = dict[int, tuple[Intrinsics, str | None]]

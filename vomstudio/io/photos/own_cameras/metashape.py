@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
+from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.frames import Candidate
 from vomstudio.io.photos.own_cameras.result import from_centre, straight, unknown_lens
 from vomstudio.io.text.xml_tree import Element
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 

@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import GeometryError, InputError
+from vomstudio.core.files.regular import read_json, read_small_text
 from vomstudio.core.findings import Finding
-from vomstudio.errors import GeometryError, InputError
-from vomstudio.files.regular import read_json, read_small_text
+from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.frames import Candidate
 from vomstudio.io.photos.own_cameras.result import from_centre, posed, straight, unknown_lens
-from vomstudio.words import tr
 
 Array = npt.NDArray[np.float64]
 

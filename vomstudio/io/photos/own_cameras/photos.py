@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from vomstudio.errors import InputError
+from vomstudio.core.errors import InputError
 from vomstudio.io.photos.own_cameras.result import OwnCameras
 from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.io.photos.reading import photo_names

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.file_kinds import refuse_other_kind
+from vomstudio.core.files.regular import is_regular, open_regular
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
-from vomstudio.files.kinds import refuse_other_kind
-from vomstudio.files.regular import is_regular, open_regular
 from vomstudio.io.photos.cameras_file import FILE_NAME, find_photos, read_cameras
 from vomstudio.io.photos.own_cameras import centres, colmap, metashape, opensfm
 from vomstudio.io.photos.own_cameras.frames import Candidate, best_of

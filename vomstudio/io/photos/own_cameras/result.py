@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import InputError
+from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
-from vomstudio.geometry.places import no_places
-from vomstudio.words import tr
+from vomstudio.geometry.coordinate_limits import no_places
 
 Array = npt.NDArray[np.float64]
 

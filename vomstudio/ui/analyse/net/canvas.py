@@ -21,12 +21,12 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QWidget
 
-from vomstudio.document.fold_planes import FoldPlanes
 from vomstudio.products.net.contents import NetContents
 from vomstudio.products.net.figure import NetArtists, draw_stereonet
 from vomstudio.products.net.rose import RoseArtists, draw_roses
 from vomstudio.products.net.rose_contents import RoseContents
 from vomstudio.products.net.style import NetStyle
+from vomstudio.project.fold_planes import FoldPlanes
 from vomstudio.ui.analyse.net.source import with_fold
 
 DPI = 100.0

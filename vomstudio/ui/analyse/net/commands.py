@@ -12,11 +12,12 @@ from PySide6.QtCore import QMimeData, Qt
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtWidgets import QFileDialog, QWidget
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
-from vomstudio.document import edits, reading_comparison
-from vomstudio.document.records import Model
-from vomstudio.errors import VomError
+from vomstudio.core.words import tr
 from vomstudio.geometry import transform
+from vomstudio.project import edits, reading_comparison
+from vomstudio.project.records import Model
 from vomstudio.ui.analyse.net.written import NetDock, style_of, write_shown
 from vomstudio.ui.analyse.picture_file import ask_for_picture
 from vomstudio.ui.common import file_filters
@@ -25,7 +26,6 @@ from vomstudio.ui.common.command_targets import start_folder
 from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.open_dialogs import OpenDialogs
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.ui.analyse.readings_dialog import Place
@@ -105,7 +105,7 @@ def choose_readings(parent: QWidget, studio: Studio) -> None:
 
 def import_readings(parent: QWidget, studio: Studio, path: Path) -> None:
     """Ask for the meaning of the columns, and add the readings as features."""
-    from vomstudio.io.project.field_table import read_field_table
+    from vomstudio.project.imports.field_table import read_field_table
     from vomstudio.ui.analyse.readings_dialog import ReadingsDialog
 
     try:
@@ -177,7 +177,7 @@ def copy_net(studio: Studio, panel: NetDock) -> None:
 
 def export_net(studio: Studio, panel: NetDock, path: Path) -> None:
     """Write what the stereonet shows, on white, at the size of a printed figure."""
-    from vomstudio.files.atomic import atomic_write
+    from vomstudio.core.files.atomic import atomic_write
 
     try:
         shown = panel.for_print()

@@ -6,11 +6,11 @@ from PySide6.QtGui import QActionGroup
 from PySide6.QtWidgets import QMenu, QToolButton
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.density import DENSITY_METHODS, SIGMA
 from vomstudio.products.net.contents import Contouring
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import to_translate, tr
 
 _METHODS = {
     "": to_translate("No contours"),

@@ -21,8 +21,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import VomError
+from vomstudio.core.words import to_translate, tr
 from vomstudio.products.net.contents import NetContents
 from vomstudio.products.net.figure_options import LIMITS, SIZE_MM
 from vomstudio.products.net.figure_style import FigureStyle, fonts
@@ -31,7 +32,6 @@ from vomstudio.ui.analyse.net.written import NetDock, style_of, write_shown
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, Label
-from vomstudio.words import to_translate, tr
 
 _USUAL = {
     "width_mm": SIZE_MM[0],

@@ -8,10 +8,10 @@ from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QMenu, QToolButton
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate, tr
 from vomstudio.ui.analyse.net.wishes import BINS, NetWishes
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import to_translate, tr
 
 _ASKED = {
     "averages": (

@@ -8,12 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vomstudio.document.fold_planes import FoldPlanes
-from vomstudio.document.measurement import Measurement
-from vomstudio.document.records import FeatureType, Typed, get_feature
-from vomstudio.document.registration_errors import models_of, turns_of
-from vomstudio.document.straight_traces import band_of_measured
-from vomstudio.errors import VomError
+from vomstudio.core.errors import VomError
+from vomstudio.core.words import tr
 from vomstudio.geology.orientation import Line, Plane, normals_to_planes, planes_to_normals
 from vomstudio.geology.roses import LINES_HAVE
 from vomstudio.io.text.repeated_rows import repeats_not_drawn
@@ -29,6 +25,12 @@ from vomstudio.products.net.contents import (
 )
 from vomstudio.products.net.net_options import MOST_PLANES, Turning
 from vomstudio.products.net.rose_contents import RoseContents, roses_of_sets
+from vomstudio.project.fold_planes import FoldPlanes
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import FeatureType, Typed, get_feature
+from vomstudio.project.registration_errors import models_of, turns_of
+from vomstudio.project.straight_traces import band_of_measured
+from vomstudio.studio.fold_choice import is_bed
 from vomstudio.ui.analyse.net.wishes import NetWishes
 from vomstudio.ui.analyse.net_sets import (
     Groups,
@@ -39,8 +41,6 @@ from vomstudio.ui.analyse.net_sets import (
 )
 from vomstudio.ui.common.number_formatting import natural
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr
-from vomstudio.workspace.fold_choice import is_bed
 
 if TYPE_CHECKING:
     from vomstudio.products.net.figure_style import FigureStyle

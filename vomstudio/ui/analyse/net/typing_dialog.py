@@ -15,8 +15,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
-from vomstudio.errors import VomError
+from vomstudio.core.words import to_translate, tr
 from vomstudio.geology.notation import format_plane
 from vomstudio.products.net.figure_options import parse_levels
 from vomstudio.products.net.net_options import (
@@ -31,7 +32,6 @@ from vomstudio.ui.analyse.net.wishes import NetWishes
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import Label, allow
-from vomstudio.words import to_translate, tr
 
 Made = TypeVar("Made")
 

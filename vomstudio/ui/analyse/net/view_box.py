@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from vomstudio.core.words import to_translate, tr
 from vomstudio.products.net.rose import TITLES
 from vomstudio.ui.analyse.net.wishes import NetWishes
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
-from vomstudio.words import to_translate, tr
 
 _NETS = (("area", to_translate("Equal area")), ("angle", to_translate("Equal angle")))
 _SHORT = {

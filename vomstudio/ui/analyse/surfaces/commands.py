@@ -5,12 +5,12 @@ from __future__ import annotations
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.kinds import has_plane
-from vomstudio.document.records import Feature, OnAModel, Painted
+from vomstudio.core.words import tr
+from vomstudio.project.kinds import has_plane
+from vomstudio.project.records import Feature, OnAModel, Painted
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.long_boxes import fit_to_screen
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr
 
 
 def selected_patch(studio: Studio) -> Painted | None:

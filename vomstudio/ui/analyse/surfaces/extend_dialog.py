@@ -17,19 +17,20 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import Feature, Model
-from vomstudio.errors import VomError
+from vomstudio.core.words import tr, tr_n
 from vomstudio.geology.beds.extended import belief_of_fit, repeated
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.field_style import FieldStyle
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.moving import moved
+from vomstudio.geometry.model_transform import moved
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.geometry.units import length_text
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.products.section.extend_options import ExtendOptions
 from vomstudio.products.section.extension import ExtendedPlane, band_edges, extend, write_traces
+from vomstudio.project.records import Feature, Model
 from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.qt_background import QtBackground
@@ -38,7 +39,6 @@ from vomstudio.ui.common.widgets import Label, allow
 from vomstudio.ui.forms.model_axes import axes_of, unit_of
 from vomstudio.ui.forms.options_form import OptionFields
 from vomstudio.ui.scene.extended_plane_drawings import ExtendedLines
-from vomstudio.words import tr, tr_n
 
 FIELD = "extended_plane_m"
 """Of the model's points in the band: their distance from the plane."""

@@ -17,15 +17,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
-from vomstudio.document import edits
-from vomstudio.document.kinds.patch import Patch
-from vomstudio.document.records import Model, Painted, get
-from vomstudio.errors import VomError
+from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.field_style import FieldStyle
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.geometry.moving import moved
+from vomstudio.geometry.model_transform import moved
 from vomstudio.geometry.patches import ids_of
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.products.surface.analysis import SurfaceFigures, analyse
@@ -33,7 +31,10 @@ from vomstudio.products.surface.figure import draw_surface, in_lines
 from vomstudio.products.surface.patch import of_faces
 from vomstudio.products.surface.surface_options import SurfaceOptions
 from vomstudio.products.surface.writing import FIELDS, write_deviations
-from vomstudio.tools.brush_stroke import record_figures
+from vomstudio.project import edits
+from vomstudio.project.kinds.patch import Patch
+from vomstudio.project.records import Model, Painted, get
+from vomstudio.studio.tools.brush_stroke import record_figures
 from vomstudio.ui.common.command_targets import ask_for_target
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.qt_background import QtBackground
@@ -41,7 +42,6 @@ from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import Label, allow
 from vomstudio.ui.forms.model_axes import axes_of, unit_of
 from vomstudio.ui.forms.options_form import OptionFields
-from vomstudio.words import tr
 
 _SIZE = (760, 520)
 

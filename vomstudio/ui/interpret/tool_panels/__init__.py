@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
-from vomstudio.tools.registry import TOOLS
+from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
 

@@ -9,14 +9,14 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QToolButton, QWidget
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.records import FaceGrid
-from vomstudio.geology.looked_at.shares import DONE, EMPTY, OPEN, TITLES, UNMEASURABLE
-from vomstudio.tools.cells import CellsTool
+from vomstudio.core.words import to_translate, tr
+from vomstudio.geology.coverage.face_coverage import DONE, EMPTY, OPEN, TITLES, UNMEASURABLE
+from vomstudio.project.records import FaceGrid
+from vomstudio.studio.tools.cells import CellsTool
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
-from vomstudio.words import to_translate, tr
 
 MARKS = {
     DONE: ("done", "check", "Q", to_translate("Features were picked here, or could have been.")),
@@ -50,7 +50,7 @@ class CellsPanel(QWidget):
             signal.connect(self.refresh)
 
     def refresh(self, *_: object) -> None:
-        from vomstudio.document.grid_edits import marks_of
+        from vomstudio.project.grid_edits import marks_of
 
         grids = self._studio.session.of(FaceGrid)
         marks = "".join(marks_of(grid) for grid in grids)

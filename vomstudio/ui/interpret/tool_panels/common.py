@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QFormLayout, QLineEdit, QVBoxLayout, QWidget
 
+from vomstudio.core.words import tr
 from vomstudio.ui.common.widgets import Label, action_buttons
-from vomstudio.words import tr
 
 _PICKING = ("finish", "cancel", "continue_trace", "delete_vertex")
 

@@ -7,22 +7,23 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import QFormLayout, QHBoxLayout, QLineEdit, QPushButton, QWidget
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
-from vomstudio.document import edits
-from vomstudio.document.compass_edits import compass_of, set_compass
-from vomstudio.document.kinds import kind_of
-from vomstudio.document.kinds.known_line import KnownLine
-from vomstudio.document.measurement import Measurement
-from vomstudio.document.records import Compass, Model, ReadNorth, Record, get_feature
-from vomstudio.errors import VomError
+from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Plane
+from vomstudio.geometry.registrations import ReadNorth
+from vomstudio.project import edits
+from vomstudio.project.compass_edits import compass_of, set_compass
+from vomstudio.project.kinds import kind_of
+from vomstudio.project.kinds.known_line import KnownLine
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import Compass, Model, Record, get_feature
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import chosen_features
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ElidedLabel
 from vomstudio.ui.interpret.tool_panels.compass_dialog import CompassDialog, north_text
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.registration.north import North
@@ -111,7 +112,7 @@ class CompassBox(QWidget):
     def _feature(self, model: Model) -> tuple[Record | None, Measurement | None, Finding | None]:
         """What is selected beside readings of the field book, its measurement, and why it cannot
         have been read."""
-        from vomstudio.workspace.placing.known_planes import why_not_read
+        from vomstudio.studio.placing.known_planes import why_not_read
 
         studio = self._studio
         features = chosen_features(studio)
@@ -124,7 +125,7 @@ class CompassBox(QWidget):
     def _take_field_reading(self) -> None:
         """Of a plane or line that is selected together with a reading of the field book, that is
         what was read."""
-        from vomstudio.workspace.placing.known_planes import field_text, kind_read
+        from vomstudio.studio.placing.known_planes import field_text, kind_read
 
         studio = self._studio
         if self._model is None or self._used is None or not self.reading.isEnabled():
@@ -144,8 +145,8 @@ class CompassBox(QWidget):
         """Name the plane or line that is selected, or say why none can be read."""
         if self._model is None:
             return
+        from vomstudio.studio.placing.known_planes import kind_read
         from vomstudio.ui.common.number_formatting import orientation_text
-        from vomstudio.workspace.placing.known_planes import kind_read
 
         record, measured, why = self._feature(self._model)
         notation = self._studio.settings.notation
@@ -169,7 +170,7 @@ class CompassBox(QWidget):
     # --- what is done ------------------------------------------------------------------------
     def take(self) -> None:
         """What was typed becomes a reading of the selected plane or line."""
-        from vomstudio.workspace.placing.known_planes import (
+        from vomstudio.studio.placing.known_planes import (
             kind_read,
             reading_of,
             typed_reading,

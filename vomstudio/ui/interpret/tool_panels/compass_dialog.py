@@ -15,12 +15,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.errors import UsageError, VomError
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.document.records import Compass, Model, NorthKind, ReadNorth, compass_id
-from vomstudio.errors import UsageError, VomError
+from vomstudio.core.words import to_translate, tr
+from vomstudio.geometry.registrations import NorthKind, ReadNorth
+from vomstudio.project.records import Compass, Model, compass_id
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.widgets import ComboBox, Label, allow
-from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
     from vomstudio.registration.north import North
@@ -118,7 +119,7 @@ class CompassDialog(QDialog):
     def _say(self, _: object = None) -> None:
         """Show what follows, or what is missing."""
         from vomstudio.registration.north import default_north_sigma_deg
-        from vomstudio.workspace.placing.read_north import north_of
+        from vomstudio.studio.placing.read_north import north_of
 
         word: NorthKind = self.north.currentData()
         for field, shown in (
@@ -189,7 +190,7 @@ def _angle_text(angle_deg: float | None) -> str:
 def parse_place(text: str) -> tuple[float, float] | None:
     """Longitude and latitude of a text that has the latitude first; None for an empty one. Raises
     UsageError."""
-    from vomstudio.geometry.places import why_not_on_earth
+    from vomstudio.geometry.coordinate_limits import why_not_on_earth
 
     if not text.strip():
         return None

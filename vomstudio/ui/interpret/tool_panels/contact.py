@@ -6,8 +6,9 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.length_figures import words
-from vomstudio.tools.contact import ContactTool
+from vomstudio.core.words import tr
+from vomstudio.project.length_figures import words
+from vomstudio.studio.tools.contact import ContactTool
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.follow_box import FollowBox
 from vomstudio.ui.common.studio import Studio
@@ -16,7 +17,6 @@ from vomstudio.ui.common.vertex_table import VertexTable
 from vomstudio.ui.common.widgets import allow, narrow_form
 from vomstudio.ui.interpret.tool_panels.common import hint_label, lay_out_picking, set_field
 from vomstudio.ui.interpret.tool_panels.in_photos_box import InPhotosBox
-from vomstudio.words import tr
 
 
 class ContactPanel(QWidget):

@@ -22,14 +22,16 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.errors import GeometryError, VomError
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.document import edits
-from vomstudio.document.kinds.control_point import ControlPoint
-from vomstudio.document.kinds.known_line import CLICKED, KINDS, KnownKind, KnownLine
-from vomstudio.document.records import Compass, Model, ReadNorth
-from vomstudio.errors import GeometryError, VomError
-from vomstudio.tools.control import ControlTool
-from vomstudio.tools.known_line import KnownLineTool
+from vomstudio.core.words import tr
+from vomstudio.geometry.registrations import ReadNorth
+from vomstudio.project import edits
+from vomstudio.project.kinds.control_point import ControlPoint
+from vomstudio.project.kinds.known_line import CLICKED, KINDS, KnownKind, KnownLine
+from vomstudio.project.records import Compass, Model
+from vomstudio.studio.tools.control import ControlTool
+from vomstudio.studio.tools.known_line import KnownLineTool
 from vomstudio.ui.common import file_filters, theme
 from vomstudio.ui.common.command_targets import current_model, start_folder
 from vomstudio.ui.common.crs_field import CrsField
@@ -51,7 +53,6 @@ from vomstudio.ui.interpret.tool_panels.readings import (
     known_north,
     used_north,
 )
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.registration.north import North
@@ -203,8 +204,8 @@ class ControlPanel(QWidget):
         """Place the model anew by what is ticked, and say what that is worth: at once where that is
         a matter of milliseconds, else beside the window."""
         from vomstudio.registration.surface_points import some_points
-        from vomstudio.workspace.placing.known_planes import compass_table
-        from vomstudio.workspace.placing.registering import pairs_of, placed_by_points
+        from vomstudio.studio.placing.known_planes import compass_table
+        from vomstudio.studio.placing.registering import pairs_of, placed_by_points
 
         model = self.model
         opened = None if model is None else self._studio.models.get(model.id)
@@ -253,7 +254,7 @@ class ControlPanel(QWidget):
 
     def _photo_up(self, model: Model | None) -> npt.NDArray[np.float64] | None:
         """As of `known_lines.photo_up`, read once for each model."""
-        from vomstudio.workspace.placing.known_lines import photo_up
+        from vomstudio.studio.placing.known_lines import photo_up
 
         path = None if model is None else self._studio.project.find_model(model)
         if self._photo_up_of is None or self._photo_up_of[0] != path:
@@ -280,7 +281,7 @@ class ControlPanel(QWidget):
         self._explain_button(problem)
 
     def _show_placed(self, placed: Placed | None, text: str) -> None:
-        from vomstudio.workspace.placing.registering import expected
+        from vomstudio.studio.placing.registering import expected
 
         self.placed = placed
         self.said.setText(text)
@@ -290,7 +291,7 @@ class ControlPanel(QWidget):
         self._tool.expect(places, _RING * self._reach * self._metres())
 
     def _show_residuals(self) -> None:
-        from vomstudio.workspace.placing.known_lines import line_misses
+        from vomstudio.studio.placing.known_lines import line_misses
 
         placed = self.placed
         self.table.show_residuals(self._points, placed)
@@ -316,7 +317,7 @@ class ControlPanel(QWidget):
         return metric_crs(text, tr("CRS of x, y, z")) if text else None
 
     def _typed_click_error(self) -> float | None:
-        from vomstudio.workspace.placing.registering import parse_click_sigma
+        from vomstudio.studio.placing.registering import parse_click_sigma
 
         text = self.click_error.text().strip()
         return parse_click_sigma(text, tr("Click error (m)")) if text else None
@@ -398,7 +399,7 @@ class ControlPanel(QWidget):
         """The points of a file become control points of a model."""
         from vomstudio.io.control.control_files import crs_of
         from vomstudio.io.control.observation_tables import read_points
-        from vomstudio.workspace.placing.registering import take_in
+        from vomstudio.studio.placing.registering import take_in
 
         try:
             pairs = read_points(path)
@@ -461,9 +462,9 @@ class ControlPanel(QWidget):
 
     def apply(self) -> None:
         """Register the model by the points, lines and planes."""
-        from vomstudio.workspace.placing.known_lines import usable
-        from vomstudio.workspace.placing.known_planes import placing
-        from vomstudio.workspace.placing.registering import (
+        from vomstudio.studio.placing.known_lines import usable
+        from vomstudio.studio.placing.known_planes import placing
+        from vomstudio.studio.placing.registering import (
             pairs_of,
             registration_of,
             sets_turned_deg,

@@ -10,9 +10,9 @@ from typing import Any
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.options import option_words
-from vomstudio.document.kinds.control_point import ControlPoint
-from vomstudio.document.kinds.known_line import KnownLine
-from vomstudio.document.records import ReadNorth
+from vomstudio.geometry.registrations import ReadNorth
+from vomstudio.project.kinds.control_point import ControlPoint
+from vomstudio.project.kinds.known_line import KnownLine
 from vomstudio.registration.register_options import RegisterOptions
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.forms.copied_command import Words, copy_command, copy_with_file, numbers_text
@@ -36,9 +36,9 @@ def copy_register(
     clipboard. north : how azimuths are counted; kept_scale : metres per unit of the model's file
     click_sigma_m : error of the click on the model as typed, None for the default"""
     from vomstudio.io.control.writing import write_compass, write_pairs
-    from vomstudio.workspace.placing.known_planes import compass_table
-    from vomstudio.workspace.placing.read_north import as_the_command
-    from vomstudio.workspace.placing.registering import pairs_of
+    from vomstudio.studio.placing.known_planes import compass_table
+    from vomstudio.studio.placing.read_north import as_the_command
+    from vomstudio.studio.placing.registering import pairs_of
 
     pairs = pairs_of(points)
     table = compass_table(lines, readings.seen)
@@ -110,7 +110,7 @@ def add_known_lines(
     turned_deg : float
         Correction that is added to azimuths.
     """
-    from vomstudio.workspace.placing.known_lines import usable
+    from vomstudio.studio.placing.known_lines import usable
 
     names = {"level": "level", "plumb": "plumb", "azimuth": "bearing", "length": "scale"}
     texts: dict[str, list[str]] = {name: [] for name in names.values()}

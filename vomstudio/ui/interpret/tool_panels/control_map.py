@@ -12,8 +12,8 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from vomstudio.core.words import tr
 from vomstudio.ui.common.number_formatting import degrees, length
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.registration.results import Placed

@@ -17,9 +17,9 @@ from PySide6.QtWidgets import (
     QTableWidgetItem,
 )
 
-from vomstudio.document.kinds.control_point import ControlPoint
+from vomstudio.core.words import tr
+from vomstudio.project.kinds.control_point import ControlPoint
 from vomstudio.ui.common import theme
-from vomstudio.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.registration.results import Placed, PointResidual

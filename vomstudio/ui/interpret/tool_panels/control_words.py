@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding, finding_of
-from vomstudio.document.kinds.control_point import ControlPoint
-from vomstudio.document.kinds.known_line import KnownLine
-from vomstudio.document.records import Model
-from vomstudio.errors import VomError
+from vomstudio.core.words import to_translate, tr
+from vomstudio.project.kinds.control_point import ControlPoint
+from vomstudio.project.kinds.known_line import KnownLine
+from vomstudio.project.records import Model
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.interpret.tool_panels.readings import Readings
-from vomstudio.words import to_translate, tr
 
 if TYPE_CHECKING:
     from vomstudio.registration.results import Placed
@@ -33,8 +33,8 @@ def in_short(
     readings: Readings,
 ) -> Finding:
     """Why there is no placement, or what is to be done next. found : so many points are found"""
-    from vomstudio.workspace.placing.known_lines import usable
-    from vomstudio.workspace.placing.known_planes import placing
+    from vomstudio.studio.placing.known_lines import usable
+    from vomstudio.studio.placing.known_planes import placing
 
     if usable(lines) or placing(lines, readings.seen):
         return finding_of(error)
@@ -52,8 +52,8 @@ def in_short(
 
 def placement_text(placed: Placed, model: Model | None, crs: str | None) -> str:
     """What a geologist must know of it."""
-    from vomstudio.registration.remarks import vertical_error_findings
-    from vomstudio.workspace.placing.known_lines import frame_after
+    from vomstudio.registration.warnings import vertical_error_findings
+    from vomstudio.studio.placing.known_lines import frame_after
 
     said = [_worth(placed)]
     if model is not None and not placed.known.all:
@@ -79,7 +79,7 @@ def reading_tips(
 ) -> Mapping[str, str]:
     """Of what was read by compass, by id: what the placed model shows, what else is in its error,
     and what becomes of the placement without it; or why it places nothing."""
-    from vomstudio.document.records import get_feature
+    from vomstudio.project.records import get_feature
 
     tips = {}
     for line in lines:
@@ -103,9 +103,9 @@ def _of_reading(
 ) -> list[str]:
     from dataclasses import replace
 
-    from vomstudio.document.kinds.known_line import as_read
     from vomstudio.geology.orientation import Line, Plane
-    from vomstudio.workspace.placing.known_planes import placed_direction
+    from vomstudio.project.kinds.known_line import as_read
+    from vomstudio.studio.placing.known_planes import placed_direction
 
     seen = readings.seen[line.id]
     there = placed_direction(seen, placed)
@@ -133,7 +133,7 @@ def _of_reading(
 
 
 def _worth(placed: Placed) -> str:
-    from vomstudio.registration.remarks import worst_axis_findings
+    from vomstudio.registration.warnings import worst_axis_findings
 
     said = []
     if placed.rms_control_m is not None:

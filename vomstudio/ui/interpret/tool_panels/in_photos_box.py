@@ -8,12 +8,12 @@ from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QCheckBox, QVBoxLayout, QWidget
 
 from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
 from vomstudio.extraction.path_costs import OF_COLOURS
-from vomstudio.tools.followed_line import AUTO
-from vomstudio.tools.following import FollowingTool
+from vomstudio.studio.tools.followed_line import AUTO
+from vomstudio.studio.tools.following import FollowingTool
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import Label
-from vomstudio.words import tr
 
 
 class InPhotosBox(QWidget):

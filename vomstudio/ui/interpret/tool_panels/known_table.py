@@ -10,11 +10,11 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
 
+from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.document.kinds.known_line import KINDS, KnownLine, as_read
-from vomstudio.errors import UsageError
+from vomstudio.core.words import tr
+from vomstudio.project.kinds.known_line import KINDS, KnownLine, as_read
 from vomstudio.ui.common import theme
-from vomstudio.words import tr
 
 TICK, LABEL, WHAT, VALUE, SIGMA, LEFT = range(6)
 _READ_ONLY = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
@@ -158,7 +158,7 @@ def value_text(line: KnownLine, notation: str) -> str:
 
 
 def _read_anew(line: KnownLine, text: str, notation: str) -> KnownLine:
-    from vomstudio.workspace.placing.known_planes import typed_reading
+    from vomstudio.studio.placing.known_planes import typed_reading
 
     said = typed_reading(text, "plane" if line.kind == "plane" else "lineation", notation)
     return replace(

@@ -6,7 +6,8 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.findings import Finding
-from vomstudio.tools.line import LineTool
+from vomstudio.core.words import tr
+from vomstudio.studio.tools.line import LineTool
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.number_formatting import slip_names
@@ -20,7 +21,6 @@ from vomstudio.ui.interpret.tool_panels.common import (
     lay_out_picking,
     set_field,
 )
-from vomstudio.words import tr
 
 
 class LinePanel(QWidget):

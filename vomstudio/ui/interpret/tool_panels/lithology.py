@@ -6,8 +6,9 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.kinds.lithology import CHOICES, words
-from vomstudio.tools.lithology import LithologyTool
+from vomstudio.core.words import tr
+from vomstudio.project.kinds.lithology import CHOICES, words
+from vomstudio.studio.tools.lithology import LithologyTool
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.follow_box import FollowBox
 from vomstudio.ui.common.studio import Studio
@@ -15,7 +16,6 @@ from vomstudio.ui.common.vertex_table import VertexTable
 from vomstudio.ui.common.widgets import ComboBox, allow, narrow_form
 from vomstudio.ui.interpret.tool_panels.common import hint_label, lay_out_picking
 from vomstudio.ui.interpret.tool_panels.in_photos_box import InPhotosBox
-from vomstudio.words import tr
 
 
 class LithologyPanel(QWidget):

@@ -9,16 +9,16 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.kinds.dimension import KINDS
-from vomstudio.document.length_figures import words
-from vomstudio.tools.measure import MeasureTool
+from vomstudio.core.words import to_translate, tr
+from vomstudio.project.kinds.dimension import KINDS
+from vomstudio.project.length_figures import words
+from vomstudio.studio.tools.measure import MeasureTool
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.plane_box import PlaneBox
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import VertexTable
 from vomstudio.ui.common.widgets import ComboBox, allow, narrow_form, rich_lines
 from vomstudio.ui.interpret.tool_panels.common import hint_label, lay_out_picking
-from vomstudio.words import to_translate, tr
 
 _HINTS = {
     "distance": to_translate(

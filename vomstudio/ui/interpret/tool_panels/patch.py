@@ -14,8 +14,9 @@ from PySide6.QtWidgets import (
 )
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.measurement_cache import Measurement
-from vomstudio.tools.patch import LARGEST_RADIUS, SMALLEST_RADIUS, PatchTool
+from vomstudio.core.words import tr
+from vomstudio.project.measurement_cache import Measurement
+from vomstudio.studio.tools.patch import LARGEST_RADIUS, SMALLEST_RADIUS, PatchTool
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.studio import Studio
@@ -27,7 +28,6 @@ from vomstudio.ui.interpret.tool_panels.common import (
     narrow_column,
     set_field,
 )
-from vomstudio.words import tr
 
 
 class PatchPanel(QWidget):

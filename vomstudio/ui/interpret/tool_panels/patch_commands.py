@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
-from vomstudio.document.kinds.patch import Patch
-from vomstudio.document.records import get
-from vomstudio.errors import VomError
-from vomstudio.tools.patch import PatchTool
+from vomstudio.core.words import tr
+from vomstudio.project.kinds.patch import Patch
+from vomstudio.project.records import get
+from vomstudio.studio.tools.patch import PatchTool
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import tr
 
 
 def commands(studio: Studio) -> list[Command]:

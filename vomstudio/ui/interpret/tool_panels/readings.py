@@ -6,15 +6,16 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from vomstudio.document.compass_edits import compass_of
-from vomstudio.document.kinds.control_point import ControlPoint
-from vomstudio.document.kinds.known_line import KnownLine
-from vomstudio.document.records import Compass, Model, ReadNorth
+from vomstudio.geometry.registrations import ReadNorth
+from vomstudio.project.compass_edits import compass_of
+from vomstudio.project.kinds.control_point import ControlPoint
+from vomstudio.project.kinds.known_line import KnownLine
+from vomstudio.project.records import Compass, Model
 from vomstudio.ui.common.studio import Studio
 
 if TYPE_CHECKING:
     from vomstudio.registration.north import North
-    from vomstudio.workspace.placing.known_planes import OnModel
+    from vomstudio.studio.placing.known_planes import OnModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,14 +38,14 @@ class Readings:
         there = {line.feature_id for line in lines if line.by_compass} & set(studio.records)
         if not there:
             return cls(compass, {})
-        from vomstudio.workspace.placing.known_planes import directions_of
+        from vomstudio.studio.placing.known_planes import directions_of
 
         return cls(compass, directions_of(lines, studio.measured(there), model))
 
     def counted(self, known: Callable[[Compass], North]) -> tuple[ReadNorth, str]:
         """How azimuths are counted, and a sentence on that. Raises UsageError, InputError where
         that is not known."""
-        from vomstudio.workspace.placing.read_north import AS_READ, north_of
+        from vomstudio.studio.placing.read_north import AS_READ, north_of
 
         return (
             (AS_READ, "") if self.compass is None else north_of(self.compass, known(self.compass))
@@ -60,8 +61,8 @@ def known_north(
 ) -> North:
     """What is known of place and day of readings on a model. crs : of the points. Raises
     UsageError."""
-    from vomstudio.workspace.placing.read_north import known_of
-    from vomstudio.workspace.placing.registering import pairs_of
+    from vomstudio.studio.placing.read_north import known_of
+    from vomstudio.studio.placing.registering import pairs_of
 
     opened = studio.models.get(model.id)
     bounds = None if opened is None else opened.data.bounds

@@ -14,10 +14,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.document.measurement_cache import Measurement
-from vomstudio.tools.growth import LARGEST_ANGLE, LARGEST_DISTANCE, LEAST_ANGLE
-from vomstudio.tools.select import SelectTool
-from vomstudio.tools.select_preview import LIVE
+from vomstudio.core.words import tr
+from vomstudio.project.measurement_cache import Measurement
+from vomstudio.studio.tools.growth import LARGEST_ANGLE, LARGEST_DISTANCE, LEAST_ANGLE
+from vomstudio.studio.tools.select import SelectTool
+from vomstudio.studio.tools.select_preview import LIVE
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.actions import plain
 from vomstudio.ui.common.explained import explain
@@ -28,7 +29,6 @@ from vomstudio.ui.common.widgets import DoubleSpinBox, Label, narrow_form
 from vomstudio.ui.interpret.by_value_box import ByValue
 from vomstudio.ui.interpret.tool_panels import select_commands
 from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column, set_field
-from vomstudio.words import tr
 
 _WAYS = ("select_grow", "select_rectangle", "select_lasso", "select_polygon")
 _CHANGES = (

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.kinds.patch import Patch
-from vomstudio.document.records import get
-from vomstudio.tools.chosen_elements import COMBINATIONS, Combine
-from vomstudio.tools.select import SelectTool
-from vomstudio.tools.select_words import STEPS, Way
+from vomstudio.core.words import to_translate, tr
+from vomstudio.project.kinds.patch import Patch
+from vomstudio.project.records import get
+from vomstudio.studio.tools.element_selection import COMBINATIONS, Combine
+from vomstudio.studio.tools.select import SelectTool
+from vomstudio.studio.tools.selection_messages import STEPS, Way
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
-from vomstudio.words import to_translate, tr
 
 Keys = str | tuple[str, ...]
 

@@ -6,15 +6,15 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QToolButton, QWidget
 
 from vomstudio.core.findings import Finding
-from vomstudio.document.kinds.station import WHATS
-from vomstudio.tools.station import StationTool
+from vomstudio.core.words import tr
+from vomstudio.project.kinds.station import WHATS
+from vomstudio.studio.tools.station import StationTool
 from vomstudio.ui.common import file_filters, theme
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.vertex_table import VertexTable
 from vomstudio.ui.common.widgets import ComboBox, allow, narrow_form
 from vomstudio.ui.interpret.tool_panels.common import hint_label, lay_out_picking
-from vomstudio.words import tr
 
 
 class StationPanel(QWidget):

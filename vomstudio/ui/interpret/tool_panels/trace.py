@@ -6,7 +6,8 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.findings import Finding
-from vomstudio.tools.trace import TraceTool
+from vomstudio.core.words import tr
+from vomstudio.studio.tools.trace import TraceTool
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.follow_box import FollowBox
@@ -20,7 +21,6 @@ from vomstudio.ui.interpret.tool_panels.common import (
     set_field,
 )
 from vomstudio.ui.interpret.tool_panels.in_photos_box import InPhotosBox
-from vomstudio.words import tr
 
 
 class TracePanel(QWidget):

@@ -1,0 +1,185 @@
+"""What a report tells, and above all what it keeps to itself."""
+
+from __future__ import annotations
+
+import logging
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from vomstudio.core.failures import crashes, log, log_file, report
+from vomstudio.core.failures.redaction import scrub
+from vomstudio.project.journal.outline import outline
+from vomstudio.project.journal.replay import Row
+
+
+@pytest.fixture
+def logging_on(own_folders):
+    log.start("test")
+    yield
+    log.stop()
+
+
+def test_paths_keep_their_ending_and_nothing_else():
+    home = str(Path.home())
+    text = scrub(f"open '{home}/Val Camonica/cliff 12.obj' and /media/anna/disk 1/a.jpg: no")
+    assert "Camonica" not in text
+    assert "anna" not in text
+    assert "disk" not in text
+    assert home not in text
+    assert text == "open '~/….obj' and /….jpg: no"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        r"D:\Surveys\anna\Val Camonica\cliff.obj",
+        r"'D:\\Surveys\\anna\\cliff.obj'",
+        r"\\server\anna\a.las",
+    ],
+)
+def test_paths_of_windows_go_as_well(text):
+    left = scrub(text)
+    assert "anna" not in left
+    assert "cliff" not in left
+
+
+def test_the_program_s_own_files_stay_readable():
+    import numpy
+
+    from vomstudio.ui.common import studio
+
+    text = scrub(f'File "{studio.__file__}", line 12, in f\nFile "{numpy.__file__}", line 3, in g')
+    assert '"<program>/ui/common/studio.py", line 12' in text
+    assert '"<packages>/numpy/__init__.py", line 3' in text
+
+
+def test_coordinates_go_and_versions_stay():
+    text = scrub("at (432100.25, 5123456, -12.5) [1. 2.5e3] in numpy 2.3.4, line 812, 2026-02-03")
+    assert text == "at (#, #, #) [# #] in numpy 2.3.4, line 812, 2026-02-03"
+
+
+def test_names_that_the_user_gave_go():
+    assert scrub("Upper Cliff has no fit, nor has Upper", ["Upper", "Upper Cliff"]) == (
+        "… has no fit, nor has …"
+    )
+
+
+def test_names_of_files_go_without_a_path_too():
+    assert scrub("anna_west.LAZ and error.py") == "….LAZ and error.py"
+
+
+def row(kind: str = "do", label: str = "", before=None, after=None) -> Row:
+    return Row(7, kind, None, label, before, after, "2026-02-03T10:00:00", "1", {"s": 1})
+
+
+def test_the_outline_tells_kinds_and_fields_but_no_value():
+    trace = {
+        "record": "trace",
+        "name": "Anna's bed",
+        "vertices": [[432100.5, 1.0, 2.0]],
+        "notes": "",
+    }
+    moved = {**trace, "vertices": [[432101.5, 1.0, 2.0]]}
+    lines = outline([
+        row(label="Add bedding trace Anna's bed", before={"t": None}, after={"t": trace}),
+        row(label="Change trace Anna's bed", before={"t": trace}, after={"t": moved}),
+        row("undo", "Delete 12 features"),
+        row("draft", after={"tool": "trace", "vertices": [[432100.5, 1, 2]]}),
+    ])  # fmt: skip
+    text = "\n".join(lines)
+    assert "432" not in text
+    assert "Anna" not in text
+    assert "Add bedding trace …; trace made (name, vertices, notes)" in lines[0]
+    assert lines[1].endswith("trace changed (vertices)")
+    assert "Delete 12 features" in lines[2]
+    assert "tool trace, vertices 1" in lines[3]
+
+
+def test_a_damaged_row_is_outlined_all_the_same():
+    (line,) = outline([row(before=[1], after={"t": "nonsense", "u": {"record": "a name!"}})])
+    assert "nothing" in line
+    assert "a name" not in line
+
+
+@pytest.mark.expects_log
+def test_a_part_that_cannot_be_had_is_named_and_the_rest_is_there(logging_on):
+    def broken():
+        raise OSError("no")
+
+    logging.getLogger("vomstudio.test").error("went wrong at 432100.25")
+    text = report.compose([("What was done", broken)])
+    assert "## What was done\n\nThis section failed (OSError)." in text
+    assert "went wrong at #" in text
+    assert "Python" in text
+    assert "numpy" in text
+    assert str(Path.home()) not in text
+
+
+def test_a_process_that_dies_leaves_its_trace_and_one_that_ends_well_nothing(own_folders):
+    words = (
+        "from vomstudio.core.failures import crashes, exception_hooks\n"
+        "exception_hooks.install(crashes.WINDOW)\n"
+        "import os, sys\n"
+        "if 'die' in sys.argv: os.abort()\n"
+        "exception_hooks.uninstall()\n"
+    )
+    subprocess.run([sys.executable, "-c", words], check=True, cwd=os.getcwd())
+    assert not crashes.newly_found()
+    assert crashes.texts() == []
+    subprocess.run([sys.executable, "-c", words, "die"], check=False, capture_output=True)
+    assert crashes.newly_found()
+    assert not crashes.newly_found(), "told of once"
+    ((whose, text),) = crashes.texts()
+    assert whose == "window"
+    assert "Aborted" in text
+    assert "Aborted" in report.compose()
+
+
+def test_a_process_that_was_killed_is_no_crash(own_folders):
+    folder = crashes.folder()
+    folder.mkdir(parents=True)
+    (folder / "window-999999999-20260203100000.txt").touch()
+    assert not crashes.newly_found()
+    assert list(folder.iterdir()) == []
+
+
+@pytest.mark.expects_log
+def test_several_processes_share_a_log_that_turns_over(own_folders, monkeypatch):
+    monkeypatch.setattr(log_file, "_BYTES", 2000)
+    first, second = log_file.SharedFile(log.path()), log_file.SharedFile(log.path())
+    log.folder().mkdir(parents=True)
+    for number in range(60):
+        for who, handler in (("first", first), ("second", second)):
+            handler.emit(logging.makeLogRecord({"msg": f"{who} says {number} " + "-" * 40}))
+    for handler in (first, second):
+        handler.close()
+    text = log.path().read_text()
+    assert "first says 59" in text
+    assert "second says 59" in text
+    assert len(list(log.folder().glob("vomstudio.log*"))) <= 3
+
+
+def test_a_log_that_cannot_be_written_keeps_nobody_from_working(own_folders, monkeypatch):
+    (own_folders / "file").touch()
+    monkeypatch.setattr(log, "folder", lambda: own_folders / "file" / "log")
+    log.start("test")
+    try:
+        logging.getLogger("vomstudio").info("nobody reads this")
+        assert log.tail(5) == ""
+    finally:
+        log.stop()
+
+
+def test_a_log_is_written_from_its_first_line_on(own_folders):
+    log.start("test")
+    try:
+        assert not log.folder().exists()
+        for words in ("first", "second"):
+            logging.getLogger("vomstudio").info(words)
+        assert [line.split()[-1] for line in log.tail(5).splitlines()] == ["first", "second"]
+    finally:
+        log.stop()

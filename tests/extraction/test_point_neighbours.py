@@ -1,0 +1,63 @@
+"""What is around single points of a dense cloud, beside SciPy's search tree."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from tests.extraction.planes_by_construction import angle_deg, sheet
+from vomstudio.core.progress import Silent
+from vomstudio.extraction.elements import FEWEST_AROUND
+from vomstudio.extraction.point_neighbours import AROUND, NEIGHBOURS, scattered, seen_around
+from vomstudio.geometry.nearby.cell_grid import grid_of
+
+
+def cloud(rng: np.random.Generator) -> np.ndarray:
+    parts = [sheet(rng, (40.0 + 60 * i, 70.0), (3.0 * i, 0, 0), count=30_000) for i in range(2)]
+    thin = sheet(rng, (250.0, 15.0), (6.0, 0.0, 0.0), count=800)
+    points = np.concatenate([*parts, thin, rng.uniform(-2.0, 8.0, (500, 3))])
+    return points - np.floor(points.min(axis=0))
+
+
+@pytest.mark.parametrize("known", [16, 32, 64])
+def test_neighbours_and_normals_are_those_of_a_search_tree(known: int) -> None:
+    rng = np.random.default_rng(1)
+    grid = grid_of(cloud(rng), 16.0)
+    few = grid.count_around() < FEWEST_AROUND
+    rows = np.sort(rng.choice(len(grid.places), 4000, replace=False))
+    around, seen = seen_around(grid, rows, few, known, 20.0, Silent())
+    assert around == known
+    thin = few[grid.cells_of(rows)]
+    assert thin.any()
+    assert np.array_equal(np.unique(seen.around[thin]), [AROUND[0]])
+    assert np.array_equal(np.unique(seen.around[~thin]), [known])
+    distance, near = cKDTree(grid.places).query(grid.places[rows], k=known)
+    dense = ~thin
+    assert np.array_equal(seen.near[dense], near[dense, 1 : NEIGHBOURS + 1])
+    np.testing.assert_allclose(seen.far[dense], distance[dense, NEIGHBOURS])
+    off = []
+    for i in rng.choice(np.flatnonzero(dense), 400):
+        own = grid.places[near[i]] - grid.places[near[i]].mean(axis=0)
+        off.append(angle_deg(np.linalg.svd(own)[2][2], seen.normals[i]))
+    # Of what is dense beside a thin place a part of its points may stand for all.
+    assert np.quantile(off, 0.98) < 1e-5
+    assert max(off) < 3.0
+    own, near = seen.near[thin], near[thin, 1 : NEIGHBOURS + 1]
+    same = [len(np.intersect1d(a, b)) for a, b in zip(own, near, strict=True)]
+    assert np.median(same) == NEIGHBOURS
+    assert np.mean(same) > 0.94 * NEIGHBOURS
+
+
+def test_points_of_a_volume_are_scattered_and_those_of_a_thin_sheet_in_it_are_not() -> None:
+    rng = np.random.default_rng(2)
+    volume = rng.uniform(0.0, 10.0, (20_000, 3))
+    inner = (np.abs(volume - 5.0) < 3.5).all(axis=1)
+    found, area = scattered(volume)
+    assert found[inner].mean() > 0.97
+    # Of a cube for each point, a face.
+    assert area == pytest.approx((1000.0 / 20_000) ** (2.0 / 3.0), rel=0.5)
+    plane = sheet(rng, (70.0, 50.0), (5.0, 5.0, 5.0), size=6.0, count=3_000, noise=0.01)
+    assert scattered(plane)[0].sum() == 0
+    both = scattered(np.concatenate([volume[:3_000], plane]))[0]
+    assert both[3_000:].mean() < 0.03

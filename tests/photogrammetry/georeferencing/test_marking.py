@@ -1,0 +1,217 @@
+"""Marks in photos: predicted places against closed forms, and what is missing in words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.messages import refused
+from vomstudio.core.errors import GeometryError
+from vomstudio.geometry.cameras import Intrinsics, View
+from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.photos.cameras_file import Cameras
+from vomstudio.photogrammetry.georeferencing.mark_prediction import (
+    Marking,
+    PlacedPhotos,
+    missing,
+    ready,
+)
+
+BENT = Intrinsics("OPENCV", 1000, 800, (900.0, 905.0, 510.0, 395.0, -0.12, 0.03, 1e-3, -5e-4))
+
+
+def looking(name: str, x: float, turn_deg: float = 0.0, lens: Intrinsics = BENT) -> View:
+    """At x, 8 m in front of the wall y = 0, looking north and turned to the east."""
+    a = np.radians(turn_deg)
+    forward = np.array([np.sin(a), np.cos(a), 0.0])
+    down = np.array([0.0, 0.0, -1.0])
+    rotation = np.array([np.cross(down, forward), down, forward])
+    return View(name, lens, rotation, -rotation @ np.array([x, -8.0, 0.0]))
+
+
+def by_hand(view: View, point) -> tuple[float, float]:
+    """Brown's equations as COLMAP's OPENCV model has them, written out."""
+    fx, fy, cx, cy, k1, k2, p1, p2 = view.intrinsics.params
+    x, y, z = view.rotation @ np.asarray(point) + view.translation
+    u, v = x / z, y / z
+    r2 = u * u + v * v
+    radial = 1 + k1 * r2 + k2 * r2 * r2
+    du = 2 * p1 * u * v + p2 * (r2 + 2 * u * u)
+    dv = 2 * p2 * u * v + p1 * (r2 + 2 * v * v)
+    return fx * (u * radial + du) + cx, fy * (v * radial + dv) + cy
+
+
+VIEWS = (looking("a.jpg", -2.0, 12.0), looking("b.jpg", 0.0), looking("c.jpg", 2.5, -15.0),
+         looking("far.jpg", 40.0))  # fmt: skip
+PLACED = PlacedPhotos((Cameras(VIEWS, Path("photos")),))
+POINT = (0.7, 0.3, -0.9)
+
+
+def marked(*photos: str, label: str = "A", point=POINT) -> Marking:
+    made = Marking()
+    for name in photos:
+        view = next(v for v in VIEWS if v.name == name)
+        made = made.marked(label, name, by_hand(view, point))
+    return made
+
+
+def test_two_marks_tell_where_the_point_is_in_the_third_photo() -> None:
+    sight = PLACED.predict(marked("a.jpg", "b.jpg"), "A")
+    assert set(sight.expected) == {"c.jpg"}, "the far one does not show it"
+    assert sight.expected["c.jpg"] == pytest.approx(by_hand(VIEWS[2], POINT), abs=1e-4)
+    assert max(sight.residuals_px.values()) < 1e-4
+    depth = 8.3 * np.cos(np.radians(15)) + 1.8 * np.sin(np.radians(15))
+    assert sight.pixel["c.jpg"] == pytest.approx(depth / 902.5, rel=1e-6)
+
+
+def test_one_mark_predicts_nothing() -> None:
+    sight = PLACED.predict(marked("a.jpg"), "A")
+    assert not sight.expected
+    assert not sight.residuals_px
+    assert sight.worst is None
+
+
+def test_one_mark_leaves_a_line_on_which_the_point_lies() -> None:
+    made = marked("a.jpg")
+    line = PLACED.epipolar_line(made, "A", "c.jpg")
+    truth = by_hand(VIEWS[2], POINT)
+    a, ab = line[:-1], np.diff(line, axis=0)
+    share = np.clip(((truth - a) * ab).sum(axis=1) / (ab**2).sum(axis=1), 0.0, 1.0)
+    assert np.hypot(*(a + share[:, None] * ab - truth).T).min() < 0.05
+    assert VIEWS[2].contains(line).all()
+    assert not len(PLACED.epipolar_line(made, "A", "a.jpg")), "it is marked there"
+    assert not len(PLACED.epipolar_line(marked("a.jpg", "b.jpg"), "A", "c.jpg")), (
+        "two marks tell more"
+    )
+
+
+def test_a_mark_that_is_wrong_is_the_worst() -> None:
+    """Five photos, one of them marked 6 pixels beside."""
+    views = tuple(looking(f"{i}.jpg", x) for i, x in enumerate((-3.0, -1.5, 0.0, 1.5, 3.0)))
+    made = Marking()
+    for view in views:
+        x, y = by_hand(view, POINT)
+        made = made.marked("A", view.name, (x, y + (6.0 if view.name == "3.jpg" else 0.0)))
+    sight = PlacedPhotos((Cameras(views, Path()),)).predict(made, "A")
+    assert sight.worst is not None
+    name, residual = sight.worst
+    assert name == "3.jpg"
+    assert 4.0 < residual < 6.0
+    assert max(r for n, r in sight.residuals_px.items() if n != name) < residual / 2
+
+
+@pytest.mark.parametrize("wrong", range(4))
+@pytest.mark.parametrize("way", [(7.0, 0.0), (0.0, 7.0), (-5.0, 5.0)])
+def test_of_four_marks_the_wrong_one_is_found_whatever_its_way(wrong, way) -> None:
+    """Along the row of cameras least squares would blame another one."""
+    views = tuple(looking(f"{i}.jpg", x, -4 * x) for i, x in enumerate((-3.0, -1.0, 1.2, 3.0)))
+    made = Marking()
+    for number, view in enumerate(views):
+        x, y = by_hand(view, POINT)
+        dx, dy = way if number == wrong else (0.0, 0.0)
+        made = made.marked("A", view.name, (x + dx, y + dy))
+    sight = PlacedPhotos((Cameras(views, Path()),)).predict(made, "A")
+    assert sight.worst is not None
+    assert sight.worst[0] == f"{wrong}.jpg"
+
+
+def world(point) -> tuple[float, float, float]:
+    """The scene turned by 30 degrees, three times as large and at UTM coordinates."""
+    c, s = np.cos(np.radians(30)), np.sin(np.radians(30))
+    x, y, z = 3.0 * (np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ np.asarray(point))
+    return (x + 500_000, y + 5_000_000, z + 120)
+
+
+def test_three_marked_control_points_tell_where_the_others_are() -> None:
+    made = Marking()
+    for label, point in (("A", POINT), ("B", (-1.0, 0.0, 0.8)), ("C", (1.2, 0.5, 1.0))):
+        made = made.placed(ControlPoint(label, world(point)))
+        for view in VIEWS[:2]:
+            made = made.marked(label, view.name, by_hand(view, point))
+    other = (-0.6, 0.2, -0.2)
+    made = made.placed(ControlPoint("D", world(other)))
+    sight = PLACED.predict(made, "D")
+    assert set(sight.expected) == {"a.jpg", "b.jpg", "c.jpg"}
+    for view in VIEWS[:3]:
+        assert sight.expected[view.name] == pytest.approx(by_hand(view, other), abs=1e-3)
+
+
+def test_in_a_georeferenced_model_coordinates_are_looked_up_at_once() -> None:
+    cameras = Cameras(VIEWS, Path(), (500_000, 5_000_000, 100), "EPSG:32633", True)
+    point = ControlPoint("A", (500_000.7, 5_000_000.3, 99.1))
+    sight = PlacedPhotos((cameras,)).predict(Marking((point,)), "A")
+    assert sight.expected["b.jpg"] == pytest.approx(by_hand(VIEWS[1], POINT), abs=1e-4)
+
+
+def test_parts_of_the_photos_have_frames_of_their_own() -> None:
+    """A tie point is predicted in the part in which it is marked twice, and in no other."""
+    other = tuple(View(f"p{v.name}", v.intrinsics, v.rotation, v.translation) for v in VIEWS[:3])
+    placed = PlacedPhotos((Cameras(VIEWS[:3], Path()), Cameras(other, Path())))
+    made = marked("a.jpg", "b.jpg").marked("A", "pc.jpg", (5.0, 5.0))
+    assert set(placed.predict(made, "A").expected) == {"c.jpg"}
+    assert placed.part_of("pb.jpg") == 1
+    finding, begun = missing(made, placed)
+    assert (finding.code, finding.values["size"]) == ("join.few-markers", 3)
+    assert (begun.code, begun.values["component"]) == ("join.begun-markers", 2)
+    assert finding.values["not_located"] == ("A",)
+
+
+def test_what_a_registration_lacks_is_said_plainly() -> None:
+    points = tuple(ControlPoint(name, (i, i * i, 0.0)) for i, name in enumerate("ABC"))
+    made = Marking(points)
+    for label in "BC":
+        for photo in ("a.jpg", "b.jpg"):
+            made = made.marked(label, photo, (1.0, 2.0))
+    made = made.marked("A", "a.jpg", (1.0, 2.0))
+    (finding,) = missing(made)
+    values = {"count": 2, "total": 3, "least": 3, "photos": 2, "labels": ("A",)}
+    assert finding.code == "control.too-few"
+    assert values.items() <= finding.values.items()
+    assert "A (1 mark)" in finding.message
+    assert ready(made) == ["B", "C"]
+    assert missing(made.marked("A", "b.jpg", (3.0, 3.0))) == []
+    (finding,) = missing(made.removed("A"))
+    assert (finding.values["count"], finding.values["total"]) == (2, 2)
+    assert missing(made.removed("A").removed("B").removed("C")) == []
+    assert ready(made, ["a.jpg"]) == []
+
+
+def test_control_points_in_one_line_are_told_of() -> None:
+    made = Marking(tuple(ControlPoint(name, (i, 2.0 * i, 0.0)) for i, name in enumerate("ABC")))
+    for label in "ABC":
+        for photo in ("a.jpg", "b.jpg"):
+            made = made.marked(label, photo, (1.0, 2.0))
+    assert [finding.code for finding in missing(made)] == ["control.collinear"]
+
+
+def test_points_are_changed_renamed_and_removed() -> None:
+    made = Marking().begun_with("tie1").marked("tie1", "a.jpg", (1.0, 2.0))
+    assert made.free_label() == "tie2"
+    assert made.begun == ()
+    assert made.role("tie1") == "tie"
+    made = made.marked("tie1", "a.jpg", (3.0, 4.0))
+    assert made.marks == (Mark("tie1", "a.jpg", 3.0, 4.0),)
+    named = made.renamed("tie1", "corner")
+    assert named.labels == ("corner",)
+    with refused("label.in-use", GeometryError):
+        named.begun_with("x").renamed("x", "corner")
+    for bad in ("", " a", "a\nb"):
+        with refused("label.invalid", GeometryError):
+            named.renamed("corner", bad)
+    made = named.placed(ControlPoint("corner", (1.0, 2.0, 3.0), None, True))
+    assert made.role("corner") == "check"
+    assert made.unplaced("corner").role("corner") == "tie"
+    gone = made.unmarked("corner", "a.jpg")
+    assert gone.labels == ("corner",)
+    assert made.removed("corner") == Marking()
+
+
+def test_photos_are_known_by_the_last_part_of_their_name() -> None:
+    photos = ["left/one.jpg", "right/one.jpg", "right/two.jpg"]
+    made, strangers = Marking().with_marks([Mark("A", "TWO.JPG", 1, 2), Mark("A", "x", 1, 2)],
+                                           photos)  # fmt: skip
+    assert made.within("right/two.jpg") == {"A": (1.0, 2.0)}
+    assert strangers == ["x"]
+    assert made.within("x"), "kept for when the photo is there again"

@@ -1,0 +1,93 @@
+"""Kept comparisons of a project of somebody else: what is none is left out."""
+
+from __future__ import annotations
+
+import copy
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.samples import HASH
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.frames import Frame
+from vomstudio.geometry.matrices import IDENTITY
+from vomstudio.project.comparisons import KeptComparison, file_for, keep, kept_of
+from vomstudio.project.records import Model
+from vomstudio.registration.distances.comparison import compare
+
+MODEL = Model("m1", "cliff", "/nowhere/cliff.obj", "mesh", HASH, Frame("local"))
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> Path:
+    """The description of a sound one."""
+    x, y = (axis.ravel() * 0.1 for axis in np.mgrid[0:20, 0:20])
+    ground = PointCloud(np.column_stack([x, y, 0.01 * np.sin(x)]))
+    found = compare(replace(ground, points=ground.points + [0.0, 0.0, 0.02]), ground)
+    path = file_for(tmp_path, "one")
+    path.parent.mkdir()
+    np.savez(path, **found.as_fields())
+    figures = found.to_dict()
+    keep(
+        KeptComparison(
+            "m1", "cliff", HASH, IDENTITY, "ground", "/nowhere/ground.xyz", IDENTITY, None,
+            figures, "2026-01-01T00:00:00+00:00", "0.1.0", path,
+        )
+    )  # fmt: skip
+    return path.with_suffix(".json")
+
+
+def test_a_sound_one_is_found(made: Path, tmp_path: Path) -> None:
+    (kept,) = kept_of(tmp_path, "m1")
+    assert kept.stands(MODEL)
+
+
+ODD: list[Any] = [7, "x", None, [], {}, [[1.0]], [[1.0] * 3] * 2, 10**400, True, [None]]
+
+
+def test_whatever_one_of_its_values_is(made: Path, tmp_path: Path) -> None:
+    from vomstudio.studio.jobs.placed_model import StandingModel
+    from vomstudio.ui.registration.compare_panel import Held, result_text
+
+    sound = json.loads(made.read_text())
+    places = [(name,) for name in sound] + [("figures", name) for name in sound["figures"]]
+    shown = 0
+    for place in places:
+        for odd in ODD:
+            told = copy.deepcopy(sound)
+            inside = told if len(place) == 1 else told["figures"]
+            inside[place[-1]] = odd
+            made.write_text(json.dumps(told))
+            for kept in kept_of(tmp_path, "m1"):
+                kept.stands(MODEL)
+                other = StandingModel(
+                    kept.benchmark, Path(kept.benchmark_path), tmp_path, IDENTITY, None
+                )
+                assert result_text(Held(other, other, dict(kept.figures), kept.fields))
+                assert kept.made[:10]
+                shown += 1
+    assert shown, "some of these values are as good as others"
+
+
+def test_one_that_is_odd_hides_no_other(made: Path, tmp_path: Path) -> None:
+    """They are sorted by the time at which they were made."""
+    told = json.loads(made.read_text())
+    made.with_name("two.npz").write_bytes(made.with_suffix(".npz").read_bytes())
+    made.with_name("two.json").write_text(json.dumps(told | {"made": 5, "radius_m": 1.0}))
+    assert [kept.fields.stem for kept in kept_of(tmp_path, "m1")] == ["one"]
+
+
+@pytest.mark.parametrize(
+    "values",
+    [np.array(["a"] * 400), np.zeros((20, 20)), np.zeros(400, complex), np.float64(3.0)],
+)
+def test_distances_that_are_none(values: Any, tmp_path: Path) -> None:
+    from vomstudio.ui.registration.compare_panel import _read_kept
+
+    path = tmp_path / "fields.npz"
+    np.savez(path, distance_m=values)
+    assert _read_kept(path) is None

@@ -1,0 +1,292 @@
+"""Results of reconstructions, and the tables and masks beside photos, become records."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tests.messages import refused
+from vomstudio.core.progress import Silent
+from vomstudio.geometry.frames import Frame
+from vomstudio.geometry.registrations import Registration
+from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.control.writing import write_control, write_marks
+from vomstudio.project.imports.sidecar_import import (
+    read_beside,
+    spare_folder,
+    stored_path,
+    tables_of,
+)
+from vomstudio.project.reconstructions import RECONSTRUCTIONS, read_reconstruction
+from vomstudio.project.records import Reconstruction
+
+CRS = "EPSG:32633"
+POINTS = [
+    ControlPoint("P1", (1.0, 2.0, 3.0), 0.01),
+    ControlPoint("P2", (4.0, 5.0, 6.0), None, True),
+]
+MARKS = [Mark("P1", "a.jpg", 1.5, 2.5), Mark("tie", "a.jpg", 3.5, 4.5)]
+RESULT: dict[str, Any] = {
+    "photos": 3,
+    "registered": 2,
+    "reprojection_error_px": 0.25,
+    "frame": CRS,
+    "scaled": True,
+    "settings": {"quality": "preview", "seed": 0, "crs": None},
+    "versions": {"vomstudio": "0.1.0"},
+    "registration": {
+        "method": "ground control points",
+        "rotation_error_deg": {"about_up": 0.1, "about_east": 0.2, "about_north": 0.3},
+        "scale_error": 0.004,
+        "rms_control_m": 0.05,
+        "rms_check_m": 0.06,
+    },
+}
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    (tmp_path / "a.vom").mkdir()
+    return tmp_path / "a.vom"
+
+
+@pytest.fixture
+def photos(tmp_path: Path) -> Path:
+    """A folder with two photos, the mask of one, and both tables."""
+    folder = tmp_path / "cliff"
+    folder.mkdir()
+    for name in ("a.jpg", "b.jpg"):
+        Image.fromarray(np.full((40, 60, 3), 90, np.uint8)).save(folder / name)
+    Image.fromarray(np.full((40, 60), 255, np.uint8)).save(folder / "a_mask.png")
+    tables(folder)
+    return folder
+
+
+def tables(folder: Path, points: list[ControlPoint] = POINTS) -> tuple[Path, Path]:
+    folder.mkdir(parents=True, exist_ok=True)
+    write_control(folder / "control.csv", points, CRS)
+    write_marks(folder / "marks.csv", MARKS)
+    return folder / "control.csv", folder / "marks.csv"
+
+
+def reconstruct(
+    project: Path, photos: Path, name: str = "cliff-preview", result: Any = RESULT, **more: Any
+) -> Path:
+    folder = project / RECONSTRUCTIONS / name
+    folder.mkdir(parents=True)
+    (folder / "request.json").write_text(json.dumps({"photos": str(photos), **more}))
+    if result is not None:
+        (folder / "reconstruction.json").write_text(json.dumps(result))
+    return folder
+
+
+# --- the result of a run -------------------------------------------------------------------------
+def test_a_result_is_recorded_with_its_figures_each_in_its_place(
+    project: Path, photos: Path
+) -> None:
+    folder = reconstruct(project, photos)
+    os.utime(folder / "reconstruction.json", (1_770_112_800, 1_770_112_800))
+    made, placed = read_reconstruction(folder, "s", "cliff")
+    data = (folder / "reconstruction.json").read_bytes()
+    assert made == Reconstruction(
+        made.id, "s", "cliff", "cliff-preview", "preview", hashlib.sha256(data).hexdigest(),
+        (("quality", "preview"), ("seed", "0"), ("crs", "")), 3, 2, 0.25, "0.1.0",
+        "2026-02-03T10:00:00+00:00",
+    )  # fmt: skip
+    assert placed == Registration(
+        placed.id, "control points, cliff", "control", Frame("crs", CRS),
+        reconstruction_id=made.id, rotation_error_deg=(0.1, 0.2, 0.3), scale_error=0.004,
+        rms_control_m=0.05, rms_check_m=0.06,
+    )  # fmt: skip
+    assert len({made.id, placed.id, read_reconstruction(folder, "s", "cliff")[0].id}) == 3
+
+
+@pytest.mark.parametrize(
+    ("said", "method", "frame"),
+    [
+        ({"registration": {"method": "camera positions (GPS)"}}, "gps", Frame("crs", CRS)),
+        ({"registration": {}, "frame": "local"}, "local", Frame("local")),
+        ({"registration": None, "frame": "local", "scaled": False}, "local", Frame()),
+        ({"registration": [], "frame": None}, "local", Frame("local")),
+        ({"registration": {"method": 5}, "frame": 5, "scaled": False}, "local", Frame()),
+    ],
+)
+def test_how_it_was_placed_says_what_is_known_of_the_world(
+    project: Path, photos: Path, said: dict[str, Any], method: str, frame: Frame
+) -> None:
+    """North, up and metres are claimed only where they were found."""
+    folder = reconstruct(project, photos, result=RESULT | said)
+    _, placed = read_reconstruction(folder, "s", "cliff")
+    assert (placed.method, placed.frame) == (method, frame)
+    assert placed.name.endswith(", cliff")
+    words = {"gps": "GPS of the cameras", "local": "photos only"}
+    assert placed.name.startswith(words[method])
+
+
+@pytest.mark.parametrize(
+    "errors",
+    [None, [], {"about_up": 0.1, "about_east": 0.2}]
+    + [
+        {"about_up": 0.1, "about_east": 0.2, "about_north": 0.3, axis: bad}
+        for axis, bad in (("about_up", None), ("about_east", "x"), ("about_north", float("nan")))
+    ],
+)
+def test_an_error_of_which_a_part_is_not_known_is_not_known(
+    project: Path, photos: Path, errors: Any
+) -> None:
+    said = RESULT["registration"] | {
+        "rotation_error_deg": errors, "scale_error": float("inf"), "rms_check_m": None
+    }  # fmt: skip
+    folder = reconstruct(project, photos, result=RESULT | {"registration": said})
+    _, placed = read_reconstruction(folder, "s", "cliff")
+    assert placed.rotation_error_deg is None
+    assert (placed.scale_error, placed.rms_control_m, placed.rms_check_m) == (None, 0.05, None)
+
+
+WHOLE = [[1e-6 * (i == j) + 1e-8 for j in range(7)] for i in range(7)]
+
+
+@pytest.mark.parametrize(
+    ("covariance", "centre", "whole"),
+    [
+        (WHOLE, [4.0, 5.0, 6.0], True),
+        (None, None, False),
+        ([[1.0] * 7] * 6, [1.0, 2.0], False),
+        ([[1.0] * 6 + [None]] * 7, [1.0, "x", 2.0], False),
+    ],
+)
+def test_the_covariance_comes_along_where_it_is_whole(
+    project: Path, photos: Path, covariance: Any, centre: Any, whole: bool
+) -> None:
+    said = RESULT["registration"] | {"covariance": covariance, "centre": centre}
+    folder = reconstruct(project, photos, result=RESULT | {"registration": said})
+    _, placed = read_reconstruction(folder, "s", "cliff")
+    assert placed.covariance == (tuple(map(tuple, WHOLE)) if whole else None)
+    assert placed.centre == ((4.0, 5.0, 6.0) if whole else None)
+    turn = placed.rotation_covariance()
+    assert turn is not None
+    assert (turn[0, 1] != 0.0) == whole
+
+
+def test_what_a_result_does_not_say_is_left_open(project: Path, photos: Path) -> None:
+    folder = reconstruct(project, photos, result={"settings": [], "photos": "3", "versions": 1})
+    made, placed = read_reconstruction(folder, "s", "cliff")
+    assert (made.quality, made.settings, made.photos, made.registered) == ("", (), 0, 0)
+    assert (made.reprojection_error_px, made.software) == (None, "")
+    assert (placed.method, placed.frame, placed.rms_control_m) == ("local", Frame(), None)
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        (None, "reconstruction.unreadable"),
+        ("{", "reconstruction.unreadable"),
+        ("[]", "reconstruction.invalid"),
+    ],
+)
+def test_a_result_that_cannot_be_read_is_named(
+    project: Path, photos: Path, text: str | None, code: str
+) -> None:
+    folder = reconstruct(project, photos, result=None)
+    if text is not None:
+        (folder / "reconstruction.json").write_text(text)
+    with refused(code) as caught:
+        read_reconstruction(folder, "s", "cliff")
+    assert "reconstruction.json" in str(caught.value)
+
+
+# --- tables and masks ----------------------------------------------------------------------------
+def test_tables_are_found_beside_the_photos_before_those_in_the_project(
+    project: Path, photos: Path, tmp_path: Path
+) -> None:
+    control, marks = photos / "control.csv", photos / "marks.csv"
+    spare = spare_folder(project, photos)
+    other = spare_folder(project, tmp_path / "mounted elsewhere" / "cliff")
+    assert spare.parent == other.parent == project / "photos"
+    assert spare != other
+    assert spare.name.startswith("cliff-")
+    digest = hashlib.sha256(str(photos).encode()).hexdigest()
+    assert spare.name == f"cliff-{digest[:8]}"
+    in_spare = tables(spare)
+    tables(other)
+    assert tables_of(project, photos) == (control, marks)
+    control.unlink()
+    assert tables_of(project, photos) == (in_spare[0], marks)
+    marks.unlink()
+    assert tables_of(project, photos) == in_spare
+    for path in in_spare:
+        path.unlink()
+    assert tables_of(project, photos) == (None, None)
+
+
+def test_points_marks_and_masks_are_read_to_the_last_digit(project: Path, photos: Path) -> None:
+    steps: list[float] = []
+    progress = Silent()
+    progress.step = steps.append  # type: ignore[method-assign, assignment]
+    names = ["sub/a.jpg", "b.jpg"]
+    mask = photos / "a_mask.png"
+    found = read_beside(
+        project, photos / "control.csv", photos / "marks.csv",
+        {"sub/a.jpg": mask, "b.jpg": mask}, names, progress,
+    )  # fmt: skip
+    assert [(p.label, p.position, p.sigma_m, p.check) for p in found.points] == [
+        ("P1", (1.0, 2.0, 3.0), 0.01, False), ("P2", (4.0, 5.0, 6.0), None, True),
+    ]  # fmt: skip
+    # A mark says which photo of these it means, whatever folder it stands in.
+    assert found.marks == (("P1", "sub/a.jpg", 1.5, 2.5), ("tie", "sub/a.jpg", 3.5, 4.5))
+    assert found.pixels == {("P1", "sub/a.jpg"): (1.5, 2.5), ("tie", "sub/a.jpg"): (3.5, 4.5)}
+    assert (found.crs, found.problems, found.unread) == (CRS, (), ())
+    assert set(found.masks) == {"sub/a.jpg", "b.jpg"}
+    for asset in found.masks.values():
+        assert (project / asset.path).read_bytes() == mask.read_bytes()
+    assert steps == [0, 1]
+
+
+def test_a_mark_in_a_photo_that_is_not_there_keeps_its_name(project: Path, photos: Path) -> None:
+    found = read_beside(project, None, photos / "marks.csv", {}, ["other.jpg"])
+    assert [photo for _, photo, _, _ in found.marks] == ["a.jpg", "a.jpg"]
+    assert (found.points, found.crs) == ((), "")
+
+
+def test_a_table_that_cannot_be_read_is_named_and_the_rest_is_read(
+    project: Path, photos: Path
+) -> None:
+    """Nobody may replace it unasked: the work of a day may be in it."""
+    control, marks = photos / "control.csv", photos / "marks.csv"
+    (photos / "gone_mask.png").unlink(missing_ok=True)
+    masks = {"a.jpg": photos / "a_mask.png", "b.jpg": photos / "gone_mask.png"}
+    whole = control.read_text()
+    control.write_text("label,x,y,z\nP1,not a number,2,3\n")
+    found = read_beside(project, control, marks, masks, ["a.jpg"])
+    assert (found.points, len(found.marks), set(found.masks)) == ((), 2, {"a.jpg"})
+    assert found.unread == ("control.csv",)
+    assert len(found.problems) == 2
+    assert "control.csv" in found.problems[0]
+    assert "gone_mask.png" in found.problems[1]
+    control.write_text(whole)
+    marks.write_text("label,photo,x,y\nP1,a.jpg,left,2\n")
+    found = read_beside(project, control, marks, {}, ["a.jpg"])
+    assert (len(found.points), found.marks, found.unread) == (2, (), ("marks.csv",))
+    assert len(found.problems) == 1
+    assert "marks.csv" in found.problems[0]
+
+
+def test_the_ending_of_a_mask_is_written_small(project: Path, photos: Path) -> None:
+    loud = (photos / "a_mask.png").rename(photos / "A_MASK.PNG")
+    found = read_beside(project, None, None, {"a.jpg": loud}, ["a.jpg"])
+    assert found.masks["a.jpg"].path.endswith(".png")
+
+
+def test_photos_are_written_down_relative_only_inside_the_project(
+    project: Path, photos: Path
+) -> None:
+    assert stored_path(project, project / "in" / "side") == "in/side"
+    assert stored_path(project, project / "x" / ".." / "side") == "side"
+    assert stored_path(project, photos) == str(photos.resolve())

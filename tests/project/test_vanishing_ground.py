@@ -1,0 +1,429 @@
+"""A project's folder goes away, is replaced or becomes unwritable while the project is open."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import sqlite3
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.messages import refused
+from tests.samples import bed
+from tests.small_disk import failing_disk, fill, small_disk
+from vomstudio.core.errors import TargetError
+from vomstudio.core.findings import Finding
+from vomstudio.geometry.frames import Frame
+from vomstudio.project import edits
+from vomstudio.project.assets import keep_asset
+from vomstudio.project.folder import Project
+from vomstudio.project.journal.database import NAME, SqliteJournal, read_replay
+from vomstudio.project.journal.failures import NotWritten
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.photo_edits import add_photo_set, set_masks
+from vomstudio.project.records import Mask, Model, PhotoSet
+from vomstudio.project.verify import verify
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="open files cannot be taken away")
+
+MODEL = Model("m1", "cliff", "/nowhere/cliff.obj", "mesh", "0" * 64, Frame("local"))
+Told = list[Finding | None]
+
+
+def add(project: Project, name: str) -> None:
+    project.session.apply(edits.add_trace(project.session.records, bed(name)))
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(r.id for r in read_replay(folder).records.values() if isinstance(r, Trace))
+
+
+@pytest.fixture
+def disk(tmp_path: Path) -> Path:
+    """A folder in which the project lies, and nothing else."""
+    (tmp_path / "disk").mkdir()
+    return tmp_path / "disk"
+
+
+def begun(disk: Path) -> tuple[Project, Told]:
+    """A project with beds a (in the older copy too), b and c; open as in a window."""
+    project = Project.create(disk / "cliff.vom")
+    project.session.apply(edits.add_model(project.session.records, MODEL))
+    add(project, "a")
+    project.session.save()
+    project.close()
+    shutil.copytree(disk / "cliff.vom", disk.parent / "older.vom")
+    project = Project.open(disk / "cliff.vom")
+    add(project, "b")
+    project.close()
+    project = Project.open(disk / "cliff.vom")
+    told: Told = []
+    project.wait_in_memory(told.append)
+    add(project, "c")
+    assert told == []
+    return project, told
+
+
+def deleted(folder: Path, older: Path) -> None:
+    shutil.rmtree(folder)
+
+
+def renamed(folder: Path, older: Path) -> None:
+    folder.rename(folder.with_name("other.vom"))
+
+
+def journal_removed(folder: Path, older: Path) -> None:
+    (folder / NAME).unlink()
+
+
+def log_removed(folder: Path, older: Path) -> None:
+    (folder / f"{NAME}-wal").unlink()
+
+
+def folder_replaced(folder: Path, older: Path) -> None:
+    shutil.rmtree(folder)
+    shutil.copytree(older, folder)
+
+
+def file_replaced(folder: Path, older: Path) -> None:
+    shutil.copyfile(older / NAME, folder / "new")
+    (folder / "new").replace(folder / NAME)
+
+
+def file_overwritten(folder: Path, older: Path) -> None:
+    shutil.copyfile(older / NAME, folder / NAME)
+
+
+def another_writer(folder: Path, older: Path) -> None:
+    """A program on another machine, whose locks do not reach this one."""
+    other = SqliteJournal(folder / NAME)
+    other.append("draft", after=None)
+    other._db.close()
+
+
+GOES: dict[str, tuple[Callable[[Path, Path], None], str]] = {
+    "deleted": (deleted, "journal.folder-gone"),
+    "renamed": (renamed, "journal.folder-gone"),
+    "journal removed": (journal_removed, "journal.gone"),
+    "log removed": (log_removed, "journal.replaced"),
+    "folder replaced": (folder_replaced, "journal.replaced"),
+    "file replaced": (file_replaced, "journal.replaced"),
+    "file overwritten": (file_overwritten, "journal.replaced"),
+    "another writer": (another_writer, "journal.replaced"),
+}
+
+
+def goes_on_and_can_be_saved(project: Project, told: Told, code: str, target: Path) -> None:
+    """The next edit is done, and told of; a save is not; saved elsewhere it is all there."""
+    add(project, "d")
+    assert [t.code for t in told if t] == [code]
+    add(project, "e")
+    project.session.undo()
+    assert len(told) == 1, "said once"
+    with refused(code, NotWritten):
+        project.session.save()
+    assert project.session.dirty
+    project.save_as(target)
+    assert told[-1] is None
+    assert not project.session.dirty
+    assert names(target) == ["a", "b", "c", "d"]
+    project.session.redo()
+    add(project, "f")
+    assert names(target) == ["a", "b", "c", "d", "e", "f"]
+    for _ in range(6):
+        project.session.undo()
+    assert project.session.undo_label == "Open model cliff"
+    project.close()
+    assert verify(target).sound
+
+
+@pytest.mark.parametrize("how", GOES)
+def test_work_goes_on_in_memory_and_is_saved_elsewhere(disk: Path, how: str) -> None:
+    go, code = GOES[how]
+    project, told = begun(disk)
+    go(disk / "cliff.vom", disk.parent / "older.vom")
+    goes_on_and_can_be_saved(project, told, code, disk.parent / "rescued.vom")
+
+
+@pytest.mark.parametrize("how", ["folder replaced", "file replaced", "file overwritten"])
+@pytest.mark.parametrize("saved", [True, False], ids=["saved elsewhere", "closed"])
+def test_what_has_taken_the_place_stays_as_it_is(disk: Path, how: str, saved: bool) -> None:
+    project, _ = begun(disk)
+    folder, older = disk / "cliff.vom", disk.parent / "older.vom"
+    GOES[how][0](folder, older)
+    add(project, "d")
+    project.journal.set_view("camera", [1, 2, 3])
+    if saved:
+        project.save_as(disk.parent / "rescued.vom")
+    project.close()
+    assert (folder / NAME).read_bytes() == (older / NAME).read_bytes()
+    assert names(folder) == ["a"]
+    Project.open(folder).close()
+
+
+def test_a_folder_that_was_deleted_is_not_made_again(disk: Path) -> None:
+    project, _ = begun(disk)
+    shutil.rmtree(project.folder)
+    add(project, "d")
+    with contextlib.suppress(Exception):
+        keep_asset(project.folder, b"x", ".png")
+    project.close()
+    assert not project.folder.exists()
+
+
+def test_without_somebody_to_tell_nothing_is_changed(disk: Path) -> None:
+    """A command or a script: the edit is refused."""
+    project, _ = begun(disk)
+    project.close()
+    project = Project.open(disk / "cliff.vom")
+    project.folder.rename(disk / "other.vom")
+    with refused("journal.folder-gone", NotWritten):
+        add(project, "d")
+    assert "d" not in project.session.records
+    project.close()
+    assert names(disk / "other.vom") == ["a", "b", "c"]
+
+
+def test_a_drive_that_comes_back_takes_the_steps_that_waited(disk: Path) -> None:
+    project, told = begun(disk)
+    project.folder.rename(disk / "away.vom")
+    add(project, "d")
+    add(project, "e")
+    (disk / "away.vom").rename(project.folder)
+    add(project, "f")
+    assert [t and t.code for t in told] == ["journal.folder-gone", None]
+    project.session.save()
+    assert names(project.folder) == ["a", "b", "c", "d", "e", "f"]
+    project.close()
+    assert verify(project.folder).sound
+
+
+def test_a_copy_that_takes_the_place_unchanged_is_gone_on_with(disk: Path) -> None:
+    """A program that keeps folders in step replaces files by equal ones; a drive that was plugged
+    in again has other numbers."""
+    project, told = begun(disk)
+    project.journal._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    shutil.copytree(project.folder, disk / "copy.vom", ignore=lambda *_: ["lock", f"{NAME}-shm"])
+    project.folder.rename(disk / "away.vom")
+    (disk / "copy.vom").rename(project.folder)
+    add(project, "d")
+    assert told == []
+    assert names(project.folder) == ["a", "b", "c", "d"]
+    assert names(disk / "away.vom") == ["a", "b", "c"]
+    project.close()
+    assert verify(project.folder).sound
+
+
+def test_a_file_that_was_only_touched_is_none_the_worse(disk: Path) -> None:
+    project, told = begun(disk)
+    os.utime(project.folder / NAME)
+    os.utime(project.folder / f"{NAME}-wal")
+    with contextlib.closing(sqlite3.connect(project.folder / NAME)) as other:
+        other.execute("SELECT count(*) FROM journal").fetchone()
+    add(project, "d")
+    assert told == []
+    assert names(project.folder) == ["a", "b", "c", "d"]
+    project.close()
+
+
+def test_masks_are_saved_elsewhere_though_their_folder_is_gone(disk: Path) -> None:
+    project, _ = begun(disk)
+    session = project.session
+    session.apply(add_photo_set(session.records, PhotoSet("p", "photos", "/nowhere/photos")))
+    mask = keep_asset(project.folder, b"a mask", ".png")
+    session.apply(set_masks(session.records, "p", {"1.jpg": mask}, "Mask"))
+    shutil.rmtree(project.folder)
+    project.save_as(disk.parent / "rescued.vom")
+    (kept,) = session.of(Mask)
+    assert (disk.parent / "rescued.vom" / kept.file.path).read_bytes() == b"a mask"
+    project.close()
+    assert verify(disk.parent / "rescued.vom").sound
+
+
+def masked(project: Project, name: str, content: bytes) -> Mask:
+    """A mask is drawn, as the window has it done."""
+    session = project.session
+    file = project.assets.keep(content, ".png")
+    session.apply(set_masks(session.records, "p", {name: file}, "Mask"))
+    assert project.assets.path(file).read_bytes() == content
+    return next(m for m in session.of(Mask) if m.file == file)
+
+
+@pytest.mark.parametrize("how", GOES)
+def test_masks_drawn_while_the_ground_is_gone_are_saved_elsewhere(disk: Path, how: str) -> None:
+    project, told = begun(disk)
+    session, folder = project.session, project.folder
+    session.apply(add_photo_set(session.records, PhotoSet("p", "photos", "/nowhere/photos")))
+    first = masked(project, "1.jpg", b"before")
+    go, code = GOES[how]
+    go(folder, disk.parent / "older.vom")
+    there = sorted(p.name for p in disk.rglob("*.png"))
+    second = masked(project, "2.jpg", b"while it is gone")
+    third = masked(project, "3.jpg", b"undone and done again")
+    session.undo()
+    session.redo()
+    assert [t and t.code for t in told] == [code]
+    if how in ("deleted", "renamed", "folder replaced"):
+        assert sorted(p.name for p in disk.rglob("*.png")) == there
+    rescued = disk.parent / "rescued.vom"
+    project.save_as(rescued)
+    for mask, content in (
+        (first, b"before"), (second, b"while it is gone"), (third, b"undone and done again")
+    ):  # fmt: skip
+        assert (rescued / mask.file.path).read_bytes() == content
+        assert session.records[mask.id] == mask
+    project.close()
+    assert verify(rescued).sound
+    assert len([r for r in read_replay(rescued).records.values() if isinstance(r, Mask)]) == 3
+
+
+def test_masks_that_waited_are_written_before_the_rows_that_name_them(disk: Path) -> None:
+    project, told = begun(disk)
+    session, folder = project.session, project.folder
+    session.apply(add_photo_set(session.records, PhotoSet("p", "photos", "/nowhere/photos")))
+    folder.rename(disk / "away.vom")
+    mask = masked(project, "1.jpg", b"while it is away")
+    (disk / "away.vom").rename(folder)
+    add(project, "d")
+    assert [t and t.code for t in told] == ["journal.folder-gone", None]
+    assert (folder / mask.file.path).read_bytes() == b"while it is away"
+    project.close()
+    assert verify(folder).sound
+
+
+def test_a_mask_without_room_keeps_its_row_in_memory(tmp_path: Path) -> None:
+    with small_disk(tmp_path / "disk", 1024) as disk:
+        project, told = begun(disk)
+        session = project.session
+        session.apply(add_photo_set(session.records, PhotoSet("p", "photos", "/nowhere/photos")))
+        filler = fill(disk)
+        with filler.open("r+b") as file:
+            # Enough for a row.
+            file.truncate(filler.stat().st_size - 100_000)
+        content = os.urandom(300_000)
+        mask = masked(project, "1.jpg", content)
+        assert project.journal.waits
+        assert [t and t.code for t in told] == ["disk.full"]
+        with refused("disk.full", NotWritten):
+            session.save()
+        assert mask.id not in read_replay(project.folder).records
+        filler.unlink()
+        session.save()
+        assert (project.folder / mask.file.path).read_bytes() == content
+        project.close()
+        assert verify(disk / "cliff.vom").sound
+
+
+# --- disks ------------------------------------------------------------------------------------
+def test_a_full_disk(tmp_path: Path) -> None:
+    with small_disk(tmp_path / "disk", 1024) as disk:
+        project, told = begun(disk)
+        filler = fill(disk)
+        for number in range(200):
+            add(project, f"x{number:03d}")
+            if told:
+                break
+        assert [t and t.code for t in told] == ["disk.full"]
+        add(project, "y")
+        with refused("disk.full", NotWritten):
+            project.session.save()
+        filler.unlink()
+        project.session.save()
+        assert [t and t.code for t in told] == ["disk.full", None]
+        assert names(project.folder) == sorted(project.session.records.keys() & set(
+            t.id for t in project.session.of(Trace)))  # fmt: skip
+        fill(disk)
+        while told[-1] is None:
+            number += 1
+            add(project, f"x{number:03d}")
+        count = len(project.session.of(Trace))
+        project.save_as(tmp_path / "rescued.vom")
+        assert len(names(tmp_path / "rescued.vom")) == count
+        project.close()
+
+
+def test_a_disk_that_becomes_read_only(tmp_path: Path) -> None:
+    with failing_disk(tmp_path / "disk") as (disk, fail):
+        project, told = begun(disk)
+        fail()
+        goes_on_and_can_be_saved(project, told, "disk.read-only", tmp_path / "rescued.vom")
+
+
+def test_a_drive_that_is_taken_away(tmp_path: Path) -> None:
+    with small_disk(tmp_path / "disk", 4096) as disk:
+        project, told = begun(disk)
+        subprocess.run(["umount", "-l", str(disk)], check=True)
+        try:
+            goes_on_and_can_be_saved(project, told, "journal.folder-gone", tmp_path / "rescued.vom")
+        finally:
+            subprocess.run(["mount", "-t", "tmpfs", "tmpfs", str(disk)], check=True)
+
+
+@pytest.mark.parametrize("how", ["deleted", "renamed"])
+@pytest.mark.parametrize("taken_back", [False, True], ids=["compacted", "taken back"])
+def test_work_goes_on_in_memory_after_a_compaction(disk: Path, how: str, taken_back: bool) -> None:
+    project, told = begun(disk)
+    project.session.save()
+    project.compact()
+    if taken_back:
+        project.take_back_compaction()
+    GOES[how][0](disk / "cliff.vom", disk.parent / "older.vom")
+    goes_on_and_can_be_saved(project, told, "journal.folder-gone", disk.parent / "rescued.vom")
+
+
+def test_a_journal_that_could_not_be_written_when_it_was_opened_is_opened_again(
+    tmp_path: Path,
+) -> None:
+    project = Project.create(tmp_path / "a.vom")
+    project.session.apply(edits.add_model(project.session.records, MODEL))
+    # As SQLite does by itself where the disk refuses to open the file for writing.
+    project.journal._db.execute("PRAGMA query_only = 1")
+    add(project, "a")
+    project.session.save()
+    assert names(tmp_path / "a.vom") == ["a"]
+    project.close()
+    assert verify(tmp_path / "a.vom").sound
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can become another user")
+def test_another_users_project_is_opened_and_its_steps_wait() -> None:
+    told: Told = []
+    with tempfile.TemporaryDirectory() as made:
+        Path(made).chmod(0o755)
+        folder = Path(made) / "a.vom"
+        project = Project.create(folder)
+        # What is imported when it is needed lies where another user may not look.
+        project.session.apply(edits.add_model(project.session.records, MODEL))
+        add(project, "first")
+        project.close()
+        os.seteuid(65534)
+        try:
+            with refused("project.unwritable", TargetError):
+                Project.open(folder)
+            project = Project.open(folder, without_lock=True)
+            project.wait_in_memory(told.append)
+            add(project, "second")
+            assert project.journal.waits
+            assert project.cache.is_dir()
+            assert not project.cache.is_relative_to(folder)
+            project.close()
+            assert not project.cache.exists()
+        finally:
+            os.seteuid(0)
+        assert names(folder) == ["first"]
+    assert [failure and failure.code for failure in told] == ["disk.no-permission"]
+
+
+def test_a_project_that_another_program_holds_is_not_opened_without_its_lock(
+    tmp_path: Path,
+) -> None:
+    project = Project.create(tmp_path / "a.vom")
+    with refused("project.locked"):
+        Project.open(tmp_path / "a.vom", without_lock=True)
+    project.close()

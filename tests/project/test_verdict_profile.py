@@ -1,0 +1,140 @@
+"""A project's profile is one record: choosing it judges everything anew, in one undoable step."""
+
+from __future__ import annotations
+
+import csv
+import sqlite3
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.messages import refused
+from vomstudio.core.errors import DocumentError
+from vomstudio.geology.profiles import DEFAULTS, TEXTBOOK, Thresholds
+from vomstudio.project import edits
+from vomstudio.project.codec import decode_edit, encode_edit
+from vomstudio.project.exports.export import export_records
+from vomstudio.project.folder import Project
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.measurement_cache import Measurements, rests_on
+from vomstudio.project.records import DEFAULT_TYPES, PROFILE_ID, Model, Record
+
+OWN = replace(TEXTBOOK, profile="strict", least_coplanarity=1e6)
+
+
+@pytest.fixture
+def records() -> dict[str, Record]:
+    random = np.random.default_rng(0)
+    xyz = random.uniform(-2.0, 2.0, (40, 3)) * [1.0, 0.8, 0.0] + random.normal(0, 0.01, (40, 3))
+    model = Model("m", "cliff", "cliff.obj", "0", "mesh")
+    trace = Trace("t", "B01", "bedding", "m", "0", tuple(map(tuple, xyz.tolist())), 0.01)
+    return {each.id: each for each in (*DEFAULT_TYPES, model, trace)}
+
+
+def test_the_figures_stay_and_the_verdict_follows_the_profile(records: dict[str, Record]) -> None:
+    measurements = Measurements()
+    before = measurements.of(records, ["t"])["t"]
+    judged = {**records, **edits.judge_by(records, OWN).after}
+    after = measurements.of(judged, ["t"])["t"]
+    assert before.verdict is not None
+    assert after.verdict is not None
+    assert (before.verdict.quality, before.verdict.profile) == ("good", "error")
+    assert (after.verdict.quality, after.verdict.profile) == ("doubtful", "strict")
+    assert before.fit is not None
+    assert after.fit is not None
+    assert np.array_equal(before.fit.normal, after.fit.normal)
+    assert measurements.of(records, ["t"])["t"].verdict == before.verdict
+
+
+def test_a_profile_touches_every_feature(records: dict[str, Record]) -> None:
+    trace = records["t"]
+    assert isinstance(trace, Trace)
+    assert rests_on(records, trace, {PROFILE_ID})
+
+
+@pytest.mark.parametrize(
+    ("limits", "code", "field"),
+    [
+        (replace(DEFAULTS, good_M=5.0), "profile.fixed", "profile"),
+        (replace(OWN, profile="  "), "name.empty", "profile"),
+        (
+            replace(OWN, least_coplanarity=0.0),
+            "profile.limit-not-positive",
+            "least_coplanarity",
+        ),
+        (
+            replace(OWN, most_collinearity=float("nan")),
+            "profile.limit-not-positive",
+            "most_collinearity",
+        ),
+        (
+            replace(OWN, good_confidence95_deg=20.0),
+            "profile.limits-crossed",
+            "good_confidence95_deg",
+        ),
+    ],
+)
+def test_limits_that_cannot_be_are_refused(
+    records: dict[str, Record], limits: object, code: str, field: str
+) -> None:
+    with refused(code, DocumentError, field=field):
+        edits.judge_by(records, limits)  # type: ignore[arg-type]
+
+
+def test_the_profile_of_today_is_no_step(records: dict[str, Record]) -> None:
+    judged = {**records, **edits.judge_by(records, OWN).after}
+    with refused("edit.no-change", DocumentError):
+        edits.judge_by(judged, OWN)  # type: ignore[arg-type]
+
+
+def test_it_is_written_and_read_again(records: dict[str, Record]) -> None:
+    first = edits.judge_by(records, OWN)
+    again = decode_edit(first.label, *encode_edit(first), records)
+    assert again.after == first.after
+    judged = {**records, PROFILE_ID: first.after[PROFILE_ID]}
+    second = edits.judge_by(judged, TEXTBOOK)  # type: ignore[arg-type]
+    assert decode_edit(second.label, *encode_edit(second), judged).after == second.after  # type: ignore[arg-type]
+
+
+def test_a_damaged_profile_is_named(records: dict[str, Record]) -> None:
+    edit = edits.judge_by(records, OWN)
+    before, after = encode_edit(edit)
+    after[PROFILE_ID]["limits"]["good_M"] = "four"
+    with refused("record.wrong-value", DocumentError):
+        decode_edit(edit.label, before, after, records)
+
+
+def test_a_project_keeps_its_profile_and_undo_takes_it_back(tmp_path: Path) -> None:
+    with closing(Project.create(tmp_path / "cliff.vom")) as project:
+        edit = edits.judge_by(project.session.records, OWN)
+        project.session.apply(edit)
+        project.session.save()
+    with closing(Project.open(tmp_path / "cliff.vom")) as project:
+        assert project.session.records[PROFILE_ID].limits == OWN  # type: ignore[union-attr]
+        assert project.session.undo_label == edit.label
+        project.session.undo()
+        assert PROFILE_ID not in project.session.records
+
+
+@pytest.mark.parametrize("profile", [DEFAULTS, TEXTBOOK, OWN], ids=lambda each: each.profile)
+def test_every_file_of_verdicts_names_the_profile_and_its_limits(
+    records: dict[str, Record], tmp_path: Path, profile: Thresholds
+) -> None:
+    judged = records
+    if profile is not DEFAULTS:
+        judged = {**records, **edits.judge_by(records, profile).after}
+    table, layers = tmp_path / "t.csv", tmp_path / "t.gpkg"
+    export_records(judged, "csv", table)
+    export_records(judged, "gpkg", layers)
+    lines = table.read_text(encoding="utf-8").splitlines()
+    assert f"# profile: {profile.description}" in lines
+    (row,) = csv.DictReader(line for line in lines if not line.startswith("#"))
+    assert row["profile"] == profile.profile
+    with closing(sqlite3.connect(layers)) as file:
+        described = file.execute("SELECT table_name, description FROM gpkg_contents").fetchall()
+    said = {name: text for name, text in described if name != "layer_styles"}
+    assert {"planes", "traces"} <= said.keys()
+    assert set(said.values()) == {profile.description}

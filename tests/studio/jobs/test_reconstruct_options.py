@@ -1,0 +1,28 @@
+"""Options of a reconstruction and the part of a scene that it makes."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.messages import refused
+from vomstudio.core.errors import UsageError
+from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
+
+
+def test_a_region_is_the_corners_of_a_box() -> None:
+    assert ReconstructOptions(region="0,1,2, 3,4,5").box == (0.0, 1.0, 2.0, 3.0, 4.0, 5.0)
+    assert ReconstructOptions().box is None
+
+
+@pytest.mark.parametrize(
+    ("region", "code"),
+    [
+        ("0,0,0,1,1", "region.not-a-box"),
+        ("0,0,0,1,1,x", "region.not-a-box"),
+        ("0,0,0,1,1,nan", "region.not-a-box"),
+        ("0,0,0,1,1,0", "region.empty"),
+    ],
+)
+def test_a_region_that_is_not_a_box_is_refused(region: str, code: str) -> None:
+    with refused(code, UsageError, field="--region"):
+        ReconstructOptions(region=region)

@@ -1,0 +1,433 @@
+"""A trace that follows a contact: way-points, and the pieces between them as they come."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.project.conftest import MODEL, MemoryJournal
+from tests.studio.tools.fakes import Context, event
+from vomstudio.core.findings import Finding
+from vomstudio.project import edits
+from vomstudio.project.journal.replay import replay
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.session import Session
+from vomstudio.studio.tools.followed_line import Way
+from vomstudio.studio.tools.interaction_types import Pointer
+from vomstudio.studio.tools.trace import TraceTool
+
+A, B, C = (0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (2.0, 2.0, 0.5)
+
+
+@pytest.fixture
+def context() -> Context:
+    session = Session(MemoryJournal())
+    session.apply(edits.add_model(session.records, MODEL))
+    return Context(session, session._journal)
+
+
+@pytest.fixture
+def tool(context) -> TraceTool:
+    made = TraceTool(context)
+    made.follow("dark")
+    return made
+
+
+def bowed(ends) -> np.ndarray:
+    """A way between two places with a bend in its middle."""
+    one, other = map(np.asarray, ends)
+    t = np.linspace(0.0, 1.0, 9)[:, None]
+    return one + (other - one) * t + np.array([0.0, 0.0, 1.6]) * t * (1.0 - t)
+
+
+def answer_all(context) -> None:
+    asked, context.paths.asked = context.paths.asked, []
+    for _, _, ends, _, answer in asked:
+        answer(Way(bowed(ends)))
+
+
+def clicks(tool, *points) -> None:
+    for point in points:
+        tool.pointer(event(at=point))
+
+
+def test_nothing_is_judged_before_the_way_is_there(tool, context):
+    clicks(tool, A, B, C)
+    assert tool.searching
+    assert context.shown[-1].reading[-1] == "Searching for the way"
+    assert context.shown[-1].verdict is None
+    answer_all(context)
+    assert context.shown[-1].verdict is not None
+
+
+def test_the_kept_trace_has_every_vertex_of_the_way_and_says_whence(tool, context):
+    clicks(tool, A, B, C)
+    assert tool.searching
+    answer_all(context)
+    assert not tool.searching
+    assert context.shown[-1].line.shape == (3, 3)
+    assert context.shown[-1].path.shape == (17, 3)
+    tool.finish()
+    (trace,) = context.session.of(Trace)
+    assert len(trace.vertices) == 17
+    assert trace.vertices[0] == A
+    assert trace.vertices[-1] == C
+    assert "3 way-points" in trace.notes
+
+
+def test_the_figures_are_those_of_the_whole_way(tool, context):
+    clicks(tool, A, B, C)
+    answer_all(context)
+    assert tool.measurement.fit.n == 17
+
+
+def test_a_way_is_asked_for_once(tool, context):
+    clicks(tool, A, B)
+    tool.pointer(event(Pointer.MOVE))
+    tool.pointer(event(Pointer.MOVE))
+    assert len(context.paths.asked) == 1
+
+
+def test_the_way_to_the_cursor_is_shown_before_the_click(tool, context):
+    clicks(tool, A)
+    tool.pointer(event(Pointer.MOVE, at=B))
+    ((_, cost, ends, live, answer),) = context.paths.asked
+    assert (cost, ends, live) == ("dark", (A, B), True)
+    answer(Way(bowed(ends)))
+    assert np.allclose(context.shown[-1].ahead, bowed((A, B)))
+    # The click takes it as it is.
+    clicks(tool, B)
+    assert not tool.searching
+
+
+def test_a_way_for_an_older_place_of_the_cursor_changes_nothing(tool, context):
+    clicks(tool, A)
+    tool.pointer(event(Pointer.MOVE, at=B))
+    tool.pointer(event(Pointer.MOVE, at=C))
+    (_, _, first, _, late), (_, _, second, _, answer) = context.paths.asked
+    shown = len(context.shown)
+    late(Way(bowed(first)))
+    assert len(context.shown) == shown
+    answer(Way(bowed(second)))
+    assert np.allclose(context.shown[-1].ahead, bowed(second))
+
+
+def test_a_dragged_way_point_takes_its_ways_along_and_undo_brings_them_back(tool, context):
+    clicks(tool, A, B, C)
+    answer_all(context)
+    before = context.shown[-1].path
+    tool.pointer(event(Pointer.DRAG_START, at=B, handle=1))
+    tool.pointer(event(Pointer.DRAG_MOVE, at=(2.0, 1.0, 0.0)))
+    answer_all(context)
+    tool.pointer(event(Pointer.DRAG_END, at=(2.0, 1.0, 0.0)))
+    answer_all(context)
+    assert not tool.searching
+    assert len(tool.vertices) == 3
+    assert not np.array_equal(context.shown[-1].path, before)
+    assert tool.undo()
+    assert np.array_equal(context.shown[-1].path, before)
+
+
+def test_what_is_finished_too_early_is_kept_when_the_way_has_come(tool, context):
+    clicks(tool, A, B, C)
+    assert tool.finish() is None
+    assert not context.session.of(Trace)
+    answer_all(context)
+    (trace,) = context.session.of(Trace)
+    assert len(trace.vertices) == 17
+    assert not tool.open
+
+
+def test_where_there_is_no_way_it_is_said_and_the_piece_is_straight(tool, context):
+    clicks(tool, A, B)
+    ((_, _, _, _, answer),) = context.paths.asked
+    answer(Finding("model.not-open"))
+    assert context.said[-1].code == "model.not-open"
+    assert not tool.searching
+    assert np.array_equal(context.shown[-1].path, [A, B])
+
+
+def test_a_cancelled_trace_waits_for_nothing(tool, context):
+    clicks(tool, A, B)
+    tool.cancel()
+    shown = len(context.shown)
+    answer_all(context)
+    assert len(context.shown) == shown
+    assert not tool.open
+
+
+def test_following_can_be_switched_while_a_trace_is_open(tool, context):
+    clicks(tool, A, B, C)
+    tool.follow(None)
+    assert context.shown[-1].path is None
+    assert not tool.searching
+    tool.finish()
+    (trace,) = context.session.of(Trace)
+    assert trace.vertices == (A, B, C)
+    assert trace.notes == ""
+
+
+def test_a_draft_comes_back_with_its_way_points_and_follows_them_again(tool, context):
+    clicks(tool, A, B, C)
+    state = replay(context.journal.kept).draft.state
+    tool.forget()
+    context.paths.asked = []
+    again = TraceTool(context)
+    assert again.restore(state)
+    assert again.cost == "dark"
+    assert again.vertices == (A, B, C)
+    assert again.searching
+    answer_all(context)
+    again.finish()
+    assert len(context.session.of(Trace)[0].vertices) == 17
+
+
+def test_a_continued_trace_is_picked_point_by_point(tool, context):
+    clicks(tool, A, B, C)
+    answer_all(context)
+    made = tool.finish()
+    context.paths.asked = []
+    tool.continue_feature(made)
+    assert not tool.followed
+    assert len(tool.vertices) == 17
+    clicks(tool, (3.0, 3.0, 1.0))
+    tool.finish()
+    assert not context.paths.asked
+    assert len(context.session.of(Trace)[0].vertices) == 18
+
+
+def in_photo(photo: str, at, kind=Pointer.CLICK, handle=None):
+    return replace(event(kind, at=at, handle=handle), in_photo=True, photo=photo)
+
+
+def voted(ends, photo: str) -> Way:
+    return Way(bowed(ends), photo, ("other.jpg", "third.jpg"), judged=8, confirmed=6)
+
+
+def test_what_is_clicked_in_a_photo_is_followed_there_and_the_votes_are_kept(tool, context):
+    tool.pointer(in_photo("d/a.jpg", A))
+    tool.pointer(in_photo("d/a.jpg", B))
+    assert context.paths.photos == ["d/a.jpg"]
+    ((_, _, ends, _, answer),) = context.paths.asked
+    answer(voted(ends, "d/a.jpg"))
+    assert tool.votes is not None
+    assert "a.jpg" in tool.votes
+    assert "75 %" in tool.votes
+    context.paths.asked = []
+    tool.pointer(event(at=C))
+    assert context.paths.photos[-1] == "", "a click on the outcrop is followed over it"
+    answer_all(context)
+    tool.finish()
+    (trace,) = context.session.of(Trace)
+    assert "3 way-points" in trace.notes
+    assert "2 other photos" in trace.notes
+
+
+def test_the_way_to_the_cursor_in_a_photo_is_asked_again_with_the_votes(tool, context):
+    tool.pointer(in_photo("a.jpg", A))
+    tool.pointer(in_photo("a.jpg", B, Pointer.MOVE))
+    ((_, _, ends, live, answer),) = context.paths.asked
+    assert live
+    answer(Way(bowed(ends), "a.jpg", final=False))
+    assert np.allclose(context.shown[-1].ahead, bowed((A, B)))
+    context.paths.asked = []
+    tool.pointer(in_photo("a.jpg", B))
+    ((_, _, ends, live, answer),) = context.paths.asked
+    assert not live
+    assert tool.searching
+    assert np.allclose(context.shown[-1].path, bowed((A, B))), "seen until the votes are there"
+    answer(voted(ends, "a.jpg"))
+    assert not tool.searching
+
+
+def test_a_way_point_that_is_dragged_in_a_photo_is_one_of_that_photo(tool, context):
+    clicks(tool, A, B)
+    answer_all(context)
+    tool.pointer(in_photo("b.jpg", B, Pointer.DRAG_START, handle=1))
+    tool.pointer(in_photo("b.jpg", C, Pointer.DRAG_MOVE))
+    tool.pointer(in_photo("b.jpg", C, Pointer.DRAG_END))
+    assert context.paths.photos[-1] == "b.jpg"
+    tool.follow_in_photos(False)
+    assert context.paths.photos[-1] == ""
+
+
+def test_what_photos_do_not_show_is_followed_over_the_surface(tool, context):
+    tool.follow("curvature")
+    tool.pointer(in_photo("a.jpg", A))
+    tool.pointer(in_photo("a.jpg", B))
+    assert context.paths.photos == [""]
+
+
+def test_why_a_piece_is_not_followed_in_the_photo_is_said_once(tool, context):
+    tool.pointer(in_photo("a.jpg", A))
+    tool.pointer(in_photo("a.jpg", B))
+    ((_, _, ends, _, answer),) = context.paths.asked
+    finding = Finding("photo.not-showing", photo="a.jpg")
+    answer(Way(bowed(ends), warnings=(finding,)))
+    assert context.said == [finding]
+    assert tool.votes is None
+
+
+def test_a_draft_keeps_in_which_photo_its_way_points_were_set(tool, context):
+    tool.pointer(in_photo("a.jpg", A))
+    tool.pointer(in_photo("a.jpg", B))
+    state = replay(context.journal.kept).draft.state
+    tool.forget()
+    context.paths.asked, context.paths.photos = [], []
+    again = TraceTool(context)
+    assert again.restore(state)
+    assert context.paths.photos == ["a.jpg"]
+    # What is no list of names is left aside.
+    for strange in ("a.jpg", [1, None], [["x"]], {}):
+        assert TraceTool(context).restore({**state, "photos": strange})
+
+
+# --- going on while a way is searched for --------------------------------------------------------
+D, E, F = (0.0, 0.0, 1.0), (2.0, 0.0, 1.0), (2.0, 2.0, 1.5)
+
+
+def answer_until_all_is_there(context) -> None:
+    while context.paths.asked:
+        answer_all(context)
+
+
+def ends(context) -> list:
+    return [(t.vertices[0], t.vertices[-1]) for t in context.session.of(Trace)]
+
+
+def test_what_is_clicked_after_enter_belongs_to_the_next_trace(tool, context):
+    clicks(tool, A, B, C)
+    assert tool.finish() is None
+    clicks(tool, D, E, F)
+    tool.finish()
+    clicks(tool, A, B)
+    answer_until_all_is_there(context)
+    assert ends(context) == [(A, C), (D, F)]
+    assert tool.vertices == (A, B)
+
+
+def test_a_double_click_ends_the_next_trace_too(tool, context):
+    clicks(tool, A, B, C)
+    tool.pointer(event(Pointer.DOUBLE_CLICK, at=C))
+    clicks(tool, D, E, F)
+    tool.pointer(event(Pointer.DOUBLE_CLICK, at=F))
+    answer_until_all_is_there(context)
+    assert ends(context) == [(A, C), (D, F)]
+    assert not tool.open
+
+
+def test_a_click_at_a_vertex_of_the_trace_that_is_being_finished_begins_the_next_one(tool, context):
+    clicks(tool, A, B, C)
+    tool.finish()
+    tool.pointer(event(at=C, handle=2))
+    answer_until_all_is_there(context)
+    assert tool.vertices == (C,)
+
+
+def test_what_waits_is_said_and_no_way_runs_on_to_the_cursor(tool, context):
+    clicks(tool, A, B, C)
+    tool.finish()
+    waits = context.shown[-1].reading[-1]
+    assert waits == "Kept as soon as the way is found"
+    clicks(tool, D, E)
+    assert context.shown[-1].reading[-1] == f"{waits}; 2 clicks wait for the next one"
+    tool.pointer(event(Pointer.MOVE, at=F))
+    assert context.shown[-1].rubber is None
+    assert context.shown[-1].ahead is None
+
+
+def test_undo_takes_back_the_click_that_waits_then_the_end_then_a_vertex(tool, context):
+    clicks(tool, A, B, C)
+    tool.finish()
+    clicks(tool, D)
+    assert tool.undo_label == "Click for the next one"
+    assert tool.undo()
+    assert tool.undo_label == "Finish"
+    assert tool.undo()
+    assert tool.vertices == (A, B, C)
+    assert tool.undo()
+    assert tool.vertices == (A, B)
+    answer_until_all_is_there(context)
+    assert tool.open
+    assert not context.session.of(Trace)
+
+
+def test_esc_lets_go_what_waits_before_the_trace_itself(tool, context):
+    clicks(tool, A, B, C)
+    tool.finish()
+    clicks(tool, D, E)
+    tool.cancel()
+    answer_until_all_is_there(context)
+    assert ends(context) == [(A, C)]
+    assert not tool.open
+
+
+def test_what_waits_is_not_added_to_a_trace_that_cannot_be_kept(tool, context):
+    straight = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (2.0, 0.0, 0.0))
+    clicks(tool, *straight)
+    tool.finish()
+    clicks(tool, D)
+    context.session._journal.refuse = OSError("disk full")
+    asked, context.paths.asked = context.paths.asked, []
+    for _, _, ends_, _, answer in asked:
+        answer(Way(np.array(ends_)))
+    assert tool.vertices == straight
+
+
+class Rock:
+    """A surface of 2 cm that lies in no plane."""
+
+    def resolution_near(self, points):
+        return 0.02
+
+    def outcrop_normal(self, points):
+        return None
+
+
+def hopping(ends) -> Way:
+    """A way that bends in the plane z = 0, of which the second third is 15 cm above it, behind rock
+    that costs much."""
+    one, other = map(np.asarray, ends)
+    t = np.linspace(0.0, 1.0, 61)[:, None]
+    points = one + (other - one) * t + np.array([0.4, -0.6, 0.0]) * t * (1.0 - t)
+    points[20:40, 2] += 0.15
+    costs = np.full(61, 0.1)
+    costs[[19, 20, 39, 40]] = 1.0
+    return Way(points, costs=costs)
+
+
+def test_a_stretch_on_a_parallel_contact_is_drawn_and_kept(tool, context, monkeypatch):
+    monkeypatch.setattr(Context, "surface", lambda self, model_id: Rock())
+    ends = (0.0, 0.0, 0.0), (2.0, 0.5, 0.0), (3.0, 2.0, 0.0)
+    clicks(tool, *ends)
+    for number, (_, _, leg, _, answer) in enumerate(list(context.paths.asked)):
+        way = hopping(leg)
+        answer(way if number else replace(way, points=way.points * [1.0, 1.0, 0.0]))
+    assert not tool.searching
+    (part,) = context.shown[-1].doubtful
+    assert part[:, 2] == pytest.approx(0.15, abs=0.151)
+    assert np.median(part[:, 2]) == pytest.approx(0.15)
+    assert context.shown[-1].verdict != "good"
+    total = tool.measurement.total95_deg
+    tool.finish()
+    (trace,) = context.session.of(Trace)
+    ((first, last),) = trace.doubtful
+    assert np.median(np.array(trace.vertices)[first : last + 1, 2]) == pytest.approx(0.15)
+    assert replay(context.journal.kept).records[trace.id] == trace
+    kept, plain = context.measure(trace), context.measure(replace(trace, doubtful=()))
+    assert kept.total95_deg == pytest.approx(total)
+    assert kept.total95_deg >= max(plain.total95_deg, kept.stretch_error_deg)
+    assert plain.stretch_error_deg is None
+    assert len(kept.verdict.reasons) == len(plain.verdict.reasons) + 1
+    # It goes with its vertices, and the rest of the trace with it.
+    shorter = edits.set_vertices(
+        context.session.records, trace.id, trace.vertices[10:], resolution=0.02, outcrop_normal=None
+    ).after[trace.id]
+    assert shorter.doubtful == ((first - 10, last - 10),)
+    gone = edits.set_vertices(
+        context.session.records, trace.id, trace.vertices[:first], resolution=0.02,
+        outcrop_normal=None,
+    ).after[trace.id]  # fmt: skip
+    assert gone.doubtful == ()

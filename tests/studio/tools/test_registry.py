@@ -1,0 +1,30 @@
+"""The tools that are found, and what each says of itself."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from tests.project.conftest import MemoryJournal
+from tests.studio.tools.fakes import Context
+from vomstudio.project.session import Session
+from vomstudio.studio.tools.registry import TOOLS
+
+
+def test_each_tool_has_a_name_a_key_and_a_place_of_its_own() -> None:
+    for value in ("name", "key", "order", "label", "icon", "tip"):
+        shared = [v for v, n in Counter(getattr(e, value) for e in TOOLS).items() if n > 1]
+        assert not shared, (value, shared)
+    for entry in TOOLS:
+        letter = entry.label.partition("&")[2][:1]
+        words = "the letter in the menu is the key over the outcrop"
+        assert letter.upper() == entry.key.removeprefix("Shift+"), words
+
+
+def test_each_tool_is_made_idle_and_says_what_to_do() -> None:
+    journal = MemoryJournal()
+    for entry in TOOLS:
+        tool = entry.tool(Context(Session(journal), journal))
+        assert not tool.open
+        assert tool.hint().endswith("."), "a sentence for the status line"
+        assert tool.why_not_cancel()
+        assert tool.why_not_finish()

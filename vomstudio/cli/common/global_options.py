@@ -1,0 +1,92 @@
+"""Options without a command: `--version`, `--install-desktop`, `--uninstall-desktop`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import Any
+
+from vomstudio.cli.common.arguments import HelpWanted, Parser
+from vomstudio.cli.common.first_word import COMMANDS
+from vomstudio.cli.common.output import Output
+from vomstudio.core.errors import UsageError
+from vomstudio.core.findings import Finding
+from vomstudio.core.version import __version__
+from vomstudio.core.words import tr
+
+OWN_OPTIONS = ("--version", "--install-desktop", "--uninstall-desktop")
+_GRAPHICS_WITHIN_S = 30
+
+
+def add_own_options(parser: Parser) -> None:
+    parser.add_argument(
+        "--version",
+        action="store_true",
+        help=tr("print the version; with --json also those of Python, packages and graphics"),
+    )
+    desktop = parser.add_mutually_exclusive_group()
+    desktop.add_argument(
+        "--install-desktop",
+        action="store_true",
+        help=tr("put VOM Studio into the menu of the desktop (Linux), for this user"),
+    )
+    desktop.add_argument(
+        "--uninstall-desktop",
+        action="store_true",
+        help=tr("remove the files that --install-desktop wrote"),
+    )
+    parser.add_argument("--json", action="store_true", help=tr("print one JSON object on stdout"))
+
+
+def run_own_option(args: argparse.Namespace, output: Output) -> None:
+    if args.version:
+        if not args.json:
+            raise HelpWanted(f"VOM Studio {__version__}")
+        output.result(_versions())
+    elif args.install_desktop:
+        from vomstudio.core.files.desktop import install
+
+        files = install()
+        output.text("\n".join(map(str, files)))
+        output.result({"files": files})
+    elif args.uninstall_desktop:
+        from vomstudio.core.files.desktop import uninstall
+
+        files = uninstall()
+        output.text(
+            "\n".join(map(str, files)) or tr("VOM Studio is not in the menu. Nothing was removed.")
+        )
+        output.result({"files": files})
+    else:
+        raise UsageError(Finding("command.missing", commands=", ".join(COMMANDS)))
+
+
+def _versions() -> dict[str, Any]:
+    import platform
+
+    from vomstudio.core.failures.report import packages
+
+    return {
+        "version": __version__,
+        "python": platform.python_version(),
+        "system": platform.platform(),
+        "machine": platform.machine(),
+        "packages": packages(),
+        "graphics": _graphics(),
+    }
+
+
+def _graphics() -> dict[str, str] | None:
+    """Asked in a process of its own, since a broken driver ends it; None where there is none."""
+    import json
+    import subprocess
+
+    command = [sys.executable, "-P", "-m", "vomstudio", "--graphics"]
+    try:
+        said = subprocess.run(
+            command, capture_output=True, text=True, check=True, timeout=_GRAPHICS_WITHIN_S
+        ).stdout
+        found: dict[str, str] = json.loads(said.splitlines()[-1])
+    except (OSError, subprocess.SubprocessError, ValueError, IndexError):
+        return None
+    return found

@@ -1,0 +1,108 @@
+"""Hooks that lead every uncaught exception of Python to the error collector."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import platform
+import sys
+import threading
+import traceback
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+from vomstudio.core.failures import crashes, log
+from vomstudio.core.failures.error_collector import ERRORS
+from vomstudio.core.version import __version__
+
+if TYPE_CHECKING:
+    from sys import UnraisableHookArgs
+
+_log = logging.getLogger(__name__)
+
+_before: tuple[Any, Any, Any] | None = None
+
+
+def install(role: str) -> None:
+    """Log, show and survive uncaught exceptions until `uninstall`; role : as in `crashes`."""
+    global _before
+    if _before is not None:
+        return
+    log.start(role)
+    _log.info("begins: VOM Studio %s, Python %s", __version__, platform.python_version())
+    crashes.begin(role)
+    _before = sys.excepthook, threading.excepthook, sys.unraisablehook
+    sys.excepthook, threading.excepthook = _uncaught, _uncaught_in_thread
+    sys.unraisablehook = _unraisable
+
+
+def uninstall() -> None:
+    """Put back Python's own hooks: the process, or a test of it, ends well."""
+    global _before
+    if _before is None:
+        return
+    sys.excepthook, threading.excepthook, sys.unraisablehook = _before
+    _before = None
+    ERRORS.listen(None)
+    ERRORS.forget()
+    crashes.end()
+    log.stop()
+
+
+def report_as_uncaught(error: BaseException) -> None:
+    """Report an exception that a thread survives like one that ends it."""
+    threading.excepthook(
+        threading.ExceptHookArgs(
+            (type(error), error, error.__traceback__, threading.current_thread())
+        )
+    )
+
+
+def _uncaught(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+    if isinstance(error, KeyboardInterrupt):
+        sys.__excepthook__(kind, error, trace)
+        return
+    if ERRORS.report(error):
+        _print(error)
+    _release_frames(error)
+
+
+def _uncaught_in_thread(args: threading.ExceptHookArgs) -> None:
+    error = args.exc_value
+    if error is None or isinstance(error, SystemExit):
+        return
+    name = "a thread" if args.thread is None else f"the thread {args.thread.name}"
+    if ERRORS.report(error, f"in {name}"):
+        _print(error)
+    _release_frames(error)
+
+
+def _unraisable(args: UnraisableHookArgs) -> None:
+    error = args.exc_value
+    if error is None or sys.is_finalizing():
+        sys.__unraisablehook__(args)
+        return
+    # Not the object itself: it is being taken away, and its words may need what is gone already.
+    of = getattr(args.object, "__qualname__", type(args.object).__qualname__)
+    if ERRORS.report(error, f"{args.err_msg or 'ignored'} in {of}"):
+        _print(error)
+    _release_frames(error)
+
+
+def _print(error: BaseException) -> None:
+    """For whoever has started the program in a terminal; a window may have no stderr."""
+    if sys.stderr is not None:
+        with contextlib.suppress(Exception):
+            traceback.print_exception(error)
+
+
+def _release_frames(error: BaseException) -> None:
+    """Python keeps the last error, and with it all that its functions had in hand: a painter that
+    stays open makes every later paint fail, and the models of a closed project stay in memory."""
+    for name in ("last_exc", "last_type", "last_value", "last_traceback"):
+        sys.__dict__.pop(name, None)
+    with contextlib.suppress(Exception):
+        cause: BaseException | None = error
+        while cause is not None:
+            traceback.clear_frames(cause.__traceback__)
+            cause = cause.__cause__ or cause.__context__

@@ -1,0 +1,163 @@
+"""VOM Studio in the menu of a Linux desktop: entry, icon, and the type of project folders.
+
+As freedesktop.org's Desktop Entry, Icon Theme and Shared MIME-info specifications have it, under
+the user's own data folder.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from vomstudio.core.errors import TargetError
+from vomstudio.core.files.atomic import atomic_write
+from vomstudio.core.files.regular import read_small_text
+from vomstudio.core.findings import Finding
+from vomstudio.core.paths import program_command, resource
+
+NAME = "vomstudio"
+PROJECT_TYPE = "application/x-vomstudio-project"
+
+_TYPES = f"""<?xml version="1.0" encoding="UTF-8"?>
+<mime-info xmlns="http://www.freedesktop.org/standards/shared-mime-info">
+  <mime-type type="{PROJECT_TYPE}">
+    <comment>VOM Studio project</comment>
+    <sub-class-of type="inode/directory"/>
+    <icon name="{NAME}"/>
+    <glob pattern="*.vom"/>
+  </mime-type>
+</mime-info>
+"""
+
+
+def install() -> list[Path]:
+    """Write the menu entry, icon and file type of this user, replacing earlier ones.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    TargetError
+        If the system has no such menu, or a file cannot be written.
+    """
+    if not sys.platform.startswith("linux"):
+        raise TargetError(Finding("desktop.not-linux"))
+    contents = {
+        _data_folder() / path: text for path, text in desktop_files(program_command()).items()
+    }
+    for path, text in contents.items():
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise TargetError(
+                Finding("output.unwritable", reason=error.strerror), file=path.parent
+            ) from error
+        with atomic_write(path, force=True) as part:
+            part.write_text(text, encoding="utf-8")
+    _refresh_indexes()
+    return list(contents)
+
+
+def uninstall() -> list[Path]:
+    """Remove the files that `install` writes.
+
+    Returns
+    -------
+    list of Path
+        The files removed, empty if none was installed.
+
+    Raises
+    ------
+    TargetError
+        If a file cannot be removed.
+    """
+    removed = []
+    for path in _installed_paths():
+        try:
+            path.unlink()
+        except (FileNotFoundError, NotADirectoryError):
+            continue
+        except OSError as error:
+            raise TargetError(
+                Finding("file.not-removed", reason=error.strerror), file=path
+            ) from error
+        removed.append(path)
+    if removed:
+        _refresh_indexes()
+    return removed
+
+
+def _data_folder() -> Path:
+    return Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
+
+
+def _installed_paths() -> list[Path]:
+    return [_data_folder() / path for path in desktop_files(program_command())]
+
+
+def _refresh_indexes() -> None:
+    """Update the indexes of desktops that have them; other desktops read the files themselves."""
+    data = _data_folder()
+    for command in (
+        ["update-desktop-database", str(data / "applications")],
+        ["update-mime-database", str(data / "mime")],
+    ):
+        if shutil.which(command[0]):
+            subprocess.run(command, capture_output=True, check=False, timeout=60)
+
+
+def desktop_files(command: Sequence[str]) -> dict[Path, str]:
+    """Return the text of the menu entry, the icon and the type of project folders.
+
+    Parameters
+    ----------
+    command
+        Program and arguments that the entry starts. The program is an absolute path, since the
+        PATH of the desktop is unknown.
+
+    Returns
+    -------
+    dict
+        Texts by their paths, relative to a folder of shared data such as ``~/.local/share``.
+    """
+    return {
+        Path("applications", f"{NAME}.desktop"): _entry(command),
+        Path("icons", "hicolor", "scalable", "apps", f"{NAME}.svg"): read_small_text(
+            resource("icon", f"{NAME}.svg")
+        ),
+        Path("mime", "packages", f"{NAME}.xml"): _TYPES,
+    }
+
+
+def _entry(command: Sequence[str]) -> str:
+    program, *arguments = command
+    return "\n".join(
+        [
+            "[Desktop Entry]",
+            "Type=Application",
+            "Name=VOM Studio",
+            "GenericName=Virtual outcrop models",
+            "Comment=Measure geology on virtual outcrop models",
+            f"Exec={' '.join([_quoted(program), *arguments])} %F",
+            f"Icon={NAME}",
+            "Terminal=false",
+            "Categories=Science;Geology;Geoscience;",
+            f"MimeType={PROJECT_TYPE};model/obj;model/gltf-binary;application/x-ply;model/stl;",
+            f"StartupWMClass={NAME}",
+            "",
+        ]
+    )
+
+
+def _quoted(word: str) -> str:
+    """As `Exec` wants it: in double quotes, with a backslash before what is special within them, %
+    doubled, and then all backslashes doubled, since it is a value of an entry."""
+    escaped = "".join(f"\\{c}" if c in '"`$\\' else c for c in word).replace("%", "%%")
+    return '"' + escaped.replace("\\", "\\\\") + '"'

@@ -1,0 +1,250 @@
+"""SQLite files from unknown sources: accepted schemas and limited connections.
+
+A schema can contain code: views, triggers, virtual tables and computed columns. It runs when a row
+is read or written, may not terminate, and can change the result. So only `sqlite_master` is read
+before the schema is accepted.
+"""
+
+from __future__ import annotations
+
+import itertools
+import re
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NoReturn
+
+from vomstudio.core.errors import InputError
+from vomstudio.core.failures import stop_requests
+from vomstudio.core.files.regular import require_regular
+from vomstudio.core.findings import Finding
+
+SQLITE_MARK = b"SQLite format 3\0"
+MAX_ENTRIES = 20_000
+"""Tables, indexes and triggers of a schema. A layer of GDAL has about 15."""
+
+_LIMITS = {
+    sqlite3.SQLITE_LIMIT_SQL_LENGTH: 1_000_000,
+    sqlite3.SQLITE_LIMIT_COMPOUND_SELECT: 10,
+    sqlite3.SQLITE_LIMIT_VDBE_OP: 250_000,
+    sqlite3.SQLITE_LIMIT_FUNCTION_ARG: 32,
+    sqlite3.SQLITE_LIMIT_ATTACHED: 1,
+    sqlite3.SQLITE_LIMIT_LIKE_PATTERN_LENGTH: 1000,
+    sqlite3.SQLITE_LIMIT_TRIGGER_DEPTH: 10,
+}
+"""SQLite, "Defense Against The Dark Arts" (sqlite.org/security.html), 1.1."""
+_OPCODES_PER_LOOK = 100_000
+
+_TOKEN = re.compile(
+    r"/\*.*?(?:\*/|\Z)|--[^\n]*"
+    r"|'(?:[^']|'')*'|\"(?:[^\"]|\"\")*\"|`[^`]*`|\[[^\]]*\]"
+    r"|[^\W]+|\S",
+    re.DOTALL,
+)
+_KINDS = (
+    ("create", "table"), ("create", "index"), ("create", "unique", "index"), ("create", "view"),
+    ("create", "trigger"), ("create", "virtual", "table"),
+)  # fmt: skip
+
+# What GDAL writes into a GeoPackage (its driver GPKG, versions 1.11 to 3.12).
+_TRIGGER_NAMES = re.compile(
+    r"rtree_.+_(?:insert|update[1-7]?|delete)"
+    r"|trigger_(?:insert|delete)_feature_count_.+"
+    r"|gpkg_(?:tile_matrix|metadata|metadata_reference|geometry_columns|data_columns)_\w+_"
+    r"(?:insert|update)"
+    r"|.+_(?:zoom|tile_column|tile_row)_(?:insert|update)",
+    re.DOTALL,
+)
+_RTREE_COLUMNS = 5
+_STANDARD_VIEWS = {
+    "st_spatial_ref_sys", "spatial_ref_sys", "st_geometry_columns", "geometry_columns"
+}  # fmt: skip
+"""Informative views of the GeoPackage standard (OGC 12-128, table definitions in SQL)."""
+_VIEW_WORDS = {
+    "select", "as", "case", "when", "then", "else", "end", "'st_'", "st_", "code4name",
+    "srs_name", "srs_id", "organization", "organization_coordsys_id", "definition", "description",
+    "srid", "auth_name", "auth_srid", "srtext", "table_name", "column_name", "geometry_type_name",
+    "f_table_name", "f_geometry_column", "geometry_type", "coord_dimension", "z", "m", "g", "s",
+    "0", "1", "2", ",", ".", "|", "+", "(", ")",
+}  # fmt: skip
+_VIEW_SOURCES = {
+    "gpkg_spatial_ref_sys",
+    "gpkg_geometry_columns",
+    "gpkg_geometry_columns as g join gpkg_spatial_ref_sys as s where g . srs_id = s . srs_id",
+    "gpkg_geometry_columns as g join gpkg_spatial_ref_sys as s on g . srs_id = s . srs_id",
+}
+
+
+@dataclass(frozen=True)
+class SchemaEntry:
+    """An entry of `sqlite_master`.
+
+    Parameters
+    ----------
+    kind : str
+        Parsed from its statement: ``table``, ``index``, ``view``, ``trigger``, ``virtual table``,
+        else ``entry``. The column ``type`` is not reliable.
+    name : str
+        Name of the object, from its statement.
+    tokens : tuple of str
+        Tokens of its CREATE statement from the name on, without comments, in lower case.
+    """
+
+    kind: str
+    name: str
+    tokens: tuple[str, ...]
+
+    @property
+    def has_computed_column(self) -> bool:
+        """Whether a column of the table is computed when it is read or written."""
+        return "generated" in self.tokens or ("as", "(") in itertools.pairwise(self.tokens)
+
+
+def open_to_read(path: Path, patience_s: float = 5.0) -> sqlite3.Connection:
+    """Open a database for reading, limited by `harden`.
+
+    Parameters
+    ----------
+    path : Path
+    patience_s : float
+        How long to wait for a program that writes.
+
+    Raises
+    ------
+    InputError
+        If it is not a regular file: SQLite blocks on a read-only pipe.
+    sqlite3.Error
+        If it cannot be opened.
+    """
+    require_regular(path)
+    db = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=patience_s)
+    try:
+        harden(db)
+    except BaseException:
+        db.close()
+        raise
+    return db
+
+
+def harden(db: sqlite3.Connection) -> None:
+    """Limit what code in the schema of a database can do.
+
+    Functions with side effects are disabled, statements have limits, and a request to end the
+    process interrupts a running statement.
+    """
+    for limit, value in _LIMITS.items():
+        db.setlimit(limit, value)
+    db.set_progress_handler(_is_interrupted, _OPCODES_PER_LOOK)
+    db.execute("PRAGMA trusted_schema = OFF").close()
+    db.execute("PRAGMA cell_size_check = ON").close()
+
+
+def _is_interrupted() -> bool:
+    # Signal handlers run only while Python code runs.
+    return stop_requests.was_asked()
+
+
+def read_schema(db: sqlite3.Connection) -> Iterator[SchemaEntry]:
+    """Yield the entries of a schema, without those that SQLite creates itself for keys.
+
+    Raises
+    ------
+    sqlite3.Error
+        If the schema is damaged.
+    """
+    rows = db.execute("SELECT name, sql FROM sqlite_master LIMIT ?", (MAX_ENTRIES + 1,))
+    for number, (name, sql) in enumerate(rows):
+        if number == MAX_ENTRIES:
+            raise sqlite3.DatabaseError("the schema has too many entries")
+        if sql is not None:
+            yield _entry(str(name), str(sql))
+
+
+def _entry(name: str, sql: str) -> SchemaEntry:
+    written = [
+        token
+        for token in _TOKEN.findall(sql)
+        if not token.startswith(("/*", "--")) and token != ";"
+    ]
+    tokens = tuple(token.lower() for token in written)
+    for words in _KINDS:
+        if tokens[: len(words)] == words and len(tokens) > len(words):
+            rest = tokens[len(words) :]
+            if rest[:3] == ("if", "not", "exists"):
+                rest = rest[3:]
+            kind = " ".join(word for word in words[1:] if word != "unique")
+            return SchemaEntry(kind, _unquoted(written[-len(rest)]), rest)
+    return SchemaEntry("entry", name, tokens)
+
+
+def _unquoted(token: str) -> str:
+    return token[1:-1] if token[:1] in "\"'`[" and len(token) > 1 else token
+
+
+def require_geopackage(path: Path) -> None:
+    """Check that a GeoPackage contains no code except that written by GDAL.
+
+    Accepted are tables, indexes, R-trees and triggers of GDAL (triggers do not run while a file is
+    read), and the informative views of the standard.
+
+    Parameters
+    ----------
+    path : Path
+
+    Raises
+    ------
+    InputError
+        With ``file.unsafe-schema`` for a view, trigger, virtual table or computed column that GDAL
+        does not write.
+    ValueError
+        If the file is not a database, or damaged.
+    """
+    try:
+        with closing(open_to_read(path)) as db:
+            for entry in read_schema(db):
+                if not _is_written_by_gdal(entry):
+                    refuse(entry.kind, entry.name, path)
+                if entry.kind == "table" and entry.has_computed_column:
+                    refuse("table with a computed column", entry.name, path)
+    except sqlite3.Error as error:
+        raise ValueError(str(error)) from error
+
+
+def refuse(kind: str, name: str, path: Path) -> NoReturn:
+    """Raise InputError with ``file.unsafe-schema``."""
+    finding = Finding("file.unsafe-schema", kind=kind, name=name[:100])
+    raise InputError(finding, file=path)
+
+
+def _is_written_by_gdal(entry: SchemaEntry) -> bool:
+    if entry.kind == "trigger":
+        return _TRIGGER_NAMES.fullmatch(entry.name.lower()) is not None
+    if entry.kind == "virtual table":
+        return entry.name.lower().startswith("rtree_") and _is_rtree(entry.tokens)
+    if entry.kind == "view":
+        return entry.name.lower() in _STANDARD_VIEWS and _is_standard_view(entry.tokens)
+    return entry.kind in ("table", "index")
+
+
+def _is_rtree(tokens: tuple[str, ...]) -> bool:
+    """Return whether the arguments of a virtual table are those of an R-tree in two dimensions."""
+    columns = tokens[4:-1:2]
+    commas = tokens[5:-1:2]
+    return (
+        tokens[1:4] == ("using", "rtree", "(")
+        and tokens[-1] == ")"
+        and len(columns) == _RTREE_COLUMNS
+        and all(_unquoted(column).replace("_", "").isalnum() for column in columns)
+        and set(commas) == {","}
+    )
+
+
+def _is_standard_view(tokens: tuple[str, ...]) -> bool:
+    """Return whether a view selects columns of the tables of the standard, once."""
+    words = [token if token.startswith("'") else _unquoted(token) for token in tokens]
+    if words[1:3] != ["as", "select"] or words.count("from") != 1 or words.count("select") != 1:
+        return False
+    at = words.index("from")
+    return set(words[2:at]) <= _VIEW_WORDS and " ".join(words[at + 1 :]) in _VIEW_SOURCES

@@ -1,0 +1,437 @@
+"""Picture headers, parsed before decoding: memory of the decoded picture and malicious structures.
+
+Some headers keep a decoder busy for minutes, or make it allocate memory without content: thousands
+of empty segments, tags that share the same bytes, endlessly repeated scans, a tile of gigabytes in
+a picture of one pixel.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+import struct
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import BinaryIO
+
+from vomstudio.core.words import tr
+
+PNG_MARK = b"\x89PNG\r\n\x1a\n"
+JPEG_MARK = b"\xff\xd8"
+TIFF_MARKS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
+
+_MAX_PARTS = 10_000
+_MAX_SKIPPED_BYTES = 1 << 20
+_MAX_EXIF_BYTES = 4 << 20
+_MAX_TAG_VALUES = 1_000_000
+_MAX_SCANS = 100
+"""Encoders write about ten scans of a progressive JPEG; each scan covers the whole picture."""
+_MAX_DIRECTORIES = 1000
+# Bytes of one value, by the type of a TIFF tag (TIFF 6.0, page 15; BigTIFF).
+_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8, 13: 4}
+_SIZES |= {16: 8, 17: 8, 18: 8}
+_BYTES = {1, 2, 6, 7}
+_EXIF_DIRECTORIES = {0x8769, 0x8825, 0xA005}
+_SUB_DIRECTORIES = 0x014A
+_SCAN, _END = 0xDA, 0xD9
+_FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
+"""Markers of a JPEG frame header, which states the size (ITU T.81, table B.1)."""
+_PROGRESSIVE = {0xC2, 0xC6, 0xCA, 0xCE}
+_MARKER = re.compile(rb"\xff[^\x00\xff]")
+_SEGMENT = re.compile(rb"\xff[\x02-\xcf\xd9-\xfe]")
+"""Markers of segments, without restart markers between pixels and markers without content."""
+_BLOCK = 1 << 16
+
+
+class HeaderError(ValueError):
+    """A header that valid files do not have; the message is the reason."""
+
+
+@dataclass(frozen=True)
+class PictureSize:
+    """Size of a picture, from its header.
+
+    Parameters
+    ----------
+    width, height : int
+        Size in pixels.
+    pixel_bytes : int
+        Bytes of a pixel as stored, decompressed.
+    extra_bytes : int
+        Additional memory of the decoder: a strip or tile, the coefficients of a progressive JPEG,
+        the canvas of a WebP.
+    tiles_bytes : int
+        Bytes of all tiles, which may extend far beyond the picture; 0 if it has none.
+    """
+
+    width: int
+    height: int
+    pixel_bytes: int
+    extra_bytes: int = 0
+    tiles_bytes: int = 0
+
+    @property
+    def stored_bytes(self) -> int:
+        """Bytes of all pixels as the file stores them, decompressed."""
+        return max(self.width * self.height * self.pixel_bytes, self.tiles_bytes)
+
+    def decoded_bytes(self, min_pixel_bytes: int) -> int:
+        """Return the decompressed size in bytes.
+
+        Pillow rounds rows up to four bytes and stores a pointer to each row, which matters for
+        pictures of one column.
+        """
+        row = self.width * max(self.pixel_bytes, min_pixel_bytes)
+        pixels = self.height * ((row + 3) // 4 * 4 + 8)
+        return max(pixels, self.tiles_bytes) + self.extra_bytes
+
+
+def read_size(file: BinaryIO) -> PictureSize | None:
+    """Read the header of a JPEG, PNG, TIFF, WebP or BMP.
+
+    Returns
+    -------
+    PictureSize or None
+        None if the file has another format, or is too damaged to state a size; decoders reject it.
+
+    Raises
+    ------
+    HeaderError
+        If valid files do not have such a header.
+    OSError
+        If the file cannot be read.
+    """
+    file.seek(0)
+    head = file.read(32)
+    for mark, read in _READERS.items():
+        if head.startswith(mark):
+            try:
+                return read(file, head)
+            except struct.error:
+                return None
+    return None
+
+
+def check_exif(exif: bytes) -> None:
+    """Check the tags of EXIF, which is a TIFF. Raises HeaderError."""
+    try:
+        _check_tags(io.BytesIO(exif.removeprefix(b"Exif\0\0")))
+    except struct.error:
+        return
+
+
+def block_sizes(file: BinaryIO) -> Iterator[PictureSize]:
+    """Yield the sizes of all pictures of a TIFF: pages, overviews, masks. Raises HeaderError."""
+    _check_tags(file)
+    for _, directory in zip(range(_MAX_DIRECTORIES + 1), _directories(file), strict=False):
+        yield _tiff_size(directory)
+
+
+def jpeg_scan_start(file: BinaryIO) -> int | None:
+    """Return the offset of the first scan of a JPEG, after all headers and their thumbnail.
+
+    None if the file is not a JPEG, or has no scan. Raises HeaderError.
+    """
+    file.seek(0)
+    if file.read(2) != JPEG_MARK:
+        return None
+    return next((at - 4 for marker, at, _ in _segments(file) if marker == _SCAN), None)
+
+
+# --- JPEG -----------------------------------------------------------------------------------------
+def _jpeg_size(file: BinaryIO, head: bytes) -> PictureSize | None:
+    exif, size, components = bytearray(), None, 0
+    progressive = several_scans = False
+    for number, (marker, start, length) in enumerate(_segments(file)):
+        if number > _MAX_PARTS:
+            raise HeaderError(_too_many_parts())
+        file.seek(start)
+        if marker == 0xE1 and file.read(6) == b"Exif\0\0":
+            exif += file.read(length - 6)
+            if len(exif) > _MAX_EXIF_BYTES:
+                raise HeaderError(tr("its EXIF is larger than any camera writes"))
+        elif marker in _FRAMES:
+            precision, height, width, components = struct.unpack(">BHHB", file.read(6))
+            size = PictureSize(width, height, components * (1 if precision <= 8 else 2))
+            progressive = marker in _PROGRESSIVE
+        elif marker == _SCAN:
+            several_scans = progressive or file.read(1) < bytes([components])
+            if several_scans:
+                _check_scans(file, start)
+    if exif:
+        check_exif(bytes(exif))
+    if size is None or not several_scans:
+        return size
+    # libjpeg keeps all coefficients, of 16 bits, until the last scan.
+    coefficients = 2 * size.width * size.height * components
+    return PictureSize(size.width, size.height, size.pixel_bytes, coefficients)
+
+
+def _segments(file: BinaryIO) -> Iterator[tuple[int, int, int]]:
+    """Yield marker, start and length of the content of each segment up to the first scan.
+
+    ITU T.81, B.1.1. Raises HeaderError if the segments are too far apart: Pillow searches the next
+    marker byte by byte.
+    """
+    at, skipped = 2, 0
+    while True:
+        file.seek(at)
+        head = file.read(4)
+        if len(head) < 4:
+            return
+        if head[0] != 0xFF or head[1] in (0x00, 0xFF):
+            file.seek(at)
+            block = file.read(1 << 16)
+            match = _MARKER.search(block)
+            step = match.start() if match else max(1, len(block) - 1)
+            at, skipped = at + step, skipped + step
+            if skipped > _MAX_SKIPPED_BYTES:
+                raise HeaderError(tr("its header is filled with bytes that mean nothing"))
+            continue
+        marker = head[1]
+        if marker in (0x01, 0xD8, 0xD9) or 0xD0 <= marker <= 0xD7:
+            yield marker, at + 2, 0
+            at += 2
+            continue
+        length = int.from_bytes(head[2:4], "big")
+        if length < 2:
+            return
+        yield marker, at + 4, length - 2
+        if marker == _SCAN:
+            return
+        at += 2 + length
+
+
+def _check_scans(file: BinaryIO, start: int) -> None:
+    """Raise HeaderError if a JPEG has too many scans. start : offset of the first scan"""
+    at, scans = start, 1
+    for _ in range(_MAX_PARTS):
+        place, marker = _next_segment(file, at)
+        if marker == _END:
+            return
+        scans += marker == _SCAN
+        if scans > _MAX_SCANS:
+            raise HeaderError(tr("it has more scans than any program writes"))
+        file.seek(place + 2)
+        at = place + 2 + max(2, int.from_bytes(file.read(2), "big"))
+    raise HeaderError(_too_many_parts())
+
+
+def _next_segment(file: BinaryIO, at: int) -> tuple[int, int]:
+    """Return offset and marker of the next segment after compressed pixels, `_END` at the end."""
+    file.seek(at)
+    while block := file.read(_BLOCK):
+        if match := _SEGMENT.search(block):
+            return at + match.start(), match[0][1]
+        at += max(1, len(block) - 1)
+        file.seek(at)
+        if len(block) == 1:
+            break
+    return at, _END
+
+
+# --- PNG, BMP, WebP -------------------------------------------------------------------------------
+def _png_size(file: BinaryIO, head: bytes) -> PictureSize | None:
+    _check_chunks(file)
+    if head[12:16] != b"IHDR":
+        return None
+    width, height, depth, kind = struct.unpack(">IIBB", head[16:26])
+    samples = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}.get(kind, 4)
+    return PictureSize(width, height, samples * (2 if depth == 16 else 1))
+
+
+def _check_chunks(file: BinaryIO) -> None:
+    """Check the number of chunks (PNG specification, 5.3). Raises HeaderError."""
+    at, others, chunks = 8, 0, 0
+    size = file.seek(0, io.SEEK_END)
+    max_chunks = 200_000 + size // 4096
+    while at + 8 <= size:
+        file.seek(at)
+        length, kind = struct.unpack(">I4s", file.read(8))
+        others += kind != b"IDAT"
+        chunks += 1
+        if others > _MAX_PARTS or chunks > max_chunks:
+            raise HeaderError(_too_many_parts())
+        if kind == b"IEND":
+            return
+        at += 12 + length
+
+
+def _bmp_size(file: BinaryIO, head: bytes) -> PictureSize:
+    (header,) = struct.unpack_from("<I", head, 14)
+    if header == 12:
+        width, height, _, bits = struct.unpack_from("<HHHH", head, 18)
+    else:
+        width, height, _, bits = struct.unpack_from("<iiHH", head, 18)
+    return PictureSize(abs(width), abs(height), max(1, bits // 8))
+
+
+def _webp_size(file: BinaryIO, head: bytes) -> PictureSize | None:
+    """Read the size from VP8X, VP8L or VP8 (RFC 9649, 2.5 to 2.7); the decoder adds a canvas."""
+    kind = head[12:16]
+    if head[8:12] != b"WEBP":
+        return None
+    if kind == b"VP8X":
+        width, height = (int.from_bytes(head[at : at + 3], "little") + 1 for at in (24, 27))
+    elif kind == b"VP8L":
+        (packed,) = struct.unpack_from("<I", head, 21)
+        width, height = (packed & 0x3FFF) + 1, (packed >> 14 & 0x3FFF) + 1
+    elif kind == b"VP8 ":
+        width, height = (value & 0x3FFF for value in struct.unpack_from("<HH", head, 26))
+    else:
+        return None
+    return PictureSize(width, height, 4, 4 * width * height)
+
+
+# --- TIFF -----------------------------------------------------------------------------------------
+_Directory = dict[int, int]
+"""Value of each tag, the largest if it has several."""
+_WIDTH, _HEIGHT, _BITS, _PHOTOMETRIC, _SAMPLES = 256, 257, 258, 262, 277
+_STRIP_ROWS, _PLANAR, _TILE_WIDTH, _TILE_HEIGHT = 278, 284, 322, 323
+_SIZE_TAGS = {
+    _WIDTH, _HEIGHT, _BITS, _PHOTOMETRIC, _SAMPLES, _STRIP_ROWS, _PLANAR, _TILE_WIDTH, _TILE_HEIGHT
+}  # fmt: skip
+_YCBCR, _SEPARATE = 6, 2
+
+
+def _first_tiff_size(file: BinaryIO, head: bytes) -> PictureSize | None:
+    _check_tags(file)
+    directory = next(_directories(file), None)
+    return None if directory is None else _tiff_size(directory)
+
+
+def _tiff_size(directory: _Directory) -> PictureSize:
+    width, height = directory.get(_WIDTH, 0), directory.get(_HEIGHT, 0)
+    samples, bits = directory.get(_SAMPLES, 1), directory.get(_BITS, 1)
+    contiguous = directory.get(_PLANAR, 1) != _SEPARATE
+    across = directory.get(_TILE_WIDTH) or width
+    down = directory.get(_TILE_HEIGHT) or min(directory.get(_STRIP_ROWS) or height, height)
+    block = across * down * bits * (samples if contiguous else 1) // 8
+    if directory.get(_PHOTOMETRIC) == _YCBCR:
+        # libtiff turns the whole block into red, green, blue and opacity.
+        block = max(block, 4 * across * down)
+    tiles = 0
+    if directory.get(_TILE_WIDTH) and directory.get(_TILE_HEIGHT):
+        tiles = -(-width // across) * -(-height // down) * (1 if contiguous else samples)
+    return PictureSize(width, height, max(1, samples * bits // 8), block, tiles * block)
+
+
+def _check_tags(file: BinaryIO) -> None:
+    """Raise HeaderError if tags exceed the bytes of the file, or there are too many directories.
+
+    Several tags may refer to the same bytes, and each is read completely.
+    """
+    size = file.seek(0, io.SEEK_END)
+    claimed = 0
+    for number, entries in enumerate(_all_directories(file)):
+        if number > _MAX_DIRECTORIES:
+            raise HeaderError(_too_many_parts())
+        for kind, count, _, place in entries:
+            needed = count * _SIZES.get(kind, 1)
+            # Cameras write tags that extend beyond the end of the file; readers ignore them.
+            if needed > size - min(place, size):
+                continue
+            claimed += needed
+            if claimed > 2 * size + (1 << 16) or (kind not in _BYTES and count > _MAX_TAG_VALUES):
+                raise HeaderError(tr("its tags claim more than the file holds"))
+
+
+def _directories(file: BinaryIO) -> Iterator[_Directory]:
+    """Yield the tags that state a size, of each directory of a picture."""
+    start = _tiff_start(file)
+    if start is None:
+        return
+    order, big, _ = start
+    for entries in _all_directories(file, with_exif=False):
+        yield {
+            tag: max(_numbers(file, order, big, kind, count, value), default=0)
+            for kind, count, tag, value in entries
+            if tag in _SIZE_TAGS
+        }
+
+
+def _all_directories(
+    file: BinaryIO, *, with_exif: bool = True
+) -> Iterator[list[tuple[int, int, int, int]]]:
+    """Yield the entries of each directory of a TIFF once, the first one first."""
+    start = _tiff_start(file)
+    if start is None:
+        return
+    order, big, first = start
+    size = file.seek(0, io.SEEK_END)
+    waiting, seen = [first], set[int]()
+    while waiting:
+        at = waiting.pop(0)
+        if at == 0 or at in seen or at >= size:
+            continue
+        seen.add(at)
+        entries, following = _entries(file, at, order, big)
+        yield entries
+        for kind, count, tag, value in entries:
+            if with_exif and tag in _EXIF_DIRECTORIES:
+                waiting.append(value)
+            elif tag == _SUB_DIRECTORIES:
+                waiting += _numbers(file, order, big, kind, count, value)
+        waiting.append(following)
+
+
+def _tiff_start(file: BinaryIO) -> tuple[str, bool, int] | None:
+    """Return byte order, whether it is a BigTIFF, and the place of the first directory."""
+    file.seek(0)
+    head = file.read(16)
+    order = {b"II": "<", b"MM": ">"}.get(head[:2])
+    big = head[2:4] in (b"+\0", b"\0+")
+    if order is None or len(head) < (16 if big else 8):
+        return None
+    (first,) = struct.unpack(order + ("Q" if big else "I"), head[8:16] if big else head[4:8])
+    return order, big, first
+
+
+def _entries(
+    file: BinaryIO, at: int, order: str, big: bool
+) -> tuple[list[tuple[int, int, int, int]], int]:
+    """Return (type, count, tag, value or its place) of a directory, and the place of the next."""
+    file.seek(at)
+    wide, entry = ("Q", "HHQQ") if big else ("H", "HHII")
+    head = file.read(struct.calcsize(order + wide))
+    if len(head) < struct.calcsize(order + wide):
+        return [], 0
+    (number,) = struct.unpack(order + wide, head)
+    step = struct.calcsize(order + entry)
+    rows = file.read(step * min(number, 1 << 16))
+    whole = rows[: len(rows) // step * step]
+    entries = [
+        (kind, count, tag, value)
+        for tag, kind, count, value in struct.iter_unpack(order + entry, whole)
+    ]
+    place = file.read(8 if big else 4)
+    if len(entries) < number or len(place) < (8 if big else 4):
+        return entries, 0
+    return entries, struct.unpack(order + ("Q" if big else "I"), place)[0]
+
+
+def _numbers(file: BinaryIO, order: str, big: bool, kind: int, count: int, value: int) -> list[int]:
+    """Return up to a few hundred whole numbers of an entry, which holds them or their place."""
+    code = {1: "B", 3: "H", 4: "I", 13: "I", 16: "Q", 18: "Q"}.get(kind)
+    if code is None:
+        return []
+    size = _SIZES[kind] * count
+    raw = struct.pack(order + ("Q" if big else "I"), value)
+    if size > len(raw):
+        file.seek(min(value, 1 << 62))
+        raw = file.read(min(size, 2048))
+    number = min(count, len(raw) // _SIZES[kind])
+    return list(struct.unpack(f"{order}{number}{code}", raw[: number * _SIZES[kind]]))
+
+
+def _too_many_parts() -> str:
+    return tr("its header has more parts than any program writes")
+
+
+_READERS: dict[bytes, Callable[[BinaryIO, bytes], PictureSize | None]] = {
+    JPEG_MARK: _jpeg_size,
+    PNG_MARK: _png_size,
+    b"BM": _bmp_size,
+    b"RIFF": _webp_size,
+    **dict.fromkeys(TIFF_MARKS, _first_tiff_size),
+}

@@ -1,0 +1,314 @@
+"""Pictures from unknown sources, opened only by the decoders listed here.
+
+Pillow chooses a decoder by content, not by file name; one of them starts Ghostscript to run a
+PostScript file. The header is parsed here before decoding: the picture is rejected if it would keep
+the decoder busy for minutes, or needs more memory than its file justifies
+(`budgets.decoded_limit`).
+
+Every picture is opened by `open_picture` (Pillow), `decode_picture` (OpenCV), or by a library that
+opens files by name, after `check_picture` or, for rasters that are read in windows, `check_raster`.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import open_regular, require_regular
+from vomstudio.core.files.untrusted.budgets import compression_limit, decoded_limit
+from vomstudio.core.files.untrusted.picture_headers import (
+    JPEG_MARK,
+    PNG_MARK,
+    TIFF_MARKS,
+    HeaderError,
+    PictureSize,
+    block_sizes,
+    check_exif,
+    read_size,
+)
+from vomstudio.core.findings import Finding
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+    from PIL.ImageFile import ImageFile
+
+PHOTOS = ("JPEG", "PNG", "TIFF")
+"""Formats of photos and masks. JPEG includes MPO, a JPEG with a preview."""
+TEXTURES = (*PHOTOS, "WEBP", "BMP", "TGA")
+COLOR_BYTES = 4
+"""Bytes of an RGB pixel in memory, in Pillow and Qt."""
+MASK_BYTES = 1
+"""Bytes of a mask pixel in memory, which is not converted to colours."""
+RASTER_CACHE_BYTES = 256 << 20
+"""Block cache of GDAL, by default 5 % of all memory."""
+
+_ROWS = 512
+_PHOTO_MARKS = (JPEG_MARK, PNG_MARK, *TIFF_MARKS)
+
+
+def open_picture(
+    source: str | Path | bytes,
+    formats: tuple[str, ...] = TEXTURES,
+    *,
+    min_pixel_bytes: int = COLOR_BYTES,
+    header_only: bool = False,
+) -> ImageFile:
+    """Open a picture with Pillow; only its header is read yet.
+
+    Parameters
+    ----------
+    source : str, Path or bytes
+        A file, or its content.
+    formats : tuple of str
+        Pillow's names: `PHOTOS` or `TEXTURES`.
+    min_pixel_bytes : int
+        Minimum size of a decoded pixel: `COLOR_BYTES` or `MASK_BYTES`.
+    header_only : bool
+        Whether only the header is used: the free memory is not checked.
+
+    Returns
+    -------
+    PIL.ImageFile.ImageFile
+        The caller closes it.
+
+    Raises
+    ------
+    InputError
+        If it is not a regular file; with ``file.picture-too-large`` if the decoded picture needs
+        more memory than the file justifies, and with ``file.picture-header`` if valid files do not
+        have such a header.
+    PIL.UnidentifiedImageError
+        If it is not a picture of these formats.
+    OSError, ValueError, SyntaxError
+        If it is damaged, as raised by the decoders of Pillow.
+    """
+    from PIL import Image, UnidentifiedImageError
+
+    # Photos and textures exceed the default limit of Pillow.
+    Image.MAX_IMAGE_PIXELS = None
+    if not isinstance(source, bytes):
+        require_regular(source)
+    file = io.BytesIO(source) if isinstance(source, bytes) else _Unmapped(source)
+    name = None if isinstance(source, bytes) else source
+    pixel_bytes = None if header_only else min_pixel_bytes
+    try:
+        with _refusals(name):
+            _check_size(file, read_size(file), pixel_bytes)
+        file.seek(0)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            image = Image.open(file, formats=formats)
+    except UnidentifiedImageError as error:
+        file.close()
+        if isinstance(source, bytes):
+            raise
+        # The message of Pillow would contain the file object instead of the name.
+        message = f"cannot identify image file {os.fspath(source)!r}"
+        raise UnidentifiedImageError(message) from error
+    except BaseException:
+        file.close()
+        raise
+    try:
+        with _refusals(name):
+            # For formats whose header is not parsed here (TGA), and for the size that Pillow read.
+            _check_size(file, PictureSize(*image.size, 1), pixel_bytes)
+            exif = image.info.get("exif")
+            if image.format not in ("JPEG", "MPO", "TIFF") and isinstance(exif, bytes):
+                check_exif(exif)
+    except BaseException:
+        image.close()
+        raise
+    return image
+
+
+def check_picture(path: str | Path, *, min_pixel_bytes: int = COLOR_BYTES) -> None:
+    """Check a photo that a library will open by name and decode completely.
+
+    Raises
+    ------
+    InputError
+        As `open_picture`; also if the file is not a JPEG, PNG or TIFF.
+    OSError
+        If the file cannot be read.
+    """
+    with open_regular(path) as file, _refusals(path):
+        _check_photo(file, min_pixel_bytes)
+
+
+def check_raster(path: str | Path) -> None:
+    """Check a GeoTIFF that rasterio will open by name and read in windows.
+
+    Only one block (strip or tile) is in memory at a time. The decompressed raster is limited by
+    `budgets.compression_limit`.
+
+    Raises
+    ------
+    InputError
+        With ``file.picture-too-large`` or ``file.picture-header``.
+    OSError
+        If the file cannot be read.
+    """
+    with open_regular(path) as file, _refusals(path):
+        if not file.read(4).startswith(TIFF_MARKS):
+            # GDAL will reject it, because it is opened as GeoTIFF.
+            return
+        size = file.seek(0, io.SEEK_END)
+        limit = decoded_limit(size)
+        for picture in block_sizes(file):
+            if picture.extra_bytes > limit:
+                raise _TooLarge(picture, picture.extra_bytes, limit)
+            if picture.stored_bytes > compression_limit(size):
+                raise _TooLarge(picture, picture.stored_bytes, compression_limit(size))
+
+
+def decode_picture(
+    content: bytes, flags: int, name: str, *, min_pixel_bytes: int = COLOR_BYTES
+) -> npt.NDArray[Any] | None:
+    """Decode a JPEG, PNG or TIFF with OpenCV, ignoring the orientation tag.
+
+    Parameters
+    ----------
+    content : bytes
+    flags : int
+        OpenCV flags such as ``cv2.IMREAD_COLOR``.
+    name : str
+        File name for errors.
+    min_pixel_bytes : int
+        As in `open_picture`.
+
+    Returns
+    -------
+    array or None
+        None if it cannot be decoded.
+
+    Raises
+    ------
+    InputError
+        As `check_picture`.
+    """
+    import cv2
+
+    if not content.startswith(_PHOTO_MARKS):
+        return None
+    with _refusals(name):
+        size = read_size(file := io.BytesIO(content))
+        _check_size(file, size, min_pixel_bytes)
+    if size is None:
+        return None
+    try:
+        pixels = cv2.imdecode(
+            np.frombuffer(content, np.uint8), flags | cv2.IMREAD_IGNORE_ORIENTATION
+        )
+    except cv2.error:
+        return None
+    return None if pixels is None else np.asarray(pixels)
+
+
+class _TooLarge(Exception):
+    def __init__(self, picture: PictureSize, needed: int, limit: int) -> None:
+        super().__init__(needed)
+        self.finding = Finding(
+            "file.picture-too-large",
+            width=picture.width,
+            height=picture.height,
+            needed_mb=-(-needed // 1_000_000),
+            limit_mb=limit // 1_000_000,
+        )
+
+
+@contextmanager
+def _refusals(file: str | Path | None) -> Iterator[None]:
+    """Convert errors of the checks to an InputError with the file name."""
+    try:
+        yield
+    except _TooLarge as error:
+        raise InputError(error.finding, file=file) from None
+    except HeaderError as error:
+        finding = Finding("file.picture-header", reason=str(error))
+        raise InputError(finding, file=file) from None
+
+
+def _check_photo(file: BinaryIO, min_pixel_bytes: int) -> None:
+    file.seek(0)
+    if not file.read(len(PNG_MARK)).startswith(_PHOTO_MARKS):
+        raise HeaderError("it is not a JPEG, PNG or TIFF")
+    size = read_size(file)
+    if size is None:
+        raise HeaderError("it does not state its size")
+    _check_size(file, size, min_pixel_bytes)
+
+
+def _check_size(file: BinaryIO, picture: PictureSize | None, min_pixel_bytes: int | None) -> None:
+    """Raise _TooLarge if a picture exceeds its limit. min_pixel_bytes : None for a header"""
+    if picture is None:
+        return
+    size = file.seek(0, io.SEEK_END)
+    if min_pixel_bytes is None:
+        needed, limit = picture.stored_bytes, compression_limit(size)
+    else:
+        needed, limit = picture.decoded_bytes(min_pixel_bytes), decoded_limit(size)
+    if needed > limit:
+        raise _TooLarge(picture, needed, limit)
+
+
+class _Unmapped(io.BufferedReader):
+    """File without a descriptor, so that Pillow and libtiff cannot memory-map it.
+
+    A mapped file that is truncated, or whose drive is removed, crashes the process. Closes itself,
+    because Pillow closes only files that it opened.
+    """
+
+    _opened = False
+
+    def __init__(self, path: str | Path) -> None:
+        super().__init__(io.FileIO(path))
+        self._opened = True
+
+    def fileno(self) -> int:
+        raise io.UnsupportedOperation("fileno")
+
+    def __del__(self) -> None:
+        if self._opened:
+            self.close()
+
+
+def convert_to_rgb(picture: Image) -> Image:
+    """Convert a picture to RGB. An RGB picture is returned as it is: `convert` would copy it."""
+    picture.load()
+    return picture if picture.mode == "RGB" else picture.convert("RGB")
+
+
+def copy_pixels(picture: Image, out: npt.NDArray[np.uint8]) -> None:
+    """Copy the pixels of a picture into an array (height, width, bands), in blocks of rows.
+
+    `numpy.asarray` needs twice the memory of the result.
+    """
+    for top in range(0, picture.height, _ROWS):
+        bottom = min(top + _ROWS, picture.height)
+        out[top:bottom] = np.asarray(picture.crop((0, top, picture.width, bottom)))
+
+
+def convert_to_8_bits(picture: Image) -> Image:
+    """Convert 16-bit, palette and black-and-white pictures to 8-bit grey or RGB.
+
+    Other pictures are returned unchanged. Pillow cannot reduce palettes and single bits.
+    """
+    from PIL import Image
+
+    if picture.mode in ("P", "PA", "1"):
+        return picture.convert("L" if picture.mode == "1" else "RGB")
+    if picture.mode not in ("I;16", "I;16B", "I;16L", "I"):
+        return picture
+    upper = np.asarray(picture) >> 8
+    if picture.mode == "I":
+        np.clip(upper, 0, 255, out=upper)
+    return Image.fromarray(upper.astype(np.uint8))

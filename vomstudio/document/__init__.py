@@ -1,1 +1,0 @@
-"""What the user owns: frozen records, edits, history, session, selection."""

@@ -1,0 +1,137 @@
+"""The groups of a drawing for CAD (DXF), entity by entity.
+
+A DXF is a list of groups, a code and a value each: two lines of text, or a number and bytes. Group
+code 0 begins an entity, a block, a section or an entry of a table (AutoCAD DXF Reference).
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+
+from vomstudio.core.files.regular import read_small
+
+Value = bytes | int | float
+Groups = list[tuple[int, Value]]
+
+LARGEST = 512 << 20
+_BINARY = b"AutoCAD Binary DXF\r\n\x1a\0"
+# A code has digits alone: a line of 0 before one with a letter is a code, and no value.
+_BEGINS = re.compile(
+    rb"(?m)^[ \t]*0[ \t]*\r?\n[ \t]*(?=[0-9]*[A-Za-z_])([A-Za-z0-9_]+)[ \t]*\r?(?:\n|\Z)"
+)
+# A line of 60 may be a value, which the groups tell.
+_MAY_BE_UNSEEN = re.compile(rb"(?m)^[ \t]*60[ \t]*\r?\n[ \t]*1[ \t]*\r?$")
+
+
+@dataclass(frozen=True)
+class DxfPiece:
+    """What stands from one group of code 0 to the next. kind : its value, in capitals"""
+
+    kind: bytes
+    _data: bytes
+    _begin: int
+    _end: int
+    _known: Groups | None = None
+
+    def groups(self) -> Groups:
+        """Those behind the first, up to where they make no sense. Of a million pieces few are
+        asked."""
+        if self._known is not None:
+            return self._known
+        lines = self._data[self._begin : self._end].splitlines()
+        found: Groups = []
+        for code, value in zip(lines[0::2], lines[1::2], strict=False):
+            if not code.strip().isdigit():
+                break
+            found.append((int(code), value.strip()))
+        return found
+
+    @property
+    def span(self) -> tuple[int, int]:
+        """Where its groups behind the first stand in the text that it is a piece of."""
+        return self._begin, self._end
+
+    @property
+    def may_be_unseen(self) -> bool:
+        """False where none of its groups says that it is invisible."""
+        if self._known is not None:
+            return (60, 1) in self._known
+        return _MAY_BE_UNSEEN.search(self._data, self._begin, self._end) is not None
+
+
+def dxf_pieces(path: str | Path) -> Iterator[DxfPiece]:
+    """Of a drawing, which ends where it makes no sense any more. Raises InputError where it is too
+    large, and OSError."""
+    data = read_small(path, LARGEST)
+    return _binary(data) if is_binary(data) else text_pieces(data)
+
+
+def is_binary(data: bytes) -> bool:
+    return data.startswith(_BINARY)
+
+
+def text_of(value: Value) -> bytes:
+    return value if isinstance(value, bytes) else str(value).encode()
+
+
+def text_pieces(data: bytes) -> Iterator[DxfPiece]:
+    """Of a drawing that is written as text."""
+    kind, begin = b"", 0
+    for found in chain(_BEGINS.finditer(data), (None,)):
+        yield DxfPiece(kind, data, begin, len(data) if found is None else found.start())
+        if found is not None:
+            kind, begin = found[1].upper(), found.end()
+
+
+_SIZES = (
+    (range(10), 0), (range(10, 60), 8), (range(60, 80), 2), (range(90, 100), 4),
+    (range(100, 110), 0), (range(110, 160), 8), (range(160, 170), 8), (range(170, 180), 2),
+    (range(210, 240), 8), (range(270, 290), 2), (range(290, 300), 1), (range(300, 310), 0),
+    (range(310, 320), -1), (range(320, 370), 0), (range(370, 390), 2), (range(390, 400), 0),
+    (range(400, 410), 2), (range(410, 420), 0), (range(420, 430), 4), (range(430, 440), 0),
+    (range(440, 460), 4), (range(460, 470), 8), (range(470, 482), 0), (range(999, 1004), 0),
+    (range(1004, 1005), -1), (range(1005, 1010), 0), (range(1010, 1060), 8),
+    (range(1060, 1071), 2), (range(1071, 1072), 4),
+)  # fmt: skip
+"""Bytes of a value by its code: 0 for text up to a zero, -1 for a length and so many bytes."""
+_SIZE_OF = {code: size for codes, size in _SIZES for code in codes}
+
+
+def _binary(data: bytes) -> Iterator[DxfPiece]:
+    kind, groups = b"", Groups()
+    for code, value in binary_groups(data):
+        if code == 0:
+            yield DxfPiece(kind, b"", 0, 0, groups)
+            kind, groups = text_of(value).upper(), []
+        else:
+            groups.append((code, value))
+    yield DxfPiece(kind, b"", 0, 0, groups)
+
+
+def binary_groups(data: bytes) -> Iterator[tuple[int, Value]]:
+    at = len(_BINARY)
+    while at + 2 <= len(data):
+        (code,) = struct.unpack_from("<H", data, at)
+        at += 2
+        size = _SIZE_OF.get(code, 0)
+        if size == 0:
+            end = data.find(b"\0", at)
+            if end < 0:
+                return
+            yield code, data[at:end]
+            at = end + 1
+        elif size < 0:
+            if at >= len(data):
+                return
+            at += 1 + data[at]
+        else:
+            if size in (1, 2, 4):
+                yield code, int.from_bytes(data[at : at + size], "little", signed=True)
+            elif code < 60:
+                yield code, struct.unpack_from("<d", data, at)[0] if at + 8 <= len(data) else 0.0
+            at += size

@@ -1,0 +1,44 @@
+"""Where a picture lies on the map."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+from vomstudio.core.errors import InputError
+from vomstudio.io.gis.crs import parse_crs
+from vomstudio.io.gis.raster import libtiff_silent
+
+
+def place_on_map(path: Path) -> dict[str, Any] | None:
+    """crs, bounds (without heights), units and resolution_m of a TIFF with rows from north to south
+    in a projected CRS in metres; None for every other, such as an oblique orthophoto, whose plane
+    is no map."""
+    import rasterio
+    from rasterio.errors import NotGeoreferencedWarning, RasterioError
+
+    from vomstudio.core.files.names import utf8_name
+    from vomstudio.core.files.regular import require_regular_beside
+    from vomstudio.core.files.untrusted.pictures import check_raster
+
+    try:
+        require_regular_beside(path)
+        check_raster(path)
+        with warnings.catch_warnings(), libtiff_silent(), rasterio.Env():
+            warnings.simplefilter("ignore", NotGeoreferencedWarning)
+            with utf8_name(path) as named, rasterio.open(named, driver="GTiff") as dataset:
+                if dataset.crs is None or not dataset.crs.is_projected:
+                    return None
+                wkt, at, box = dataset.crs.to_wkt(), dataset.transform, dataset.bounds
+        crs, metres = parse_crs(wkt)
+    except (RasterioError, InputError, OSError):
+        return None
+    if metres != 1.0 or at.b or at.d or at.a <= 0 or at.e >= 0:
+        return None
+    return {
+        "crs": crs,
+        "bounds": [[box.left, box.bottom, None], [box.right, box.top, None]],
+        "units": ["m", "m", "unknown"],
+        "resolution_m": max(at.a, -at.e),
+    }

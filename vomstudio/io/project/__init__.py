@@ -1,1 +1,0 @@
-"""The project folder: journal, layers, exports."""

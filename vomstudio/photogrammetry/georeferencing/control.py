@@ -1,0 +1,342 @@
+"""Registration of the model by ground control points, and its accuracy by check points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress
+from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of
+from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.photogrammetry.align.priors import Calibration
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.photogrammetry.georeferencing.control_adjustment import (
+    Bent,
+    GroundPoints,
+    bent_to,
+    require_width,
+)
+from vomstudio.photogrammetry.georeferencing.mark_observations import (
+    NO_MARKS,
+    PointMarks,
+    labels_on_one_spot,
+    marks_by_point,
+)
+from vomstudio.photogrammetry.georeferencing.placement import Placement, placement_errors
+from vomstudio.photogrammetry.georeferencing.world_frame import integer_origin, moved
+from vomstudio.registration.marks.mark_errors import (
+    agreement_px,
+    mark_error_px,
+    mark_scatter_findings,
+    marks_disagree,
+)
+from vomstudio.registration.marks.wrong_marks import WrongMark, agreeing, meet, misplaced
+from vomstudio.registration.scatter import drift_findings
+from vomstudio.registration.similarity import fit_similarity
+
+Array = npt.NDArray[np.float64]
+
+LEAST_POINTS, LEAST_PHOTOS = 3, 2
+WANTED_PHOTOS = 4
+"""A point should be marked in so many photos (textbook 3.2.2)."""
+WANTED_POINTS = 4
+_WARN_DEG = 1.0
+
+
+@dataclass(frozen=True)
+class PointFit:
+    """How a control or check point fits.
+
+    role : "control", "check", "left out" for a control point that contradicts the others, or
+        "unseen" for one that cannot be found in the model
+    photos : in which it is marked and that are placed
+    residual_m : (3,) its place in the model less the surveyed one, east, north, up; None where it
+        cannot be had, being marked in fewer than two placed photos
+    residual_px : root mean square distance of the surveyed point's projections from its marks
+    surveyed : (3,) World, as given
+    """
+
+    label: str
+    role: str
+    photos: int
+    residual_m: tuple[float, float, float] | None
+    residual_px: float | None
+    surveyed: tuple[float, float, float]
+
+    @property
+    def error_m(self) -> float | None:
+        """Length of the residual."""
+        return None if self.residual_m is None else math.dist(self.residual_m, (0.0, 0.0, 0.0))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ControlReport(Placement):
+    """Registration by ground control points.
+
+    If the bundle was adjusted to the control points, bowing is computed from the check points,
+    provided that they are enough.
+
+    Parameters
+    ----------
+    points : tuple of PointFit
+        All points of the table, in its order.
+    control_rms_m, check_rms_m : float or None
+        Root mean square length of the residuals; None without such points.
+    mark_scatter_px : float
+        Error of a mark in one direction, which the stated errors include.
+    drift : float
+        Correlation of the errors of neighbours in the table, 0 if they are independent.
+    """
+
+    points: tuple[PointFit, ...]
+    control_rms_m: float | None
+    check_rms_m: float | None
+    mark_scatter_px: float
+    drift: float
+
+
+def place_by_control(
+    scene: SparseScene,
+    control: Sequence[ControlPoint],
+    marks: Sequence[Mark],
+    crs: str | None = None,
+    *,
+    adjust: bool = True,
+    cameras: Sequence[Calibration] = (),
+    threads: int = -1,
+    progress: Progress | None = None,
+) -> tuple[SparseScene, ControlReport]:
+    """Place the scene by surveyed points and adjust it with them.
+
+    crs : of the points, "EPSG:n", or None for a local frame in metres
+    cameras : as they were calibrated; what is wrong with their lenses is in the errors then
+    Raises GeometryError where fewer than three points, or points in one line, are marked in two or
+    more placed photos.
+    """
+    ground, findings = _marked_points(scene, control, marks)
+    control_fit = ground.fitted(scene)
+    fit = control_fit.fit
+    placed = moved(scene, fit, ground.origin, crs)
+    made = Bent(None, control_fit, (), (), None)
+    if adjust:
+        made = bent_to(ground, placed, control_fit, threads, progress)
+    if made.scene is not None:
+        placed, control_fit = made.scene, made.fit
+    used, scatter = control_fit.used, control_fit.scatter
+    points = tuple(
+        _fit_of(placed, point, ground.local[i], ground.seen[i], i in used)
+        for i, point in enumerate(control)
+    )
+    report = ControlReport(
+        **placement_errors(
+            placed,
+            cameras,
+            scatter,
+            lambda other: ground.places(other, used),
+            ground.local[used],
+            lenses=None if made.scene is None else made.lenses,
+            points=ground.known(used, control_fit.sigma),
+        ),
+        scale=fit.scale,
+        crs=crs,
+        adjusted=made.scene is not None,
+        decisions=made.decisions,
+        lenses=made.lenses,
+        bowing=_bowing(points, made.scene is not None, placed.points + np.array(ground.origin)),
+        points=points,
+        control_rms_m=_rms(points, "control"),
+        check_rms_m=_rms(points, "check"),
+        mark_scatter_px=ground.mark_px,
+        drift=scatter.drift,
+    )
+    warnings = [*findings, *_warnings(report), *([made.refusal] if made.refusal else [])]
+    return placed, replace(report, warnings=tuple(warnings))
+
+
+def _bowing(points: Sequence[PointFit], adjusted: bool, extent: Array) -> Bowing | None:
+    known = [p for p in points if p.role in ("control", "check") and p.residual_m]
+    judges = [p for p in known if p.role == "check"]
+    if adjusted and len(judges) >= FEWEST:
+        known = judges
+    places = np.array([p.surveyed for p in known], np.float64).reshape(-1, 3)
+    residuals = np.array([p.residual_m for p in known], np.float64).reshape(-1, 3)
+    return bowing_of(places, residuals, extent=extent)
+
+
+def _marked_points(
+    scene: SparseScene, control: Sequence[ControlPoint], marks: Sequence[Mark]
+) -> tuple[GroundPoints, list[Finding]]:
+    """Return the points by which the scene is placed, and findings about unusable marks.
+
+    Raises
+    ------
+    GeometryError
+        If the points cannot place the scene.
+    """
+    seen, ties, mark_px, findings = _observations(scene, control, marks)
+    ground = _ground(scene, control, seen, ties, mark_px, findings)
+    # If two marks contradict each other, the place of the point as located by the other points
+    # shows which one is wrong.
+    fitted = ground.fitted(scene)
+    placed = moved(scene, fitted.fit, ground.origin, None)
+    limit = 6.0 * fitted.sigma / ground.pixel
+    wrong: list[WrongMark] = []
+    for i, point in enumerate(control):
+        others = [k for k in fitted.used if k != i]
+        if len(others) >= WANTED_POINTS - 1 and len(seen[i].views) >= 2:
+            point_marks = seen[i].in_views(placed)
+            rows, outliers = misplaced(
+                point.label, point_marks, ground.local[i], agreement_px(mark_px), limit
+            )
+            seen[i] = seen[i].select(rows)
+            wrong += outliers
+    if wrong:
+        findings = [*findings, *(mark.finding for mark in wrong)]
+        ground = _ground(scene, control, seen, ties, mark_px, findings)
+    return ground, findings
+
+
+def _ground(
+    scene: SparseScene,
+    control: Sequence[ControlPoint],
+    seen: list[PointMarks],
+    ties: list[PointMarks],
+    mark_px: float,
+    causes: Sequence[Finding],
+) -> GroundPoints:
+    """Prepare the points for the registration.
+
+    mark_px : error of a mark in one direction. Raises GeometryError if they cannot place the scene.
+    """
+    world = np.array([p.position for p in control], np.float64).reshape(-1, 3)
+    usable = [
+        i for i, marks in enumerate(seen) if meet(marks.in_views(scene), agreement_px(mark_px))
+    ]
+    fitting = [i for i in usable if not control[i].check]
+    if len(fitting) < LEAST_POINTS:
+        apart = [
+            point.label
+            for i, point in enumerate(control)
+            if i not in usable and len(seen[i].views) >= 2
+        ]
+        causes = [marks_disagree(apart)] if apart else causes[:1]
+        raise GeometryError(
+            Finding(
+                "control.too-few",
+                count=len(fitting),
+                total=sum(not p.check for p in control),
+                least=LEAST_POINTS,
+                photos=LEAST_PHOTOS,
+                reasons=" ".join(cause.message for cause in causes),
+                reason_codes=[cause.code for cause in causes],
+            )
+        )
+    origin = integer_origin(world[fitting])
+    local = world - origin
+    places = np.array([seen[i].place(scene) for i in fitting])
+    require_width(local[fitting])
+    stated = [p.sigma_m for p in (control[i] for i in fitting) if p.sigma_m is not None]
+    surveyed = float(np.median(stated)) if stated else 0.0
+    first = fit_similarity(places, local[fitting])
+    pixel = scene.pixel_at(places) * first.scale
+    marked = [
+        first.scale * math.sqrt(np.linalg.eigvalsh(seen[i].covariance(scene, mark_px))[-1])
+        for i in fitting
+    ]
+    floor = 3 * math.hypot(surveyed, max(2 * pixel, float(np.median(marked))))
+    return GroundPoints(
+        control, seen, local, origin, fitting, ties, surveyed, pixel, floor, mark_px
+    )
+
+
+def _observations(
+    scene: SparseScene, control: Sequence[ControlPoint], marks: Sequence[Mark]
+) -> tuple[list[PointMarks], list[PointMarks], float, list[Finding]]:
+    """Assign the marks to control points, and find unusable ones.
+
+    Returns
+    -------
+    seen : list of PointMarks
+        Marks of each control point.
+    ties : list of PointMarks
+        Marks of points without coordinates, which tie photos together.
+    mark_px : float
+        Error of a mark in one direction, pixels.
+    findings : list of Finding
+        About unusable marks.
+    """
+    by_label, missing = marks_by_point(scene, marks)
+    findings: list[Finding] = []
+    mark_px = mark_error_px([point_marks.in_views(scene) for point_marks in by_label.values()])
+    for label, point_marks in by_label.items():
+        rows, wrong = agreeing(label, point_marks.in_views(scene), agreement_px(mark_px))
+        by_label[label] = point_marks.select(rows)
+        findings += [mark.finding for mark in wrong]
+    findings += labels_on_one_spot(marks)
+    seen = [by_label.pop(point.label, NO_MARKS) for point in control]
+    labels = {point.label for point in control}
+    ties = {label: s for label, s in by_label.items() if np.isfinite(s.place(scene)).all()}
+    useless = {mark.label for mark in marks} - labels - set(ties)
+    if missing:
+        findings.append(Finding("control.photos-without-pose", photos=sorted(missing)))
+    if useless:
+        findings.append(Finding("control.without-coordinates", labels=sorted(useless)))
+    return seen, list(ties.values()), mark_px, findings
+
+
+def _fit_of(
+    scene: SparseScene,
+    point: ControlPoint,
+    local: Array,
+    seen: PointMarks,
+    used: bool,
+) -> PointFit:
+    place = seen.place(scene)
+    residual = None
+    if np.isfinite(place).all():
+        dx, dy, dz = (float(v) for v in place - local)
+        residual = (dx, dy, dz)
+    rows, pixels = seen.views, seen.pixels
+    distances = [
+        float(np.linalg.norm(scene.views[r].project(local)[0] - pixel))
+        for r, pixel in zip(rows, pixels, strict=True)
+    ]
+    finite = [d for d in distances if math.isfinite(d)]
+    role = "check" if point.check else "control" if used else "left out"
+    role = "unseen" if residual is None else role
+    pixel_rms = math.sqrt(sum(d * d for d in finite) / len(finite)) if finite else None
+    return PointFit(point.label, role, len(rows), residual, pixel_rms, point.position)
+
+
+def _rms(points: Sequence[PointFit], role: str) -> float | None:
+    errors = [p.error_m for p in points if p.role == role and p.error_m is not None]
+    return math.sqrt(sum(e * e for e in errors) / len(errors)) if errors else None
+
+
+def _warnings(report: ControlReport) -> Iterator[Finding]:
+    used = [p for p in report.points if p.role == "control"]
+    yield from report.findings(_WARN_DEG, "control")
+    yield from mark_scatter_findings(report.mark_scatter_px)
+    yield from drift_findings({"points": report.drift})
+    out = [p.label for p in report.points if p.role == "left out"]
+    unseen = [p.label for p in report.points if p.role == "unseen" and p.photos < 2]
+    apart = [p.label for p in report.points if p.role == "unseen" and p.photos >= 2]
+    few = [p.label for p in used if p.photos < WANTED_PHOTOS]
+    if out:
+        yield Finding("control.left-out", labels=out)
+    if unseen:
+        yield Finding("control.few-marks", labels=unseen)
+    if apart:
+        yield marks_disagree(apart)
+    if len(used) < WANTED_POINTS:
+        yield Finding("control.no-redundancy", count=len(used), least=WANTED_POINTS)
+    if few:
+        yield Finding("control.more-marks", wanted=WANTED_PHOTOS, labels=few)
+    if not any(p.role == "check" for p in report.points):
+        yield Finding("control.no-check-points")

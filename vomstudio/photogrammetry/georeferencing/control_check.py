@@ -1,0 +1,218 @@
+"""Check of control points and their marks before a reconstruction: whether they can register it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.results import Result, to_dict
+from vomstudio.core.words import tr, tr_n
+from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.photos.photo_names import photo_finder
+from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
+from vomstudio.photogrammetry.georeferencing.control import (
+    LEAST_PHOTOS,
+    LEAST_POINTS,
+    WANTED_PHOTOS,
+    WANTED_POINTS,
+)
+from vomstudio.photogrammetry.georeferencing.control_adjustment import require_width
+from vomstudio.photogrammetry.georeferencing.mark_observations import labels_on_one_spot
+
+_FAR_M = 5000.0
+"""Points farther than this from the cameras' GPS are in another CRS than was said."""
+
+
+@dataclass(frozen=True)
+class PointCheck:
+    """use : "control" or "check"; photos : of the set in which it is marked"""
+
+    label: str
+    use: str
+    photos: int
+
+    @property
+    def usable(self) -> bool:
+        """Whether it is marked in enough photos to be located."""
+        return self.photos >= LEAST_PHOTOS
+
+    @property
+    def quality(self) -> str:
+        """ "good", "doubtful" or "poor", by the number of photos."""
+        return "good" if self.photos >= WANTED_PHOTOS else "doubtful" if self.usable else "poor"
+
+
+@dataclass(frozen=True)
+class ControlCheck(Result):
+    """problem : why the points cannot register a model, else None
+    crs : "EPSG:n", as asked for, stated or guessed; None for a local frame
+    crs_reason : where it is from
+    """
+
+    points: tuple[PointCheck, ...]
+    crs: str | None
+    crs_reason: Finding
+    problem: Finding | None
+    warnings: tuple[Finding, ...]
+
+    def _used(self, use: str) -> list[PointCheck]:
+        return [point for point in self.points if point.use == use and point.usable]
+
+    @property
+    def summary(self) -> Finding:
+        """Number of usable points, and of the photos that show them."""
+        control, check = len(self._used("control")), len(self._used("check"))
+        points = tr(
+            "{control}, {check}",
+            control=tr_n("{count} control point", "{count} control points", control),
+            check=tr_n("{count} check point", "{count} check points", check),
+        )
+        seen = [point.photos for point in self.points if point.usable]
+        return Finding(
+            "control.usable",
+            points=points,
+            control=control,
+            check=check,
+            least=min(seen, default=0),
+            most=max(seen, default=0),
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        points = [to_dict(point) | {"quality": point.quality} for point in self.points]
+        return super().to_dict() | {"points": points, "summary": self.summary.to_dict()}
+
+
+def check_control(
+    control: Sequence[ControlPoint],
+    marks: Sequence[Mark],
+    photos: Sequence[PhotoLike],
+    crs: str | None = None,
+    crs_reason: Finding | None = None,
+) -> ControlCheck:
+    """Whether these points can register a model of these photos.
+
+    crs : of the points, where it is known; else the UTM zone of the photos' GPS is proposed where
+        the points are near it
+    crs_reason : where `crs` is from; None for chosen by the user
+    """
+    find = photo_finder([photo.name for photo in photos])
+    seen: dict[str, set[int]] = {point.label: set() for point in control}
+    no_photo: dict[str, None] = {}
+    others: dict[str, set[int]] = {}
+    for mark in marks:
+        number = find(mark.photo)
+        if number is None:
+            no_photo.setdefault(mark.photo)
+        if number is not None:
+            (seen if mark.label in seen else others).setdefault(mark.label, set()).add(number)
+    points = tuple(
+        PointCheck(p.label, "check" if p.check else "control", len(seen[p.label])) for p in control
+    )
+    code, reason, strange = _crs(control, photos, crs, crs_reason or Finding("control.crs-chosen"))
+    return ControlCheck(
+        points,
+        code,
+        reason,
+        _problem(control, points, no_photo, sorted(others)),
+        (*strange, *labels_on_one_spot(marks), *_warnings(points, no_photo, others)),
+    )
+
+
+def _problem(
+    control: Sequence[ControlPoint],
+    points: Sequence[PointCheck],
+    no_photo: dict[str, None],
+    no_point: Sequence[str],
+) -> Finding | None:
+    places = [
+        p.position
+        for p, facts in zip(control, points, strict=True)
+        if facts.usable and facts.use == "control"
+    ]
+    if len(places) < LEAST_POINTS:
+        reasons = []
+        if no_photo:
+            reasons = [Finding("control.photos-missing", photos=sorted(no_photo))]
+        elif no_point:
+            reasons = [Finding("control.without-coordinates", labels=no_point)]
+        return Finding(
+            "control.too-few",
+            count=len(places),
+            total=sum(facts.use == "control" for facts in points),
+            least=LEAST_POINTS,
+            photos=LEAST_PHOTOS,
+            reasons=" ".join(each.message for each in reasons),
+            reason_codes=[each.code for each in reasons],
+        )
+    try:
+        local = np.array(places, np.float64)
+        require_width(local - local.mean(axis=0))
+    except GeometryError as error:
+        return finding_of(error)
+    return None
+
+
+def _warnings(
+    points: Sequence[PointCheck], no_photo: dict[str, None], others: dict[str, set[int]]
+) -> Iterator[Finding]:
+    used = [p for p in points if p.usable and p.use == "control"]
+    unseen = [p.label for p in points if not p.usable]
+    few = [p.label for p in used if p.photos < WANTED_PHOTOS]
+    if LEAST_POINTS <= len(used) < WANTED_POINTS:
+        yield Finding("control.no-redundancy", count=len(used), least=WANTED_POINTS)
+    if not any(p.usable and p.use == "check" for p in points):
+        yield Finding("control.no-check-points")
+    if unseen:
+        yield Finding("control.few-marks", labels=sorted(unseen))
+    if few:
+        yield Finding("control.more-marks", wanted=WANTED_PHOTOS, labels=sorted(few))
+    ties = sorted(label for label, rows in others.items() if len(rows) >= LEAST_PHOTOS)
+    useless = sorted(set(others) - set(ties))
+    if ties:
+        yield Finding("control.tie-points", labels=ties, count=len(ties))
+    if useless:
+        yield Finding("control.without-coordinates", labels=useless)
+    if no_photo:
+        yield Finding("control.photos-missing", photos=sorted(no_photo))
+
+
+def _crs(
+    control: Sequence[ControlPoint],
+    photos: Sequence[PhotoLike],
+    crs: str | None,
+    reason: Finding,
+) -> tuple[str | None, Finding, list[Finding]]:
+    """The CRS, where it is from, and what is strange about it."""
+    from vomstudio.photogrammetry.georeferencing.georeference import (
+        crs_of,
+        has_position,
+        world_positions,
+    )
+
+    placed = [photo for photo in photos if has_position(photo)]
+    if not placed or not control:
+        return crs, reason if crs else Finding("control.crs-local"), []
+    guess = crs or crs_of(placed, None)
+    try:
+        cameras = np.median(world_positions(placed, guess), axis=0)
+    except GeometryError as error:
+        return crs, reason, [finding_of(error)]
+    middle = np.median([p.position for p in control], axis=0)
+    away = math.dist(cameras[:2], middle[:2])
+    if crs is None:
+        if away > _FAR_M:
+            return None, Finding("control.crs-local"), []
+        return guess, Finding("control.crs-proposed", distance_m=away), []
+    if away > _FAR_M:
+        return (
+            crs,
+            reason,
+            [Finding("control.far-from-photos", crs=crs, distance_km=away / 1000)],
+        )
+    return crs, reason, []

@@ -1,0 +1,271 @@
+"""Registration of the model by the GPS positions of its cameras."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import GeometryError, UsageError
+from vomstudio.core.findings import Finding
+from vomstudio.geology.bowing import bowing_of
+from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
+from vomstudio.photogrammetry.align.priors import Calibration
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.photogrammetry.georeferencing.gps_priors import (
+    HEIGHTS_WORSE,
+    adjust_to_positions,
+    known_centres,
+)
+from vomstudio.photogrammetry.georeferencing.placement import (
+    MAX_ROTATION_ERROR_DEG,
+    Placement,
+    placement_errors,
+)
+from vomstudio.photogrammetry.georeferencing.world_frame import integer_origin, moved
+from vomstudio.registration.scatter import Scatter, drift_findings, scatter_of
+from vomstudio.registration.similarity import (
+    fit_robustly,
+    nearly_on_a_line,
+)
+
+if TYPE_CHECKING:
+    from vomstudio.core.progress import Progress
+
+Array = npt.NDArray[np.float64]
+
+_WARN_DEG = 2.0
+_SAME_SPOT_M = 0.5
+# Receivers state a horizontal radius of 68 %, which is so many errors of one coordinate.
+_RADIUS = 1.5
+# Radius of 68 % of an ordinary receiver's positions.
+_DEFAULT_ACCURACY_M = 3.0
+ABOVE_SEA_LEVEL, ABOVE_ELLIPSOID = "above sea level", "above the ellipsoid"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class GpsReport(Placement):
+    """Registration by the GPS positions of the photos.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Photos with a position.
+    positions : (n, 3) array
+        World, as stated by the photos.
+    residuals_m : (n, 3) array
+        Model less GPS: east, north, up.
+    used : (n,) bool array
+        False for positions that were excluded as wrong.
+    rms_m : float
+        Root mean square length of the used residuals.
+    heights : str
+        ABOVE_SEA_LEVEL or ABOVE_ELLIPSOID.
+    """
+
+    names: tuple[str, ...]
+    positions: Array
+    residuals_m: Array
+    used: npt.NDArray[np.bool_]
+    rms_m: float
+    heights: str
+
+
+def place_by_gps(
+    scene: SparseScene,
+    photos: Sequence[PhotoLike],
+    crs: str | None = None,
+    *,
+    cameras: Sequence[Calibration] = (),
+    threads: int = -1,
+    progress: Progress | None = None,
+) -> tuple[SparseScene, GpsReport]:
+    """Place the scene by the positions that the photos state, and adjust it with them where they
+    are good enough (see `gps_priors`).
+
+    crs : a projected CRS in metres, "EPSG:n"; None for the UTM zone (WGS 84) of the photos
+    cameras : as they were calibrated; what is wrong with their lenses is in the errors then
+    Raises GeometryError where the positions cannot place it, with the reason; UsageError or
+    InputError for a CRS that cannot be used.
+    """
+    rows, placed = _photos_with_position(scene, photos)
+    crs = crs_of(placed, crs)
+    world = world_positions(placed, crs)
+    spread = world - world.mean(axis=0)
+    # In plan: a receiver that has lost its satellites repeats a place and may still vary heights.
+    if float(np.linalg.norm(spread[:, :2], axis=1).max()) < _SAME_SPOT_M:
+        raise GeometryError(
+            Finding(
+                "gps-equal", "error", value=len(placed), photos=[photo.name for photo in placed]
+            )
+        )
+    centres = scene.centres[rows]
+    stated = _stated_accuracy(placed)
+    _check_not_on_a_line(centres, spread)
+    origin = integer_origin(world)
+    local = world - origin
+    # A receiver that states nothing is one that wanders: nothing within its reach is called wrong.
+    floor = 2.5 * (stated or _DEFAULT_ACCURACY_M / 2)
+    fit, used = fit_robustly(centres, local, floor=floor)
+    scatter = _scatter(fit(centres), local, used, stated)
+    each = _each_sigma(placed, stated or scatter.horizontal_sigma)
+    better, entered = adjust_to_positions(
+        moved(scene, fit, origin, crs), rows, local, each, threads=threads, progress=progress
+    )
+    residuals = fit(centres) - local
+    if entered.adjusted:
+        _, used = fit_robustly(better.centres[rows], local, floor=floor)
+        scatter = _scatter(better.centres[rows], local, used, stated)
+        residuals = better.centres[rows] - local
+    some = np.asarray(rows)[used]
+    report = GpsReport(
+        **placement_errors(
+            better,
+            cameras,
+            scatter,
+            lambda other: other.centres[some],
+            local[used],
+            lenses=entered.lenses if entered.adjusted else None,
+            centres=known_centres(some, local[used], each[used]),
+        ),
+        scale=fit.scale,
+        crs=crs,
+        adjusted=entered.adjusted,
+        decisions=(entered.reason, *(lens.reason for lens in entered.lenses)),
+        lenses=entered.lenses,
+        bowing=bowing_of(world[used], residuals[used], extent=better.points + np.array(origin)),
+        names=tuple(photo.name for photo in placed),
+        positions=world,
+        residuals_m=residuals,
+        used=used,
+        rms_m=float(np.sqrt((residuals[used] ** 2).sum(1).mean())),
+        heights=_heights(placed),
+    )
+    warnings = [*_warnings(report, scene, placed), *drift_findings({"cameras": scatter.drift})]
+    return better, replace(report, warnings=tuple(warnings))
+
+
+def _photos_with_position(
+    scene: SparseScene, photos: Sequence[PhotoLike]
+) -> tuple[list[int], list[PhotoLike]]:
+    """Rows of the views that have a GPS position, and their photos. Raises GeometryError for fewer
+    than three."""
+    by_name = {photo.name: photo for photo in photos}
+    rows, placed = [], []
+    for row, view in enumerate(scene.views):
+        photo = by_name.get(view.name)
+        if photo is not None and has_position(photo):
+            rows.append(row)
+            placed.append(photo)
+    if not placed:
+        raise GeometryError(Finding("gps-few", "error", total=len(scene.views), photos=(), value=0))
+    if len(placed) < 3:
+        raise GeometryError(
+            Finding(
+                "gps-few",
+                "error",
+                value=len(placed),
+                total=len(scene.views),
+                photos=[photo.name for photo in placed],
+            )
+        )
+    return rows, placed
+
+
+def _scatter(
+    centres: Array, local: Array, used: npt.NDArray[np.bool_], stated: float | None
+) -> Scatter:
+    """Estimate the errors of a registration by camera positions.
+
+    centres, local : (n, 3) camera centres and GPS positions. Raises GeometryError if they do not
+    determine it.
+    """
+    each = None if stated is None else np.array([stated, stated, HEIGHTS_WORSE * stated])
+    scatter = scatter_of(local[used], (centres - local)[used], each, in_order=True)
+    sigma = scatter.horizontal_sigma
+    inside = local[used] - local[used].mean(axis=0)
+    baseline = float(np.sqrt((inside**2).sum(1).mean()))
+    if sigma > 0.5 * baseline:
+        raise GeometryError(Finding("gps.imprecise", sigma_m=sigma, spread_m=baseline))
+    worst = scatter.worst_rotation_deg
+    if worst > MAX_ROTATION_ERROR_DEG:
+        raise GeometryError(Finding("gps.rotation", sigma_m=sigma, rotation_deg=worst))
+    return scatter
+
+
+def crs_of(photos: Sequence[PhotoLike], crs: str | None) -> str:
+    """The CRS asked for, checked, or the UTM zone of the photos."""
+    from vomstudio.io.gis.crs import parse_crs, utm_zone
+
+    if crs is not None:
+        code, unit = parse_crs(crs)
+        if unit != 1.0:
+            raise UsageError(Finding("frame.not-in-metres", crs=code), field="CRS")
+        return code
+    longitude = float(np.median([p.longitude_deg for p in photos]))
+    latitude = float(np.median([p.latitude_deg for p in photos]))
+    return utm_zone(longitude, latitude)
+
+
+def world_positions(photos: Sequence[PhotoLike], crs: str) -> Array:
+    """(n, 3) east, north and the stated altitude. Raises GeometryError outside of the CRS."""
+    from vomstudio.io.gis.crs import from_degrees
+
+    to_grid = from_degrees(crs)
+    rows = []
+    for photo in photos:
+        place = to_grid(float(photo.longitude_deg or 0), float(photo.latitude_deg or 0))
+        if place is None:
+            raise GeometryError(Finding("crs.outside-area", photo=photo.name, crs=crs))
+        rows.append((*place, float(photo.altitude_m or 0)))
+    return np.array(rows, np.float64)
+
+
+def has_position(photo: PhotoLike) -> bool:
+    """Whether it states latitude, longitude and altitude."""
+    values = (photo.latitude_deg, photo.longitude_deg, photo.altitude_m)
+    return all(v is not None and math.isfinite(v) for v in values)
+
+
+def _stated_accuracy(photos: Sequence[PhotoLike]) -> float | None:
+    """Of one coordinate, of most photos."""
+    stated = [p.gps_accuracy_m for p in photos if p.gps_accuracy_m]
+    return float(np.median(stated)) / _RADIUS if len(stated) > len(photos) / 2 else None
+
+
+def _each_sigma(photos: Sequence[PhotoLike], usual: float) -> Array:
+    """(n,) of one horizontal coordinate of each photo; `usual` where it states none."""
+    return np.array([(p.gps_accuracy_m or 0) / _RADIUS or usual for p in photos])
+
+
+def _check_not_on_a_line(centres: Array, spread: Array) -> None:
+    """Raises GeometryError where the cameras stand on one line, in the scene or by GPS."""
+    if nearly_on_a_line(centres) or nearly_on_a_line(spread):
+        raise GeometryError(Finding("collinear", "error", photos=(), value=None))
+
+
+def _heights(photos: Sequence[PhotoLike]) -> str:
+    ellipsoid = sum(p.altitude_reference == "ellipsoid" for p in photos)
+    return ABOVE_ELLIPSOID if ellipsoid > len(photos) / 2 else ABOVE_SEA_LEVEL
+
+
+def _warnings(
+    report: GpsReport, scene: SparseScene, photos: Sequence[PhotoLike]
+) -> Iterator[Finding]:
+    yield from report.findings(_WARN_DEG, "gps")
+    left = [n for n, u in zip(report.names, report.used, strict=True) if not u]
+    if left:
+        yield Finding(
+            "cameras.left-out",
+            count=len(left),
+            photos=left,
+        )
+    references = {p.altitude_reference for p in photos if p.altitude_reference}
+    if len(references) > 1:
+        yield Finding("gps.mixed-heights")
+    if len(report.names) < len(scene.views):
+        yield Finding("gps.missing", count=len(scene.views) - len(report.names))

@@ -1,0 +1,237 @@
+"""Bundle adjustment of a registered scene with control points, marks and GPS positions."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.geometry.cameras import Intrinsics, View
+from vomstudio.geometry.triangulation import triangulate
+from vomstudio.photogrammetry.align.adjustment import (
+    LOSS_PX,
+    adjuster_of,
+    covariances_of,
+    owned_by_colmap,
+)
+from vomstudio.photogrammetry.align.mapping import intrinsics_of, point_errors, residuals
+from vomstudio.photogrammetry.align.priors import FEWEST_FOR_DISTORTION, Freedom, correlated_factor
+from vomstudio.photogrammetry.base.colmap import cancellable, colmap
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.registration.marks.mark_errors import HAND_MARK_PX
+
+Array = npt.NDArray[np.float64]
+
+_LEAST_NOISE_PX = 0.05
+# Positions of cameras that miss by more count as wrong.
+_WRONG_SIGMAS = 2.0
+# The weights come from the residuals: once more where these have changed by a fifth.
+_ROUNDS = 3
+_SETTLED = 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class KnownPoint:
+    """A point of the ground in the frame of the scene.
+
+    position : (3,) or None for a point that only ties photos together
+    sigma : of each of its coordinates
+    views : (k,) rows of the views in which it is marked; pixels : (k, 2)
+    mark_px : error of a mark in one direction
+    """
+
+    position: Array | None
+    sigma: float
+    views: npt.NDArray[np.int64]
+    pixels: Array
+    mark_px: float = HAND_MARK_PX
+
+
+@dataclass(frozen=True, eq=False)
+class KnownCentre:
+    """A camera position in the frame of the scene: row of the view, (3,), (3,) sigma."""
+
+    view: int
+    position: Array
+    sigma: Array
+
+
+def bundle_adjust(
+    scene: SparseScene,
+    points: Sequence[KnownPoint],
+    centres: Sequence[KnownCentre] = (),
+    *,
+    free: Collection[Intrinsics] = (),
+    threads: int = -1,
+    progress: Progress | None = None,
+) -> SparseScene:
+    """The scene with poses and tie points refined so that marks, control points and GPS fit, each
+    by its own error; tie points and positions of cameras count less the farther off they are
+    (Cauchy).
+
+    free : lenses whose focal length is refined too; k1 always is, all else of the lenses is held
+
+    Tie points weigh as neighbours that err together do (see `noise_px`). Raises Cancelled.
+    """
+    for _ in range(_ROUNDS):
+        noise = noise_px(scene)
+        problem = _Problem(scene, points, centres, free, noise, threads, LOSS_PX)
+        cancellable(lambda _token, p=problem: p.adjuster.solve(), progress or Silent())  # type: ignore[misc]
+        scene, lenses = _updated(scene, problem.reconstruction)
+        free = [lenses[lens] for lens in free]
+        if abs(math.log(noise_px(scene) / noise)) < _SETTLED:
+            break
+    return scene
+
+
+def focal_sigmas(
+    scene: SparseScene,
+    points: Sequence[KnownPoint],
+    centres: Sequence[KnownCentre] = (),
+    *,
+    free: Collection[Intrinsics],
+    threads: int = -1,
+) -> dict[Intrinsics, float]:
+    """Relative errors, one sigma, of the focal lengths of the lenses in `free` where they are
+    estimated from the tie points, control points and GPS positions; infinite where these do not
+    determine them."""
+    noise = noise_px(scene)
+    problem = _Problem(scene, points, centres, free, noise, threads)
+    found = covariances_of(problem.reconstruction, problem.adjuster, problem.freedoms)
+    sigmas = {}
+    for lens in free:
+        covariance = found.get(problem.numbers[lens])
+        variance = float("inf") if covariance is None else float(covariance[0, 0])
+        known = math.isfinite(variance) and variance > 0
+        sigmas[lens] = noise * math.sqrt(variance) / lens.focal[0] if known else float("inf")
+    return sigmas
+
+
+def noise_px(scene: SparseScene) -> float:
+    """By how much an observation of a tie point errs in each direction, where neighbours that err
+    together are counted as one; pixels."""
+    misses = residuals(scene)
+    good = np.isfinite(misses).all(axis=1)
+    if not good.any():
+        return 1.0
+    # As of a Gaussian in the plane, whose mean length few outliers move.
+    rms = float(np.linalg.norm(misses[good], axis=1).mean()) / math.sqrt(math.pi / 2)
+    return max(_LEAST_NOISE_PX, rms * correlated_factor(int(good.sum()), len(scene.views)))
+
+
+class _Problem:
+    """adjuster : of `reconstruction`; numbers : of the lenses' cameras; freedoms : of cameras
+
+    Residuals of tie points have unit weight, so everything else is counted in their `noise`.
+    """
+
+    def __init__(
+        self,
+        scene: SparseScene,
+        points: Sequence[KnownPoint],
+        centres: Sequence[KnownCentre],
+        free: Collection[Intrinsics],
+        noise: float,
+        threads: int,
+        loss_px: float | None = None,
+    ) -> None:
+        pycolmap = colmap()
+        # The module of the cost functions is registered by this import.
+        import pyceres.factors
+        import pycolmap.cost_functions as costs
+
+        self.reconstruction, self.numbers = reconstruction_of(scene)
+        count = Counter(view.intrinsics for view in scene.views)
+        self.freedoms = {
+            number: Freedom(lens in free, count[lens] >= FEWEST_FOR_DISTORTION)
+            for lens, number in self.numbers.items()
+        }
+        grounded = bool(centres) or sum(p.position is not None for p in points) >= 3
+        self.adjuster = adjuster_of(
+            self.reconstruction, self.freedoms, threads, gauge=not grounded, loss_px=loss_px
+        )
+        add = self.adjuster.problem.add_residual_block
+        for point in points:
+            mark = np.eye(2) * (point.mark_px / noise) ** 2
+            start = point.position
+            if start is None:
+                start = triangulate([scene.views[r] for r in point.views], point.pixels)
+            number = self.reconstruction.add_point3D(start, pycolmap.Track())
+            place = self.reconstruction.point3D(number).xyz
+            for row, pixel in zip(point.views, point.pixels, strict=True):
+                image = self.reconstruction.image(int(row) + 1)
+                camera = self.reconstruction.camera(image.camera_id)
+                ray = costs.ReprojErrorCost(camera.model, mark, pixel)
+                pose = image.frame.rig_from_world.params
+                add(owned_by_colmap(ray), None, [place, pose, camera.params])
+            if point.position is not None:
+                prior = pyceres.factors.NormalPrior(
+                    point.position, np.eye(3) * (point.sigma / noise) ** 2
+                )
+                add(owned_by_colmap(prior), None, [place])
+        for centre in centres:
+            frame = self.reconstruction.image(centre.view + 1).frame
+            covariance = np.diag((centre.sigma / noise) ** 2)
+            near = costs.AbsolutePosePositionPriorCost(covariance, centre.position)
+            loss = pyceres.CauchyLoss(_WRONG_SIGMAS * noise)
+            # Residuals are in units of sigma / noise.
+            add(owned_by_colmap(near), owned_by_colmap(loss), [frame.rig_from_world.params])
+
+
+def reconstruction_of(scene: SparseScene) -> tuple[Any, dict[Intrinsics, int]]:
+    """(COLMAP's reconstruction of a scene, numbers of its cameras by their lenses).
+
+    View i is image i + 1, tie point i is number i + 1.
+    """
+    pycolmap = colmap()
+    reconstruction = pycolmap.Reconstruction()
+    cameras: dict[Intrinsics, int] = {}
+    slot = np.zeros(len(scene.track_views), np.int64)
+    for row, view in enumerate(scene.views):
+        mine = np.flatnonzero(scene.track_views == row)
+        slot[mine] = np.arange(len(mine))
+        lens = view.intrinsics
+        if lens not in cameras:
+            cameras[lens] = len(cameras) + 1
+            camera = pycolmap.Camera(
+                model=lens.model, width=lens.width, height=lens.height, params=list(lens.params)
+            )
+            camera.camera_id = cameras[lens]
+            reconstruction.add_camera_with_trivial_rig(camera)
+        image = pycolmap.Image(
+            name=f"{row + 1:06d}",
+            keypoints=scene.track_pixels[mine].astype(np.float64),
+            camera_id=cameras[lens],
+            image_id=row + 1,
+        )
+        pose = pycolmap.Rigid3d(np.column_stack([view.rotation, view.translation]))
+        reconstruction.add_image_with_trivial_frame(image, pose)
+    for i in range(len(scene.points)):
+        track = pycolmap.Track()
+        for k in range(scene.track_offsets[i], scene.track_offsets[i + 1]):
+            track.add_element(int(scene.track_views[k]) + 1, int(slot[k]))
+        reconstruction.add_point3D(scene.points[i], track)
+    return reconstruction, cameras
+
+
+def _updated(
+    scene: SparseScene, reconstruction: Any
+) -> tuple[SparseScene, dict[Intrinsics, Intrinsics]]:
+    """(the scene as it was adjusted, what became of its lenses)."""
+    lenses = {number: intrinsics_of(camera) for number, camera in reconstruction.cameras.items()}
+    views, became = [], {}
+    for row, view in enumerate(scene.views):
+        image = reconstruction.image(row + 1)
+        became[view.intrinsics] = lenses[image.camera_id]
+        pose = np.asarray(image.cam_from_world().matrix(), np.float64)
+        rotation, translation = np.ascontiguousarray(pose[:, :3]), pose[:, 3].copy()
+        views.append(View(view.name, lenses[image.camera_id], rotation, translation))
+    points = np.array([reconstruction.point3D(i + 1).xyz for i in range(len(scene.points))])
+    scene = replace(scene, views=tuple(views), points=points.reshape(-1, 3))
+    return replace(scene, errors_px=point_errors(scene)), became

@@ -1,0 +1,85 @@
+"""The stage in which disconnected components of an alignment are joined by markers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, replace
+
+import numpy as np
+
+from vomstudio.core.findings import Finding, plain
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import tr
+from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.photogrammetry.align import mapping
+from vomstudio.photogrammetry.align.alignment import Alignment
+from vomstudio.photogrammetry.base.checkpoints import Stage
+from vomstudio.photogrammetry.base.scene import SparseScene
+from vomstudio.photogrammetry.georeferencing.component_joining import (
+    JoinReport,
+    Junction,
+    join_components,
+)
+
+
+def join_alignment(
+    alignment: Alignment,
+    stage: Callable[[], Stage],
+    control: Sequence[ControlPoint],
+    marks: Sequence[Mark],
+    threads: int | None,
+    progress: Progress,
+) -> tuple[Alignment, Stage | None, tuple[Finding, ...]]:
+    """(the alignment with joined parts, the stage in which it was done, what was done).
+
+    stage : makes the stage; it is asked only where there is something to join
+    Raises Cancelled.
+    """
+    if not marks or len(alignment.parts) < 2:
+        return alignment, None, ()
+    work = stage()
+    if not work.done:
+        progress.stage(tr("Joining components"))
+        parts, report = join_components(
+            alignment.parts, marks, control, threads=threads or -1, progress=progress
+        )
+        for number, part in enumerate(parts):
+            (work.folder / f"part{number}").mkdir(exist_ok=True)
+            part.save(work.folder / f"part{number}")
+        work.finish(
+            parts=len(parts), findings=plain(_report_findings(report)), report=asdict(report)
+        )
+    facts = work.facts
+    parts = tuple(SparseScene.load(work.folder / f"part{k}") for k in range(facts["parts"]))
+    return _with_parts(alignment, parts), work, tuple(map(Finding.from_dict, facts["findings"]))
+
+
+def _with_parts(alignment: Alignment, parts: tuple[SparseScene, ...]) -> Alignment:
+    lengths = np.linalg.norm(mapping.residuals(parts[0]), axis=1)
+    return replace(
+        alignment,
+        parts=parts,
+        reprojection_error_px=float(np.nanmean(lengths)) if len(lengths) else float("nan"),
+        tie_points=int((parts[0].track_lengths >= 3).sum()),
+    )
+
+
+def _report_findings(report: JoinReport) -> Iterator[Finding]:
+    for junction in report.joined:
+        yield _joined(junction)
+        yield from junction.warnings
+    yield from report.not_joined
+
+
+def _joined(junction: Junction) -> Finding:
+    one, other = junction.photos
+    if junction.rotation_error_deg is None or junction.rms_px is None:
+        return Finding("join.by-control", one=one, other=other)
+    return Finding(
+        "join.by-markers",
+        one=one,
+        other=other,
+        markers=sum(marker.used for marker in junction.markers),
+        rms_px=junction.rms_px,
+        rotation_deg=max(junction.rotation_error_deg),
+    )

@@ -1,0 +1,438 @@
+"""Control, check and tie points marked in photos: their predicted places in the other photos, their
+residuals, and what is still missing for a registration."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr, tr_n
+from vomstudio.geometry.cameras import View
+from vomstudio.geometry.triangulation import triangulate
+from vomstudio.io.control.control_files import read_control, read_marks
+from vomstudio.io.control.points import ControlPoint, Mark
+from vomstudio.io.photos.cameras_file import FILE_NAME, Cameras, read_cameras
+from vomstudio.io.photos.photo_names import photo_finder
+from vomstudio.registration.marks.mark_errors import Marks, mark_distances
+from vomstudio.registration.marks.wrong_marks import agreeing
+from vomstudio.registration.similarity import Similarity, fit_robustly, nearly_on_a_line
+
+Array = npt.NDArray[np.float64]
+Pixel = tuple[float, float]
+
+FEWEST_POINTS, FEWEST_PHOTOS = 3, 2
+BAD_PX = 2.0
+"""A mark that misses by more is pointed at."""
+_FEWEST_TO_SUSPECT = 4
+CONTROL, CHECK, TIE = "control", "check", "tie"
+
+
+@dataclass(frozen=True)
+class Marking:
+    """control : points with coordinates; marks : of these and, under other labels, of tie points
+    begun : labels that have neither coordinates nor marks yet
+    """
+
+    control: tuple[ControlPoint, ...] = ()
+    marks: tuple[Mark, ...] = ()
+    begun: tuple[str, ...] = ()
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """Points with coordinates as in their table, then the others as they were made."""
+        named = [p.label for p in self.control]
+        others = [*(m.label for m in self.marks), *self.begun]
+        return tuple(dict.fromkeys([*named, *others]))
+
+    def point(self, label: str) -> ControlPoint | None:
+        """The point with coordinates of this label, if there is one."""
+        return next((p for p in self.control if p.label == label), None)
+
+    def role(self, label: str) -> str:
+        """CONTROL, CHECK or TIE."""
+        point = self.point(label)
+        return TIE if point is None else CHECK if point.check else CONTROL
+
+    def of(self, label: str) -> dict[str, Pixel]:
+        """Marks of a point, by photo."""
+        return {m.photo: (m.x, m.y) for m in self.marks if m.label == label}
+
+    def within(self, photo: str) -> dict[str, Pixel]:
+        """Marks in a photo, by point."""
+        return {m.label: (m.x, m.y) for m in self.marks if m.photo == photo}
+
+    def free_label(self, prefix: str = "tie") -> str:
+        """The first of prefix1, prefix2 ... that is not in use."""
+        number = 1
+        while f"{prefix}{number}" in self.labels:
+            number += 1
+        return f"{prefix}{number}"
+
+    # --- changed ------------------------------------------------------------------------------
+    def marked(self, label: str, photo: str, pixel: Pixel) -> Marking:
+        """With this mark in place of the point's earlier one in the photo."""
+        made = Mark(label, photo, float(pixel[0]), float(pixel[1]))
+        there = [i for i, m in enumerate(self.marks) if (m.label, m.photo) == (label, photo)]
+        marks = list(self.marks)
+        if there:
+            marks[there[0]] = made
+        else:
+            marks.append(made)
+        return replace(self, marks=tuple(marks), begun=_without(self.begun, label))
+
+    def unmarked(self, label: str, photo: str) -> Marking:
+        """Without the mark of a point in a photo; the point stays."""
+        kept = tuple(m for m in self.marks if (m.label, m.photo) != (label, photo))
+        begun = self.begun if label in self.begun else (*self.begun, label)
+        return replace(self, marks=kept, begun=begun)
+
+    def begun_with(self, label: str) -> Marking:
+        """With a new label that has neither coordinates nor marks yet."""
+        return self if label in self.labels else replace(self, begun=(*self.begun, label))
+
+    def placed(self, point: ControlPoint) -> Marking:
+        """With these coordinates of a point."""
+        points = tuple(point if p.label == point.label else p for p in self.control)
+        if point not in points:
+            points = (*points, point)
+        return replace(self, control=points, begun=_without(self.begun, point.label))
+
+    def unplaced(self, label: str) -> Marking:
+        """The point without its coordinates: a tie point."""
+        kept = tuple(p for p in self.control if p.label != label)
+        begun = self.begun if label in self.begun else (*self.begun, label)
+        return replace(self, control=kept, begun=begun)
+
+    def removed(self, label: str) -> Marking:
+        """Without a point and its marks."""
+        return Marking(
+            tuple(p for p in self.control if p.label != label),
+            tuple(m for m in self.marks if m.label != label),
+            _without(self.begun, label),
+        )
+
+    def renamed(self, old: str, new: str) -> Marking:
+        """Raises GeometryError where another point has that label, or it cannot be one."""
+        if new == old:
+            return self
+        check_label(new)
+        if new in self.labels:
+            raise GeometryError(Finding("label.in-use", label=new))
+        return Marking(
+            tuple(replace(p, label=new) if p.label == old else p for p in self.control),
+            tuple(replace(m, label=new) if m.label == old else m for m in self.marks),
+            tuple(new if label == old else label for label in self.begun),
+        )
+
+    def with_marks(self, marks: Iterable[Mark], photos: Sequence[str]) -> tuple[Marking, list[str]]:
+        """With marks from elsewhere, which replace those of the same point and photo; and the names
+        of photos that are not there, whose marks are kept."""
+        find, made, strangers = photo_finder(photos), self, []
+        for mark in marks:
+            number = find(mark.photo)
+            if number is None:
+                strangers.append(mark.photo)
+            name = mark.photo if number is None else photos[number]
+            made = made.marked(mark.label, name, (mark.x, mark.y))
+        return made, list(dict.fromkeys(strangers))
+
+
+def check_label(label: str) -> None:
+    """Raises GeometryError for what a table cannot hold as a label."""
+    if not label or label != label.strip() or not label.isprintable():
+        raise GeometryError(Finding("label.invalid"))
+
+
+def _without(labels: tuple[str, ...], label: str) -> tuple[str, ...]:
+    return tuple(each for each in labels if each != label)
+
+
+# --- with cameras ---------------------------------------------------------------------------------
+@dataclass(frozen=True, eq=False)
+class MarkPrediction:
+    """Where the cameras predict a point in the photos, and residuals of its marks.
+
+    expected : where it must be in photos that do not have a mark of it, and show that place
+    residuals_px : distance of each mark from where all marks of its part of the photos put it;
+        a part in which there is one mark only has none
+    pixel : size of a pixel at the point, in units of the part, in each photo of both
+    suspect : of marks that do not fit, the one without which the others fit best; None where there
+        are too few to tell, or all fit
+    """
+
+    expected: dict[str, Pixel]
+    residuals_px: dict[str, float]
+    pixel: dict[str, float]
+    suspect: str | None = None
+
+    @property
+    def worst(self) -> tuple[str, float] | None:
+        """Photo and residual of the mark that fits least."""
+        if not self.residuals_px:
+            return None
+        name = self.suspect or max(self.residuals_px, key=self.residuals_px.__getitem__)
+        return name, self.residuals_px[name]
+
+    @property
+    def by_use(self) -> list[str]:
+        """Photos that show the point and have no mark of it, the closest first."""
+        return sorted(self.expected, key=lambda name: self.pixel[name])
+
+
+NO_PREDICTION = MarkPrediction({}, {}, {})
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedPhotos:
+    """parts : the cameras of every connected part of the photos, the model's first."""
+
+    parts: tuple[Cameras, ...]
+
+    @classmethod
+    def read(cls, out: Path) -> PlacedPhotos:
+        """Read the cameras of a reconstruction's folder. Raises InputError."""
+        parts = [read_cameras(out / FILE_NAME)]
+        number = 2
+        while (path := out / f"part{number}" / FILE_NAME).exists():
+            parts.append(read_cameras(path))
+            number += 1
+        return cls(tuple(parts))
+
+    def part_of(self, photo: str) -> int | None:
+        """Number of the component that a photo is in; None without a pose."""
+        for number, views in enumerate(self._views):
+            if photo in views:
+                return number
+        return None
+
+    @cached_property
+    def _views(self) -> tuple[dict[str, View], ...]:
+        return tuple({view.name: view for view in part.views} for part in self.parts)
+
+    def predict(self, marking: Marking, label: str) -> MarkPrediction:
+        """Predict the place of a point, and its residuals, in all photos with a pose."""
+        marks = marking.of(label)
+        expected: dict[str, Pixel] = {}
+        residuals: dict[str, float] = {}
+        sizes: dict[str, float] = {}
+        suspect = None
+        for number, views in enumerate(self._views):
+            part_marks = self._marks(number, marks)
+            place = self._place(part_marks)
+            if place is not None:
+                distances = mark_distances(part_marks, place[0])
+                names = [view.name for view in part_marks.views]
+                residuals |= dict(zip(names, distances.tolist(), strict=True))
+                wrong = agreeing(label, part_marks, BAD_PX)[1]
+                if (
+                    len(distances) >= _FEWEST_TO_SUSPECT
+                    and wrong
+                    and distances.max() == max(residuals.values())
+                ):
+                    suspect = max(wrong, key=lambda mark: residuals[mark.photo]).photo
+            else:
+                place = self._by_coordinates(marking, label, number)
+            if place is None:
+                continue
+            for name, view in views.items():
+                (at,) = view.project(place)
+                if not np.isfinite(at).all() or not view.contains(at)[0]:
+                    continue
+                sizes[name] = float(view.depths(place)[0] / np.mean(view.intrinsics.focal))
+                if name not in marks:
+                    expected[name] = (float(at[0]), float(at[1]))
+        return MarkPrediction(expected, residuals, sizes, suspect)
+
+    def epipolar_line(self, marking: Marking, label: str, photo: str) -> Array:
+        """(k, 2) pixels of a photo along which a point must lie that is marked in one other photo
+        of its part; none where two marks tell more."""
+        number = self.part_of(photo)
+        if number is None or photo in marking.of(label):
+            return np.zeros((0, 2))
+        views = self._views[number]
+        mine = [(views[name], pixel) for name, pixel in marking.of(label).items() if name in views]
+        if len(mine) != 1:
+            return np.zeros((0, 2))
+        (view, pixel), other = mine[0], views[photo]
+        apart = float(np.linalg.norm(other.centre - view.centre))
+        # Near the camera the steps must be small, far off nothing changes any more.
+        away = np.geomspace(0.05, 2000.0, 600)[:, None] * apart
+        pixels = other.project(view.centre + away * view.rays(pixel))
+        pixels = pixels[np.isfinite(pixels).all(axis=1)]
+        return pixels[other.contains(pixels)]
+
+    def _marks(self, number: int, marks: Mapping[str, Pixel]) -> Marks:
+        """Return the marks of a point in the photos of a part."""
+        views = self._views[number]
+        names = [name for name in marks if name in views]
+        pixels = np.array([marks[name] for name in names], np.float64).reshape(-1, 2)
+        return Marks([views[name] for name in names], pixels)
+
+    @staticmethod
+    def _place(marks: Marks) -> Array | None:
+        """(1, 3) in the part's frame, where two marks or more tell."""
+        place = triangulate(*marks)
+        return place[None] if np.isfinite(place).all() else None
+
+    def _by_coordinates(self, marking: Marking, label: str, number: int) -> Array | None:
+        """The place (1, 3) of a point with coordinates in the frame of a part."""
+        point = marking.point(label)
+        if point is None:
+            return None
+        part = self.parts[number]
+        if (frame := self._frame(marking, number)) is not None:
+            return frame(point.position)
+        if part.crs is None and not part.scaled:
+            return None
+        return (np.array(point.position) - part.origin)[None]
+
+    def _frame(self, marking: Marking, number: int) -> Similarity | None:
+        """From coordinates to the frame of a part, by the points that are marked in it."""
+        known, places = [], []
+        for point in marking.control:
+            place = self._place(self._marks(number, marking.of(point.label)))
+            if place is not None:
+                known.append(point.position)
+                places.append(place[0])
+        if len(known) < FEWEST_POINTS:
+            return None
+        try:
+            return fit_robustly(np.array(known), np.array(places))[0]
+        except GeometryError:
+            return None
+
+
+# --- tables ---------------------------------------------------------------------------------------
+def usable_tables(
+    control: Path | None, marks: Path | None, photos: Sequence[str]
+) -> tuple[Path | None, Path | None, list[Finding]]:
+    """Of tables that were found and not asked for, those with which a model of these photos can be
+    made: without the control points where their marks do not suffice, and why. Raises
+    InputError."""
+    if control is None or marks is None:
+        return None, marks, []
+    find = photo_finder(photos)
+    rows = [(mark, find(mark.photo)) for mark in read_marks(marks)]
+    here = tuple(replace(mark, photo=photos[row]) for mark, row in rows if row is not None)
+    marking = Marking(tuple(read_control(control)), here)
+    good = ready(marking)
+    if len(good) < FEWEST_POINTS or _on_a_line(marking, good):
+        return None, marks, missing(marking)
+    return control, marks, []
+
+
+# --- what is missing ------------------------------------------------------------------------------
+def ready(marking: Marking, photos: Iterable[str] | None = None) -> list[str]:
+    """Control points that can place the model: those marked in two photos (of these)."""
+    allowed = None if photos is None else set(photos)
+    return [
+        p.label
+        for p in marking.control
+        if not p.check and len(_counted(marking, p.label, allowed)) >= FEWEST_PHOTOS
+    ]
+
+
+def missing(marking: Marking, placed: PlacedPhotos | None = None) -> list[Finding]:
+    """Report what a registration by control points, and a join of components, still need."""
+    findings = []
+    allowed = None if placed is None else {v.name for v in placed.parts[0].views}
+    control = [p.label for p in marking.control if not p.check]
+    good = ready(marking, allowed)
+    if control and len(good) < FEWEST_POINTS:
+        lacking = [label for label in control if label not in good]
+        findings.append(
+            Finding(
+                "control.too-few",
+                "info",
+                count=len(good),
+                total=len(control),
+                least=FEWEST_POINTS,
+                photos=FEWEST_PHOTOS,
+                reasons=_too_few_marks(
+                    _marks(label, len(_counted(marking, label, allowed))) for label in lacking
+                ),
+                labels=lacking,
+            )
+        )
+    elif control and _on_a_line(marking, good):
+        findings.append(Finding("control.collinear", "info"))
+    unseen = [
+        p.label
+        for p in marking.control
+        if p.check and len(_counted(marking, p.label, allowed)) < FEWEST_PHOTOS
+    ]
+    if unseen:
+        findings.append(Finding("control.few-marks", "info", labels=unseen))
+    if placed is not None and allowed is not None:
+        findings += _missing_joins(marking, placed, allowed)
+    return findings
+
+
+def _missing_joins(marking: Marking, placed: PlacedPhotos, model: set[str]) -> list[Finding]:
+    """Report what joining the other components still needs; model : photos of the first."""
+    findings = []
+    for number, part in enumerate(placed.parts[1:], start=2):
+        other = {view.name for view in part.views}
+        counts = {
+            label: (
+                len(_counted(marking, label, model)),
+                len(_counted(marking, label, other)),
+            )
+            for label in marking.labels
+        }
+        joined = [label for label, both in counts.items() if min(both) >= FEWEST_PHOTOS]
+        if len(joined) < FEWEST_POINTS:
+            findings.append(
+                Finding(
+                    "join.few-markers",
+                    "info",
+                    size=len(other),
+                    common=len(joined),
+                    least=FEWEST_POINTS,
+                    markers=joined,
+                    not_located=[
+                        label for label, (_, b) in counts.items() if label not in joined and b
+                    ],
+                )
+            )
+            begun = [
+                tr(
+                    "{point} ({first} in the model, {second} in component {number})",
+                    point=label,
+                    first=a,
+                    second=b,
+                    number=number,
+                )
+                for label, (a, b) in counts.items()
+                if label not in joined and b
+            ]
+            if begun:
+                findings.append(Finding("join.begun-markers", component=number, markers=begun))
+    return findings
+
+
+def _too_few_marks(points: Iterable[str]) -> str:
+    """Name points and how many marks they have; empty without points."""
+    names = ", ".join(points)
+    return names and tr("Too few marks: {points}.", points=names)
+
+
+def _counted(marking: Marking, label: str, photos: set[str] | None) -> list[str]:
+    return [name for name in marking.of(label) if photos is None or name in photos]
+
+
+def _on_a_line(marking: Marking, labels: Sequence[str]) -> bool:
+    points = np.array([p.position for p in marking.control if p.label in labels], np.float64)
+    return nearly_on_a_line(points)
+
+
+def _marks(label: str, count: int) -> str:
+    """A point and how many marks it has."""
+    return tr_n("{point} ({count} mark)", "{point} ({count} marks)", count, point=label)

@@ -1,0 +1,199 @@
+"""Survey check of a set of photos before the alignment (textbook 2.4 and 3.2).
+
+Every rule names its number and its source. Limits lean to the side of silence: a finding that is
+wrong costs the trust in those that are right.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.words import tr
+from vomstudio.geometry.plane_sizes import PlaneSizes
+from vomstudio.geometry.units import length_text
+from vomstudio.photogrammetry.survey import picture_checks, station_checks
+from vomstudio.photogrammetry.survey.camera_positions import metres_from_gps
+from vomstudio.photogrammetry.survey.check_limits import Limits, SurveyMeasurements
+from vomstudio.photogrammetry.survey.check_results import (
+    PhotoFigures,
+    SurveyReport,
+    advice_for,
+    assess,
+    by_severity,
+)
+from vomstudio.photogrammetry.survey.overlap import compare_photos, features_of, optical_axes
+from vomstudio.photogrammetry.survey.photo_limits import expected_planes, ground_sampling_distance
+from vomstudio.photogrammetry.survey.photo_quality import measure_quality
+
+if TYPE_CHECKING:
+    from vomstudio.io.photos.photo import Photo
+    from vomstudio.io.photos.reading import PhotoFolder
+
+
+def measure_folder(folder: PhotoFolder, progress: Progress | None = None) -> SurveyMeasurements:
+    """Decode and compare all photos of a folder once.
+
+    Raises Cancelled; a photo that cannot be decoded has its reason in the quality's `error`.
+    """
+    progress = progress or Silent()
+    photos = tuple(folder.photos)
+    progress.stage(tr("Measuring photo quality"), len(photos))
+    quality, features = [], []
+    for done, photo in enumerate(photos):
+        progress.step(done)
+        quality.append(measure_quality(photo))
+        features.append(None if quality[-1].error else features_of(photo))
+    progress.step(len(photos))
+    pairs = compare_photos(features, metres_from_gps(photos), progress)
+    return SurveyMeasurements(photos, tuple(quality), tuple(features), pairs)
+
+
+def check_photos(
+    folder: PhotoFolder,
+    *,
+    distance_m: float | None = None,
+    limits: Limits | None = None,
+    progress: Progress | None = None,
+) -> SurveyReport:
+    """The whole check before alignment. distance_m : from camera to rock, where the user knows it;
+    drones that look down know their height."""
+    return report(measure_folder(folder, progress), folder, distance_m, limits or Limits())
+
+
+def report(
+    seen: SurveyMeasurements, folder: PhotoFolder, distance_m: float | None, limits: Limits
+) -> SurveyReport:
+    """Findings, figures and verdict from measurements made before.
+
+    distance_m : from camera to rock, None where unknown
+    """
+    photos = seen.photos
+    gsd = [pixel_size(photo, distance_m) for photo in photos]
+    axes, known_axes = optical_axes(seen.pairs, len(photos))
+    best = station_checks.best_overlap(seen.pairs, len(photos))
+    findings = [
+        *_of_the_folder(folder, seen, limits),
+        *station_checks.of_pairs(seen, best, limits),
+        *station_checks.of_directions(seen, axes, known_axes, limits),
+        *picture_checks.of_pixels(seen, limits),
+        *station_checks.of_sizes(seen, gsd, limits),
+        *station_checks.of_positions(photos, limits),
+    ]
+    findings = list(by_severity(findings))
+    known = [value for value in gsd if value is not None]
+    middle = float(np.median(known)) if known else None
+    planes = None if middle is None else PlaneSizes.of_pixels(middle)
+    figures = tuple(
+        PhotoFigures(
+            photo.name,
+            gsd[i],
+            seen.quality[i].blur_px,
+            float(seen.pairs.views[i]),
+            seen.quality[i].brightness,
+            best[i],
+        )
+        for i, photo in enumerate(photos)
+    )
+    return SurveyReport(
+        "before",
+        figures,
+        tuple(findings),
+        assess(findings, middle, hint=_hint(photos)),
+        middle,
+        None if planes is None else planes.textbook,
+        advice_for(findings),
+        () if planes is None else planes.curve(),
+    )
+
+
+def pixel_size(photo: Photo, distance_m: float | None = None) -> float | None:
+    """Metres on the rock per pixel by eq. 18, from the distance given or the height of a drone that
+    looks down; None where either the distance or the focal length is unknown."""
+    if photo.focal_px is None:
+        return None
+    distance = distance_m
+    height, pitch = photo.relative_altitude_m, photo.pitch_deg
+    if distance is None and height is not None and pitch is not None and pitch <= -45.0:
+        distance = height / math.sin(math.radians(-pitch))
+    if distance is None or distance <= 0:
+        return None
+    # In pixels the sensor's width cancels: Sw / f = Iw / f_px.
+    return ground_sampling_distance(photo.long_side, photo.focal_px, distance, photo.long_side)
+
+
+def _hint(photos: Sequence[Photo]) -> tuple[Finding, ...]:
+    focal = [p.focal_px for p in photos if p.focal_px is not None]
+    if not focal:
+        return (Finding("survey.pixel-size-unknown"),)
+    distance_m = 10.0
+    gsd_m = distance_m / float(np.median(focal))
+    pixel = length_text(gsd_m, 2)
+    return (
+        Finding("survey.pixel-size-at-distance", distance_m=distance_m, pixel=pixel),
+        expected_planes(PlaneSizes.of_pixels(gsd_m)),
+    )
+
+
+def _of_the_folder(folder: PhotoFolder, seen: SurveyMeasurements, limits: Limits) -> list[Finding]:
+    found = []
+    count = len(seen.photos)
+    if count == 1:
+        found.append(Finding("one-photo", photos=(), value=1))
+    elif count < limits.fewest_photos:
+        found.append(Finding("few-photos", photos=(), value=count, count=count))
+    damaged = tuple(p.name for p, look in zip(seen.photos, seen.quality, strict=True) if look.error)
+    if damaged:
+        reason = next(look.error for look in seen.quality if look.error)
+        found.append(Finding("damaged", photos=damaged, value=len(damaged), reason=reason))
+    if folder.duplicates:
+        names = tuple(name for name, _ in folder.duplicates)
+        found.append(Finding("duplicates", photos=names, value=len(names)))
+    unknown = tuple(p.name for p in seen.photos if p.focal_px is None)
+    if unknown:
+        found.append(
+            Finding("no-focal-length", photos=unknown, value=len(unknown), count=len(unknown))
+        )
+    return found + _of_cameras(folder)
+
+
+def _of_cameras(folder: PhotoFolder) -> list[Finding]:
+    """More than one camera or setting, and photos that a program turned."""
+    settings = folder.cameras()
+    if len(settings) < 2:
+        return []
+    groups = [_camera_group(group) for group in settings.values()]
+    findings = [Finding("several-cameras", photos=(), value=len(settings), cameras=groups)]
+    sides = {(g[0].camera, g[0].width, g[0].height) for g in settings.values()}
+    turned = {(camera, w, h) for camera, w, h in sides if w != h and (camera, h, w) in sides}
+    if turned:
+        names = [p.name for p in folder.photos if (p.camera, p.width, p.height) in turned]
+        findings.append(Finding("survey.turned-photos", photos=names, value=len(names)))
+    return findings
+
+
+def _camera_group(group: Sequence[Photo]) -> str:
+    """Number, camera, size and focal length of photos that share a calibration."""
+    first = group[0]
+    camera = first.camera or tr("unknown camera")
+    if first.focal_px:
+        return tr(
+            "{count} x {camera} ({width} x {height}, f = {focal:.0f} px)",
+            count=len(group),
+            camera=camera,
+            width=first.width,
+            height=first.height,
+            focal=first.focal_px,
+        )
+    return tr(
+        "{count} x {camera} ({width} x {height})",
+        count=len(group),
+        camera=camera,
+        width=first.width,
+        height=first.height,
+    )

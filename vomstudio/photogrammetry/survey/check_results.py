@@ -1,0 +1,228 @@
+"""Results of a survey check: findings with reasons and numbers, and a verdict in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.results import OPTIONAL, Result
+from vomstudio.core.words import to_translate, tr
+from vomstudio.geometry.plane_sizes import PlaneError, PlaneSizes
+from vomstudio.geometry.units import length_text
+from vomstudio.photogrammetry.survey.photo_limits import expected_planes
+
+_ORDER = {"error": 0, "warning": 1, "info": 2}
+
+
+@dataclass(frozen=True)
+class PhotoFigures:
+    """Figures of one photo; None if not known.
+
+    Parameters
+    ----------
+    name : str
+    gsd_m : float
+        Metres per pixel on the rock.
+    blur : float
+        Sigma of edges, pixels.
+    views : float
+        Median number of photos that show a place of it (before the alignment), or mean number that
+        show its tie points (after).
+    brightness, overlap : float
+    oblique_deg : float
+    gsd : float
+        In the unit of the model, if that is not the metre.
+    """
+
+    name: str
+    gsd_m: float | None = None
+    blur: float | None = None
+    views: float | None = None
+    brightness: float | None = None
+    overlap: float | None = None
+    oblique_deg: float | None = None
+    gsd: float | None = field(default=None, metadata=OPTIONAL)
+
+
+@dataclass(frozen=True)
+class SurveyReport(Result):
+    """Result of a check of photos.
+
+    Parameters
+    ----------
+    stage : {"before", "after"}
+        Before or after the alignment.
+    assessment : tuple of Finding
+        Suitability of the photos.
+    verdict : str
+        The assessment in sentences.
+    next_time : tuple of str
+        Advice for the next survey, the most important first.
+    smallest_plane_m : float or None
+        Minimum size of a plane worth measuring: 100 times the resolution.
+    plane_error : tuple of PlaneError
+        Expected error of planes against their size; empty if no pixel size is known.
+    gsd, smallest_plane : float or None
+        In the unit of the model, if that is not the metre.
+    """
+
+    stage: str
+    photos: tuple[PhotoFigures, ...]
+    findings: tuple[Finding, ...]
+    assessment: tuple[Finding, ...]
+    gsd_m: float | None = None
+    smallest_plane_m: float | None = None
+    next_time: tuple[str, ...] = field(default=())
+    plane_error: tuple[PlaneError, ...] = ()
+    gsd: float | None = field(default=None, metadata=OPTIONAL)
+    smallest_plane: float | None = field(default=None, metadata=OPTIONAL)
+    verdict: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.verdict:
+            object.__setattr__(self, "verdict", " ".join(map(str, self.assessment)))
+
+
+def by_severity(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Sort findings by severity, errors first, otherwise in their order."""
+    return tuple(sorted(findings, key=lambda finding: _ORDER[finding.severity]))
+
+
+ADVICE = {
+    "one-photo": to_translate(
+        "Take at least five photos of every part of the rock, from different positions."
+    ),
+    "few-photos": to_translate("Take more photos: five or more of every part of the rock."),
+    "parts": to_translate(
+        "Close the gaps between the disconnected components with photos that overlap both by 60 %."
+    ),
+    "unmatched": to_translate(
+        "Take photos with 60 to 80 % overlap, at a constant distance and in constant light."
+    ),
+    "low-overlap": to_translate("Take smaller steps between photos, for 60 to 80 % overlap."),
+    "few-views": to_translate(
+        "Take smaller steps between photos, so that five of them see every place."
+    ),
+    "one-direction": to_translate(
+        "Against doming, add a second set of photos from other positions, turned 20 to 30 degrees "
+        "to the first."
+    ),
+    "same-position": to_translate("Move between photos: take one photo from each position."),
+    "collinear": to_translate("Add photos from beside or above the line of camera positions."),
+    "blurred": to_translate(
+        "Hold the camera still or use a tripod, use a shorter exposure, and focus on the rock."
+    ),
+    "soft": to_translate(
+        "Come closer instead of zooming digitally, and use the camera's largest image size."
+    ),
+    "digital-zoom": to_translate("Come closer instead of zooming digitally."),
+    "enlarged": to_translate("Use the camera's original files."),
+    "exposure": to_translate("Expose for the rock, and check the photos on site."),
+    "brightness-jump": to_translate(
+        "Keep one exposure, and take all photos in one period of constant light."
+    ),
+    "light-changed": to_translate("Take all photos in one period of constant light."),
+    "focal-vague": to_translate(
+        "Keep the camera's original files with their EXIF data, and add photos turned 20 to 30 "
+        "degrees."
+    ),
+    "gsd-spread": to_translate(
+        "Keep one distance, or bridge two distances with photos in between."
+    ),
+    "gps-equal": to_translate(
+        "Lay out control points or a scale bar: these positions cannot register a model."
+    ),
+    "rotation": to_translate(
+        "Lay out at least four control points, spread over the whole outcrop and not in one line."
+    ),
+    "control-unused": to_translate(
+        "Mark at least four control points that are not in one line, each in four or more photos."
+    ),
+    "mark-scatter": to_translate("Mark the centre of every control point at full zoom."),
+    "gps-noise": to_translate(
+        "Lay out at least four control points: these positions cannot orient the model."
+    ),
+}
+"""Advice for the next survey, by the code of a finding."""
+
+
+def advice_for(findings: Sequence[Finding]) -> tuple[str, ...]:
+    """Return the advice for each warning and error, the most important first."""
+    sentences = [
+        tr(ADVICE[f.code])
+        for f in by_severity(findings)
+        if f.severity != "info" and f.code in ADVICE
+    ]
+    return tuple(dict.fromkeys(sentences))
+
+
+def assess(
+    findings: Sequence[Finding],
+    gsd_m: float | None,
+    *,
+    metric: bool = True,
+    planes: PlaneSizes | None = None,
+    hint: Sequence[Finding] = (),
+) -> tuple[Finding, ...]:
+    """Assess the suitability of the photos, in two or three findings for a geologist.
+
+    metric : whether sizes are in metres, not in units of the model
+    gsd_m : median pixel size on the rock; if None, `hint` follows
+    planes : sizes of planes by the resolution of the model; by the photos' pixel size if None
+    """
+    errors = [f for f in findings if f.severity == "error"]
+    warnings = [f for f in findings if f.severity == "warning"]
+    grave = [*errors, *warnings]
+    reasons = ", ".join(
+        dict.fromkeys(tr(_SHORT[f.code]) if f.code in _SHORT else f.code for f in grave[:3])
+    )
+    if len(grave) > 3:
+        reasons = tr("{reasons} and {count} more", reasons=reasons, count=len(grave) - 3)
+    codes = [f.code for f in grave]
+    if errors:
+        first = Finding("survey.incomplete", reasons=reasons, codes=codes)
+    elif warnings:
+        first = Finding("survey.reservations", reasons=reasons, codes=codes)
+    else:
+        first = Finding("survey.sound")
+    if planes is not None:
+        size = length_text(planes.resolution, 2, metric=metric)
+        resolved = Finding("survey.model-resolution", size=size)
+        return first, resolved, expected_planes(planes, metric=metric, source="model")
+    if gsd_m is not None:
+        covered = Finding("survey.pixel-size", pixel=length_text(gsd_m, 2, metric=metric))
+        return first, covered, expected_planes(PlaneSizes.of_pixels(gsd_m), metric=metric)
+    return first, *hint
+
+
+_SHORT = {
+    "one-photo": to_translate("a single photo"),
+    "few-photos": to_translate("too few photos"),
+    "damaged": to_translate("damaged photos"),
+    "parts": to_translate("disconnected components"),
+    "unmatched": to_translate("photos without matches"),
+    "low-overlap": to_translate("too little overlap"),
+    "few-views": to_translate("too few photos of each place"),
+    "one-direction": to_translate("one view direction, hence a risk of doming"),
+    "same-position": to_translate("several photos from one position"),
+    "collinear": to_translate("camera positions in one line"),
+    "blurred": to_translate("blurred photos"),
+    "soft": to_translate("unsharp photos"),
+    "digital-zoom": to_translate("digital zoom"),
+    "enlarged": to_translate("enlarged photos"),
+    "exposure": to_translate("black or overexposed photos"),
+    "brightness-jump": to_translate("jumps in brightness"),
+    "light-changed": to_translate("changing light"),
+    "gsd-spread": to_translate("very different pixel sizes"),
+    "focal-vague": to_translate("a poorly constrained focal length"),
+    "gps-equal": to_translate("unusable GPS positions"),
+    "gps-noise": to_translate("GPS too inaccurate for the scene"),
+    "unregistered": to_translate("photos without a pose"),
+    "rotation": to_translate("an uncertain orientation"),
+    "control-unused": to_translate("unusable control points"),
+    "gps-unused": to_translate("unusable GPS positions"),
+    "mark-scatter": to_translate("scattered marks of control points"),
+    "weak-photos": to_translate("weakly connected photos"),
+    "high-error": to_translate("large residuals"),
+}

@@ -1,0 +1,60 @@
+"""The check of a folder of photos: what `vomstudio check` prints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress
+from vomstudio.core.reprs import Shown
+from vomstudio.core.results import OPTIONAL
+from vomstudio.io.photos.reading import PhotoFolder, read_photos
+from vomstudio.photogrammetry.survey.check import check_photos
+from vomstudio.photogrammetry.survey.check_results import SurveyReport
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class FolderCheck(Shown, SurveyReport):
+    """Check of the photos of a folder before the alignment.
+
+    Parameters
+    ----------
+    folder : str
+        As it was given.
+    skipped : tuple of (str, Finding)
+        Names of unused pictures, with the reasons.
+    warnings : tuple of Finding
+    aligned : SurveyReport or None
+        Check of the model made from them, if one was given.
+    """
+
+    folder: str
+    skipped: tuple[tuple[str, Finding], ...]
+    warnings: tuple[Finding, ...]
+    aligned: SurveyReport | None = field(default=None, metadata=OPTIONAL)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object that ``--json`` prints, with the reasons as texts."""
+        skipped = [
+            {"name": name, "reason": reason.message, "reason_code": reason.code}
+            for name, reason in self.skipped
+        ]
+        return super().to_dict() | {"skipped": skipped}
+
+
+def check_folder(
+    folder: str | Path, distance_m: float | None = None, progress: Progress | None = None
+) -> tuple[FolderCheck, PhotoFolder]:
+    """The check, and the photos that were looked at. distance_m : from camera to rock, where it is
+    known. Raises InputError, UsageError."""
+    found = read_photos(folder, progress)
+    report = check_photos(found, distance_m=distance_m, progress=progress)
+    checked = FolderCheck(
+        **vars(report),
+        folder=str(Path(folder)),
+        skipped=tuple(found.skipped),
+        warnings=tuple(found.warnings),
+    )
+    return checked, found

@@ -1,0 +1,101 @@
+"""Resolution of a photo survey: pixel size on the rock, and how well it tells planes of a size."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from vomstudio.core.errors import UsageError
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.geometry.plane_sizes import (
+    PIXELS_PER_RESOLUTION,
+    TEXTBOOK_RESOLUTIONS,
+    WANTED_DEG,
+    PlaneSizes,
+)
+from vomstudio.geometry.units import length_text
+
+
+def ground_sampling_distance(
+    sensor_width_mm: float, focal_length_mm: float, distance_m: float, image_width_px: int
+) -> float:
+    """Compute the size of a pixel on the rock, m (textbook eq. 18).
+
+    Parameters
+    ----------
+    sensor_width_mm : float
+        Width of the part of the sensor that the image shows, along its long side.
+    focal_length_mm : float
+        Of the lens, not its 35 mm equivalent.
+    distance_m : float
+        From the camera to the rock, at right angles to the image.
+    image_width_px : int
+        Long side of the image.
+
+    Raises
+    ------
+    UsageError
+        If a value is not positive.
+    """
+    for name, value in (
+        (tr("sensor width"), sensor_width_mm),
+        (tr("focal length"), focal_length_mm),
+        (tr("distance"), distance_m),
+        (tr("image width"), image_width_px),
+    ):
+        if not value > 0:
+            raise UsageError(Finding("number.not-positive", value=value), field=name)
+    return sensor_width_mm * distance_m / (focal_length_mm * image_width_px)
+
+
+def gsd_for_plane(extent_m: float) -> float:
+    """Pixel size in metres on the rock with which a plane of this extent reaches the textbook's
+    limit of 1000 pixels."""
+    return extent_m / (PIXELS_PER_RESOLUTION * TEXTBOOK_RESOLUTIONS)
+
+
+def expected_planes(
+    planes: PlaneSizes, *, metric: bool = True, source: Literal["photos", "model"] = "photos"
+) -> Finding:
+    """Report the expected errors of planes of two sizes.
+
+    They are the smallest size with a good verdict, and the textbook's limit.
+
+    Parameters
+    ----------
+    planes : PlaneSizes
+    metric : bool
+        Sizes are in metres, not in units of the model.
+    source : {"photos", "model"}
+        Source of the resolution.
+    """
+    smallest = planes.size_for(WANTED_DEG)
+    if smallest is None:
+        return Finding(
+            "survey.no-planes", wanted_deg=WANTED_DEG, registration_deg=planes.registration_deg
+        )
+    return Finding(
+        "survey.planes-by-photos" if source == "photos" else "survey.planes-by-model",
+        size=length_text(smallest, 2, metric=metric),
+        error_deg=planes.error_deg(smallest),
+        textbook_size=length_text(planes.textbook, 2, metric=metric),
+        textbook_error_deg=planes.error_deg(planes.textbook),
+    )
+
+
+def planes_in_short(planes: PlaneSizes) -> str:
+    """Return the expected errors as text for a table, for the resolution of photos."""
+    large = tr(
+        "{large} (1000 px) ± {better:.1f}°",
+        large=length_text(planes.textbook, 2),
+        better=planes.error_deg(planes.textbook),
+    )
+    smallest = planes.size_for(WANTED_DEG)
+    if smallest is None:
+        return large
+    small = tr(
+        "{small} ± {within:.1f}°",
+        small=length_text(smallest, 2),
+        within=planes.error_deg(smallest),
+    )
+    return f"{small}, {large}"

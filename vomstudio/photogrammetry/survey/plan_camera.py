@@ -1,0 +1,167 @@
+"""The camera of a survey that is planned: from the table, from a photo, or by its numbers."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from vomstudio.core.errors import UsageError
+from vomstudio.core.findings import Finding
+from vomstudio.core.results import HIDDEN
+from vomstudio.core.words import tr
+from vomstudio.io.text.rows import shortened
+
+
+@dataclass(frozen=True)
+class PlanCamera:
+    """Sensor and picture in landscape format; focal_mm of the lens itself, not its 35 mm
+    equivalent; f_number of an aperture that cannot be set, else None."""
+
+    name: str
+    sensor_width_mm: float
+    sensor_height_mm: float
+    focal_mm: float
+    width_px: int
+    height_px: int
+    f_number: float | None = field(default=None, metadata=HIDDEN)
+
+    @property
+    def pixel_pitch_mm(self) -> float:
+        """Distance between the centres of two pixels on the sensor."""
+        return self.sensor_width_mm / self.width_px
+
+
+def camera_of(words: str, focal_mm: float | None = None) -> PlanCamera:
+    """A camera by its name in the table, by a photo taken with it, or by numbers: sensor in mm,
+    focal length in mm, pixels, as `23.5x15.6,35,6000x4000` or `sensor=23.5 focal=35 pixels=6000`.
+
+    focal_mm : of the lens, over whatever the words say. Raises UsageError, InputError for a photo.
+    """
+    words = words.strip()
+    if focal_mm is not None and not 0 < focal_mm < 1e5:
+        raise UsageError(Finding("number.not-positive", value=focal_mm), field="--focal")
+    if _is_file(words):
+        return _camera_of_photo(words, focal_mm)
+    if re.match(r"^[\d.=,;xX×\s]*$|.*=", words):
+        return _camera_of_numbers(words, focal_mm)
+    from vomstudio.io.photos.camera_table import find_camera, similar_cameras
+
+    model = find_camera(words)
+    if model is None:
+        like = similar_cameras(words)
+        finding = Finding("plan.unknown-camera", camera=shortened(words), similar=like or None)
+        raise UsageError(finding, field="--camera")
+    focal = focal_mm or model.focal_mm
+    if focal is None:
+        raise UsageError(
+            Finding("plan.no-focal-length", camera=model.label),
+            field="--focal",
+        )
+    return PlanCamera(
+        model.label,
+        model.width_mm,
+        model.height_mm,
+        focal,
+        model.width_px,
+        model.height_px,
+        model.f_number,
+    )
+
+
+def _is_file(words: str) -> bool:
+    try:
+        return Path(words).is_file()
+    except (OSError, ValueError):
+        # Too long for a name, or with signs that none can have.
+        return False
+
+
+def _camera_of_photo(path: str, focal_mm: float | None) -> PlanCamera:
+    from vomstudio.io.photos.camera_table import find_camera
+    from vomstudio.io.photos.reading import read_photo
+
+    photo = read_photo(path)
+    long_side, short_side = photo.long_side, min(photo.width, photo.height)
+    sensor, focal = photo.sensor_width_mm, focal_mm or photo.focal_mm
+    if (sensor is None or focal is None) and photo.focal_px is not None and focal_mm is None:
+        # As if on film: only the ratio of the two counts.
+        sensor, focal = 36.0, 36.0 * photo.focal_px / long_side
+    if sensor is None or focal is None:
+        raise UsageError(
+            Finding("plan.photo-without-camera"),
+            file=path,
+            field="--camera",
+        )
+    known = find_camera(photo.camera)
+    return PlanCamera(
+        photo.camera or Path(path).name,
+        sensor,
+        sensor * short_side / long_side,
+        focal,
+        long_side,
+        short_side,
+        None if known is None else known.f_number,
+    )
+
+
+def _camera_of_numbers(words: str, focal_mm: float | None) -> PlanCamera:
+    sensor: tuple[float, ...] = ()
+    pixels: tuple[float, ...] = ()
+    bare: list[float] = []
+    focal = focal_mm
+    for token in re.split(r"[,;\s]+", words.strip(" ,;")):
+        key, _, value = token.rpartition("=")
+        try:
+            numbers = tuple(float(part) for part in re.split(r"[xX×]", value))
+        except ValueError:
+            raise _not_a_camera(token) from None
+        if not numbers or len(numbers) > 2 or not all(0 < n < 1e6 for n in numbers):
+            raise _not_a_camera(token)
+        key = key.strip().casefold()
+        if key in ("sensor", "width", "sensor_width", "sensor_width_mm", "sw"):
+            sensor = numbers
+        elif key in ("focal", "f", "focal_mm", "focal_length"):
+            focal = focal_mm or numbers[0]
+        elif key in ("pixels", "px", "image", "image_width", "width_px", "iw"):
+            pixels = numbers
+        elif key:
+            raise _not_a_camera(token)
+        elif len(numbers) == 2 and min(numbers) > 100:
+            pixels = numbers
+        elif len(numbers) == 2:
+            sensor = numbers
+        else:
+            bare.append(numbers[0])
+    # What comes bare comes in the order sensor, focal length, pixels.
+    if not sensor and bare:
+        sensor = (bare.pop(0),)
+    if focal is None and bare:
+        focal = bare.pop(0)
+    if not pixels and bare:
+        pixels = tuple(bare[:2])
+        bare = bare[2:]
+    if not sensor or focal is None or not pixels or bare:
+        raise _not_a_camera(words)
+    pixels = tuple(sorted(pixels, reverse=True))
+    sensor = tuple(sorted(sensor, reverse=True))
+    height = pixels[1] if len(pixels) > 1 else None
+    if height is None:
+        height = pixels[0] * sensor[1] / sensor[0] if len(sensor) > 1 else pixels[0] * 2.0 / 3.0
+    if pixels[0] < 16 or height < 16:
+        raise _not_a_camera(words)
+    return PlanCamera(
+        tr("custom camera"),
+        sensor[0],
+        sensor[0] * height / pixels[0],
+        focal,
+        round(pixels[0]),
+        round(height),
+    )
+
+
+def _not_a_camera(words: str) -> UsageError:
+    return UsageError(
+        Finding("plan.not-a-camera", camera=shortened(words)),
+        field="--camera",
+    )

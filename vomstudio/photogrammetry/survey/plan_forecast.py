@@ -1,0 +1,151 @@
+"""Forecasts of the registration of a planned survey, and advice."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.photogrammetry.survey.planning import SurveyPlan
+from vomstudio.photogrammetry.survey.registration_forecast import Forecast, forecast
+from vomstudio.photogrammetry.survey.survey_options import DEFAULT_CONTROL_M, DEFAULT_RECEIVER_M
+
+Array = npt.NDArray[np.float64]
+
+_HEIGHTS_WORSE = 2.0
+_BAD_DEG = 2.0
+
+
+def foretold(
+    plan: SurveyPlan, receiver_m: float | None = None, control_m: float | None = None
+) -> SurveyPlan:
+    """Add forecasts of the registration to a plan.
+
+    They are made for the positions of the cameras and for the control points. A warning is added if
+    the former are not sufficient, provided that the receiver was given or that the cameras are
+    nearly in one line, for which no receiver is sufficient.
+
+    Parameters
+    ----------
+    plan : SurveyPlan
+    receiver_m, control_m : float, optional
+        Standard deviation of a horizontal coordinate of a camera and of a control point.
+    """
+    both = forecasts(plan, receiver_m or DEFAULT_RECEIVER_M, control_m or DEFAULT_CONTROL_M)
+    findings = []
+    if receiver_m is not None or _nearly_in_line(plan):
+        findings = forecast_findings(plan, *both)
+    return replace(plan, registration=both, warnings=(*plan.warnings, *findings))
+
+
+def forecasts(plan: SurveyPlan, receiver_m: float, control_m: float) -> tuple[Forecast, Forecast]:
+    """Return the forecasts by the positions of the cameras and by the control points of a plan.
+
+    Parameters
+    ----------
+    plan : SurveyPlan
+    receiver_m, control_m : float
+        Standard deviation of a horizontal coordinate. For heights twice that of the receiver, and
+        that of control points, are assumed.
+    """
+    upright = plan.manner != "terrain"
+    cameras = np.array([[s.along_m, s.up_m, s.away_m] for s in plan.positions])
+    control = np.array(
+        [[p.along_m, p.up_m, 0.0] for p in plan.control_points if p.use == "control"]
+    )
+    by_receiver = forecast(
+        "receiver", as_world(cameras, upright), (receiver_m, _HEIGHTS_WORSE * receiver_m)
+    )
+    return by_receiver, forecast("control", as_world(control, upright), (control_m, control_m))
+
+
+def forecast_findings(plan: SurveyPlan, receiver: Forecast, control: Forecast) -> list[Finding]:
+    """Report advice if the positions of the cameras alone cannot orient the model."""
+    worst = receiver.worst_95_deg
+    if worst is not None and worst <= _BAD_DEG:
+        return []
+    if worst is None:
+        findings = [Finding("plan.unregistrable")]
+    else:
+        findings = [Finding("plan.rotation", sigma_m=receiver.sigma_m[0], rotation95_deg=worst)]
+    if control.worst_95_deg is not None and control.worst_95_deg <= _BAD_DEG:
+        findings.append(
+            Finding(
+                "plan.rotation-by-control",
+                sigma_m=control.sigma_m[0],
+                rotation95_deg=control.worst_95_deg,
+            )
+        )
+    if _nearly_in_line(plan):
+        findings.append(Finding("plan.nearly-in-line"))
+    findings.append(Finding("plan.measure-on-site"))
+    return findings
+
+
+def as_world(places: Array, upright: bool) -> Array:
+    """Convert places in the frame of the outcrop to a frame with z up.
+
+    Parameters
+    ----------
+    places : (n, 3) array
+        Along the outcrop, up it, away from it.
+    upright : bool
+        The outcrop is a wall, not terrain.
+
+    Returns
+    -------
+    (n, 3) array
+        Along the outcrop, into it, up.
+    """
+    if not len(places):
+        return np.zeros((0, 3))
+    along, up, away = places.T
+    return np.column_stack([along, -away, up] if upright else [along, up, away])
+
+
+def _nearly_in_line(plan: SurveyPlan) -> bool:
+    """Return whether the extent of the cameras is ten times larger along one line than across."""
+    places = np.array([[s.along_m, s.up_m, s.away_m] for s in plan.positions])
+    reach = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)
+    return bool(len(places) < 3 or reach[1] < 0.1 * reach[0])
+
+
+def forecast_text(result: Forecast) -> str:
+    """Describe a forecast in one line."""
+    if result.why_not is not None:
+        return result.why_not.message
+    values = {
+        "count": result.points,
+        "sigma": result.sigma_m[0],
+        "worst": _degrees(result.worst_95_deg),
+        "up": _degrees(result.about_up_95_deg),
+    }
+    if result.by == "receiver":
+        return tr(
+            "by {count} positions of {sigma:.2g} m: turned by up to {worst} (95 %), about the "
+            "vertical by {up}",
+            **values,
+        )
+    return tr(
+        "by {count} control points of {sigma:.2g} m: turned by up to {worst} (95 %), about the "
+        "vertical by {up}",
+        **values,
+    )
+
+
+def forecast_in_short(result: Forecast) -> str:
+    """Describe a forecast in a few words."""
+    if result.why_not is not None:
+        return tr("cannot be registered")
+    return tr(
+        "{worst} (95 %), if known to {sigma:.2g} m",
+        worst=_degrees(result.worst_95_deg),
+        sigma=result.sigma_m[0],
+    )
+
+
+def _degrees(angle: float | None) -> str:
+    return tr("any angle") if angle is None else f"{angle:.2g}°"

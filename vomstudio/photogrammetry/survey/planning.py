@@ -1,0 +1,414 @@
+"""A photo survey planned before going out (textbook 2.4 and 3.2).
+
+Positions are in the frame of the outcrop: `along` it from its left end, `up` it from its foot (both
+as seen from the camera), `away` from it towards the camera; metres. For flat ground seen from above
+`away` is the height.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import UsageError
+from vomstudio.core.findings import Finding
+from vomstudio.core.reprs import Shown
+from vomstudio.core.results import HIDDEN, Result, to_dict
+from vomstudio.geometry.plane_sizes import PlaneError, PlaneSizes
+from vomstudio.photogrammetry.survey.photo_limits import ground_sampling_distance, gsd_for_plane
+from vomstudio.photogrammetry.survey.plan_camera import PlanCamera
+from vomstudio.photogrammetry.survey.registration_forecast import Forecast
+from vomstudio.photogrammetry.survey.survey_options import (
+    DEFAULT_APERTURE,
+    MIN_OVERLAP,
+    PlanOptions,
+)
+
+Array = npt.NDArray[np.float64]
+Manner = Literal["handheld", "drone", "terrain"]
+
+MANNERS: tuple[Manner, ...] = ("handheld", "drone", "terrain")
+OBLIQUE_DEG = 30.0
+"""From the perpendicular: view directions "up to 60 degrees with" the surface, horizontal and 30
+degrees plunging at a cliff, zenithal and 60 degrees plunging over flat ground (3.2.1)."""
+WANTED_VIEWS = 4
+_BLUR_PIXELS = 2.0
+_REACH_M = 2.5
+_TARGET_PIXELS = 20.0
+_MOST_PHOTOS = 20_000
+
+
+@dataclass(frozen=True)
+class Station(Result):
+    """One photo: where the camera is, what it is aimed at, in the frame of the outcrop."""
+
+    number: int
+    kind: Literal["perpendicular", "oblique"]
+    along_m: float
+    up_m: float
+    away_m: float
+    target_along_m: float
+    target_up_m: float
+
+    @property
+    def turn_deg(self) -> float:
+        """To the right of the perpendicular."""
+        return math.degrees(math.atan2(self.target_along_m - self.along_m, self.away_m))
+
+    @property
+    def tilt_deg(self) -> float:
+        """Above the perpendicular."""
+        return math.degrees(
+            math.atan2(
+                self.target_up_m - self.up_m,
+                math.hypot(self.target_along_m - self.along_m, self.away_m),
+            )
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "number": self.number,
+            "kind": self.kind,
+            "along_m": round(self.along_m, 3),
+            "up_m": round(self.up_m, 3),
+            "away_m": round(self.away_m, 3),
+            "turn_deg": round(self.turn_deg, 1),
+            "tilt_deg": round(self.tilt_deg, 1),
+        }
+
+
+@dataclass(frozen=True)
+class ControlPoint(Result):
+    """A point to be laid out and surveyed, in the frame of the outcrop."""
+
+    label: str
+    use: Literal["control", "check"]
+    along_m: float
+    up_m: float
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "label": self.label,
+            "use": self.use,
+            "along_m": round(self.along_m, 3),
+            "up_m": round(self.up_m, 3),
+        }
+
+
+@dataclass(frozen=True, repr=False)
+class SurveyPlan(Shown):
+    """footprint_m, spacing_m : along and up the outcrop. depth_of_field_m : nearest and farthest
+    sharp distance, the latter None for infinity. views_least, views_median : photos that see a
+    place of the outcrop. registration : how well it will be known, where that was asked for."""
+
+    camera: PlanCamera
+    manner: Manner = field(metadata=HIDDEN)
+    distance_m: float
+    width_m: float = field(metadata=HIDDEN)
+    height_m: float = field(metadata=HIDDEN)
+    overlap: float
+    gsd_m: float
+    footprint_m: tuple[float, float]
+    spacing_m: tuple[float, float]
+    f_number: float
+    depth_of_field_m: tuple[float, float | None]
+    positions: tuple[Station, ...]
+    control_points: tuple[ControlPoint, ...]
+    views_least: int
+    views_median: float
+    warnings: tuple[Finding, ...] = field(default=())
+    registration: tuple[Forecast, ...] = ()
+
+    @property
+    def smallest_plane_m(self) -> float:
+        """The textbook's limit for a plane worth measuring: 1000 pixels."""
+        return self.planes.textbook
+
+    @property
+    def planes(self) -> PlaneSizes:
+        """How well planes will be known against their size, without an error of registration."""
+        return PlaneSizes.of_pixels(self.gsd_m)
+
+    @property
+    def plane_error(self) -> tuple[PlaneError, ...]:
+        """Expected 95 % error of planes against their size, without an error of registration."""
+        return tuple(self.planes.curve())
+
+    @property
+    def photos(self) -> int:
+        """How many."""
+        return len(self.positions)
+
+    @property
+    def target_size_m(self) -> float:
+        """Of a control point's mark: twenty pixels across."""
+        return _TARGET_PIXELS * self.gsd_m
+
+    def of_kind(self, kind: str) -> list[Station]:
+        """Stations that are "perpendicular" or "oblique"."""
+        return [station for station in self.positions if station.kind == kind]
+
+    def to_dict(self) -> dict[str, Any]:
+        return super().to_dict() | {
+            "photos": self.photos,
+            "smallest_plane_m": self.smallest_plane_m,
+            "plane_error": [to_dict(each) for each in self.plane_error],
+            "perpendicular": len(self.of_kind("perpendicular")),
+            "oblique": len(self.of_kind("oblique")),
+            "target_size_m": self.target_size_m,
+        }
+
+
+# -- the plan ------------------------------------------------------------------------------------
+def depth_of_field(
+    focal_mm: float, f_number: float, distance_m: float, circle_mm: float
+) -> tuple[float, float | None]:
+    """Nearest and farthest distance in metres at which a point becomes a circle of no more than
+    `circle_mm` on the sensor, focused at `distance_m`; None is infinity.
+
+    The thin lens: hyperfocal distance H = f^2 / (N c) + f; near = D (H - f) / (H + D - 2 f), far =
+    D (H - f) / (H - D).
+    """
+    f, d = focal_mm, distance_m * 1000.0
+    hyperfocal = f * f / (f_number * circle_mm) + f
+    near = d * (hyperfocal - f) / (hyperfocal + d - 2.0 * f)
+    far = d * (hyperfocal - f) / (hyperfocal - d) / 1000.0 if d < hyperfocal else None
+    return near / 1000.0, far
+
+
+def distance_for(camera: PlanCamera, gsd_m: float) -> float:
+    """Distance in metres at which a pixel covers `gsd_m` (eq. 18 solved for D)."""
+    return gsd_m * camera.focal_mm * camera.width_px / camera.sensor_width_mm
+
+
+def plan_survey(camera: PlanCamera, options: PlanOptions) -> SurveyPlan:
+    """Compute stations, control points and figures of a survey.
+
+    For the manner "terrain", width and height are those of the ground. A camera without a diaphragm
+    keeps its fixed f-number. If several of distance, pixel size and smallest plane are given, the
+    distance is used, with a warning if it is too far for the finer of the others.
+
+    Raises
+    ------
+    UsageError
+        Without a distance, and for a distance at which the lens cannot focus.
+    """
+    width_m, height_m = options.width_m, options.height_m
+    overlap, manner = options.overlap, options.manner
+    warnings: list[Finding] = []
+    aperture, aperture_warnings = _aperture(camera, options.aperture)
+    warnings += aperture_warnings
+    distance_m, gsd, distance_warnings = _distance(
+        camera, options.distance_m, options.gsd_m, options.plane_m
+    )
+    warnings += distance_warnings
+    footprint = gsd * camera.width_px, gsd * camera.height_px
+    spacing = (1.0 - overlap) * footprint[0], (1.0 - overlap) * footprint[1]
+    expected = (width_m / spacing[0] + 2.0) * (height_m / spacing[1] + 1.0) * 2.0
+    if expected > _MOST_PHOTOS:
+        raise UsageError(Finding("plan.too-many-photos", photos=expected))
+    stations, least, middle = _stations(
+        camera, distance_m, width_m, height_m, footprint, spacing, manner
+    )
+    sharp = depth_of_field(
+        camera.focal_mm, aperture, distance_m, _BLUR_PIXELS * camera.pixel_pitch_mm
+    )
+    warnings += _warnings(manner, stations, distance_m, width_m, height_m, footprint, least)
+    return SurveyPlan(
+        camera,
+        manner,
+        distance_m,
+        width_m,
+        height_m,
+        overlap,
+        gsd,
+        footprint,
+        spacing,
+        aperture,
+        sharp,
+        stations,
+        _control_points(width_m, height_m),
+        least,
+        middle,
+        tuple(warnings),
+    )
+
+
+def _aperture(camera: PlanCamera, f_number: float | None) -> tuple[float, list[Finding]]:
+    """Return the f-number that applies, and a warning if another was requested."""
+    if camera.f_number is None:
+        return DEFAULT_APERTURE if f_number is None else f_number, []
+    if f_number in (None, camera.f_number):
+        return camera.f_number, []
+    finding = Finding("plan.fixed-aperture", camera=camera.name, f_number=camera.f_number)
+    return camera.f_number, [finding]
+
+
+def _distance(
+    camera: PlanCamera, distance_m: float | None, gsd_m: float | None, plane_m: float | None
+) -> tuple[float, float, list[Finding]]:
+    """Return distance and pixel size on the rock, m, and a warning if the latter is too large.
+
+    Raises UsageError if none is given, or the lens cannot focus there.
+    """
+    warnings = []
+    if plane_m is not None:
+        gsd_m = min(gsd_m or math.inf, gsd_for_plane(plane_m))
+    if distance_m is None:
+        if gsd_m is None:
+            raise UsageError(Finding("plan.no-distance"))
+        distance_m = distance_for(camera, gsd_m)
+    if distance_m * 1000.0 <= 2.0 * camera.focal_mm:
+        raise UsageError(Finding("plan.too-close"), field="--distance")
+    gsd = ground_sampling_distance(
+        camera.sensor_width_mm, camera.focal_mm, distance_m, camera.width_px
+    )
+    if gsd_m is not None and gsd > gsd_m * (1.0 + 1e-9):
+        warnings.append(
+            Finding(
+                "plan.too-far",
+                distance=distance_m,
+                gsd=1000 * gsd,
+                wanted=1000 * gsd_m,
+                closer=distance_for(camera, gsd_m),
+            )
+        )
+    return distance_m, gsd, warnings
+
+
+def _stations(
+    camera: PlanCamera,
+    distance: float,
+    width: float,
+    height: float,
+    footprint: tuple[float, float],
+    spacing: tuple[float, float],
+    manner: Manner,
+) -> tuple[tuple[Station, ...], int, float]:
+    """Rows of perpendicular photos, and obliques between them; beyond the ends of the outcrop, and
+    then (by drone) beyond its borders, as far as four photos of every corner ask for."""
+    columns = max(1, math.ceil(width / spacing[0] - 1e-9))
+    ways = [(0, 0.0), (1, 0.0)]
+    if manner != "handheld":
+        ways.append((1, spacing[1]))
+    for beyond, margin in ways:
+        rows = _row_heights(height, footprint[1], spacing[1], margin)
+        along = [i * width / columns for i in range(-beyond, columns + 1 + beyond)]
+        aimed = [(u, v, 0.0, 0.0) for v in rows for u in along]
+        aimed += _obliques(rows, width, footprint, manner)
+        stations = tuple(_station_at(n, *target, distance) for n, target in enumerate(aimed, 1))
+        views = _views(camera, stations, width, height)
+        if views.min() >= WANTED_VIEWS:
+            break
+    return stations, int(views.min()), float(np.median(views))
+
+
+def _row_heights(extent: float, seen: float, spacing: float, margin: float) -> list[float]:
+    """Heights of rows whose pictures cover the extent and a margin on either side; one row where a
+    single picture does."""
+    free = extent + 2.0 * margin - seen
+    if free <= 0:
+        return [extent / 2.0]
+    steps = math.ceil(free / spacing - 1e-9)
+    return [seen / 2.0 - margin + i * free / steps for i in range(steps + 1)]
+
+
+def _obliques(
+    rows: list[float], width: float, footprint: tuple[float, float], manner: Manner
+) -> list[tuple[float, float, float, float]]:
+    """Targets (along, up) with turn and tilt in degrees: at a cliff on foot from left and right in
+    turns, by drone from above, over flat ground from both ends."""
+    count = max(1, math.ceil(width / ((1.0 - MIN_OVERLAP) * footprint[0]) - 1e-9))
+    found = []
+    for r, v in enumerate(rows):
+        for i in range(count + 1):
+            u = i * width / count
+            if manner == "drone":
+                found.append((u, v, 0.0, -OBLIQUE_DEG))
+            else:
+                found.append((u, v, OBLIQUE_DEG if (i + r) % 2 else -OBLIQUE_DEG, 0.0))
+    return found
+
+
+def _station_at(
+    number: int, u: float, v: float, turn_deg: float, tilt_deg: float, distance: float
+) -> Station:
+    """A camera at `distance` from its target, looking at it with this turn and tilt."""
+    turn, tilt = math.radians(turn_deg), math.radians(tilt_deg)
+    return Station(
+        number,
+        "oblique" if turn_deg or tilt_deg else "perpendicular",
+        u - distance * math.sin(turn) * math.cos(tilt),
+        v - distance * math.sin(tilt),
+        distance * math.cos(turn) * math.cos(tilt),
+        u,
+        v,
+    )
+
+
+def _views(
+    camera: PlanCamera, stations: tuple[Station, ...], width: float, height: float
+) -> npt.NDArray[np.int64]:
+    """How many photos see each of 11 x 7 places of the outcrop, its corners among them."""
+    u, v = np.meshgrid(np.linspace(0.0, width, 11), np.linspace(0.0, height, 7))
+    places = np.column_stack([u.ravel(), v.ravel(), np.zeros(u.size)])
+    half_x = camera.sensor_width_mm / 2.0 / camera.focal_mm
+    half_y = camera.sensor_height_mm / 2.0 / camera.focal_mm
+    seen = np.zeros(len(places), np.int64)
+    for s in stations:
+        ray = places - [s.along_m, s.up_m, s.away_m]
+        axis = np.array([s.target_along_m - s.along_m, s.target_up_m - s.up_m, -s.away_m])
+        axis /= np.linalg.norm(axis)
+        right = np.cross(axis, [0.0, 1.0, 0.0])
+        right /= np.linalg.norm(right)
+        up = np.cross(right, axis)
+        depth = ray @ axis
+        with np.errstate(divide="ignore", invalid="ignore"):
+            x, y = ray @ right / depth, ray @ up / depth
+        seen += (depth > 0) & (np.abs(x) <= half_x + 1e-9) & (np.abs(y) <= half_y + 1e-9)
+    return seen
+
+
+def _control_points(width: float, height: float) -> tuple[ControlPoint, ...]:
+    """Four near the corners, as far apart and as little in line as can be, one in the middle; two
+    that check (3.2.2)."""
+    spots: list[tuple[Literal["control", "check"], float, float]] = [
+        ("control", 0.08, 0.1),
+        ("control", 0.92, 0.1),
+        ("control", 0.92, 0.9),
+        ("control", 0.08, 0.9),
+        ("control", 0.5, 0.5),
+        ("check", 0.3, 0.75),
+        ("check", 0.7, 0.25),
+    ]
+    return tuple(
+        ControlPoint(f"P{i}", use, u * width, v * height) for i, (use, u, v) in enumerate(spots, 1)
+    )
+
+
+def _warnings(
+    manner: Manner,
+    stations: tuple[Station, ...],
+    distance: float,
+    width: float,
+    height: float,
+    footprint: tuple[float, float],
+    least: int,
+) -> list[Finding]:
+    found: list[Finding] = []
+    highest = max(station.up_m for station in stations)
+    if manner == "handheld" and highest > _REACH_M:
+        one_row = distance * height / footprint[1]
+        if one_row > distance * (1.0 + 1e-9):
+            found.append(Finding("plan.high-rows", height_m=highest, distance_m=one_row))
+        else:
+            found.append(Finding("plan.high-row", height_m=highest))
+    if min(width, height) < 0.2 * max(width, height):
+        found.append(Finding("plan.narrow-strip"))
+    if least < WANTED_VIEWS:
+        found.append(Finding("plan.thin-border", count=least))
+    return found

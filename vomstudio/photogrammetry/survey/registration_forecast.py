@@ -1,0 +1,81 @@
+"""How well a planned survey will be registered, in degrees, before anybody goes out.
+
+The planned positions of the cameras, or of the control points, are adjusted as they will be
+(`registration.placing`), with the stated accuracy and no misses: the covariance is that of the real
+registration. Positions are in the frame of the outcrop with up as the third axis: along it, into
+the rock (for flat ground: to the far side), up.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.findings import Finding, cause_of
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """Expected errors of a registration; None for an undetermined angle.
+
+    Parameters
+    ----------
+    by : {"receiver", "control"}
+        Positions of the cameras, or control points.
+    points : int
+        Number of positions.
+    sigma_m : (float, float)
+        Standard deviation of a horizontal coordinate and of a height.
+    about_up_95_deg, about_along_95_deg, about_view_95_deg : float or None
+        95 % errors of the rotation about the vertical, about the outcrop from left to right, and
+        about the horizontal direction across it.
+    worst_95_deg : float or None
+        95 % error about the least certain axis.
+    scale_error_95 : float or None
+        Relative 95 % error of the scale.
+    why_not : str or None
+        Why the positions cannot place a model.
+    """
+
+    by: str
+    points: int
+    sigma_m: tuple[float, float]
+    about_up_95_deg: float | None = None
+    about_along_95_deg: float | None = None
+    about_view_95_deg: float | None = None
+    worst_95_deg: float | None = None
+    scale_error_95: float | None = None
+    why_not: Finding | None = None
+
+
+def forecast(by: str, places: Array, sigma: tuple[float, float]) -> Forecast:
+    """By points at places (n, 3) east, north, up (here along the outcrop, into it, up), of which a
+    horizontal coordinate and a height are known to sigma, one sigma, metres."""
+    from vomstudio.registration.placing import register_points
+
+    n = len(places)
+    try:
+        found = register_points(places, places, np.full((n, 3), [sigma[0], sigma[0], sigma[1]]))
+    except GeometryError as error:
+        return Forecast(by, n, sigma, why_not=cause_of(error))
+    error95 = found.rotation_error_95_deg
+    return Forecast(
+        by,
+        n,
+        sigma,
+        _known(error95.about_up),
+        _known(error95.about_east),
+        _known(error95.about_north),
+        _known(error95.weakest.error_deg),
+        found.scale_error_95,
+    )
+
+
+def _known(error_deg: float | None) -> float | None:
+    """An angle beyond a right one says nothing."""
+    return error_deg if error_deg is not None and error_deg < 90.0 else None

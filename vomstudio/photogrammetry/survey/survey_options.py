@@ -1,0 +1,131 @@
+"""Options of plans and checks of photo surveys, declared once for every door."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from vomstudio.core.options import MAX_LENGTH_M, MIN_LENGTH_M, Options, option
+from vomstudio.core.words import to_translate
+
+MIN_OVERLAP, MAX_OVERLAP = 0.6, 0.95
+DEFAULT_APERTURE = 8.0
+DEFAULT_FPS = 2.0
+MIN_ERROR_M = 1e-6
+DEFAULT_RECEIVER_M = 3.0
+"""Standard deviation of a horizontal coordinate by a phone or a drone without RTK."""
+DEFAULT_CONTROL_M = 0.02
+"""Standard deviation of a coordinate of control points by RTK or total station."""
+
+
+@dataclass(frozen=True)
+class PlanOptions(Options):
+    """Outcrop, distance and camera settings of a survey to plan.
+
+    Raises
+    ------
+    UsageError
+        For a value outside its bounds.
+    """
+
+    width_m: float = option(
+        minimum=MIN_LENGTH_M, maximum=MAX_LENGTH_M, help=to_translate("width of the outcrop, m")
+    )
+    height_m: float = option(
+        minimum=MIN_LENGTH_M, maximum=MAX_LENGTH_M, help=to_translate("height of the outcrop, m")
+    )
+    distance_m: float | None = option(
+        None,
+        minimum=MIN_LENGTH_M,
+        maximum=MAX_LENGTH_M,
+        help=to_translate("distance from the camera to the rock, m"),
+    )
+    gsd_m: float | None = option(
+        None,
+        minimum=MIN_LENGTH_M,
+        maximum=MAX_LENGTH_M,
+        help=to_translate("required size of a pixel on the rock, m"),
+    )
+    plane_m: float | None = option(
+        None,
+        minimum=MIN_LENGTH_M,
+        maximum=MAX_LENGTH_M,
+        help=to_translate("size of the smallest plane to measure, 1000 pixels across, m"),
+    )
+    overlap: float = option(
+        0.7,
+        minimum=MIN_OVERLAP,
+        maximum=MAX_OVERLAP,
+        metavar="SHARE",
+        help=to_translate("overlap of neighbouring photos, 0.6 to 0.95"),
+    )
+    manner: Literal["handheld", "drone", "terrain"] = option(
+        "handheld",
+        help=to_translate("on foot, by drone before a cliff, or by drone over flat ground"),
+    )
+    aperture: float | None = option(
+        None,
+        minimum=0.5,
+        maximum=128.0,
+        metavar="N",
+        help=to_translate("f-number, if the camera has a diaphragm"),
+        automatic=to_translate("8"),
+    )
+    focal_mm: float | None = option(None, help=to_translate("focal length of the lens, mm"))
+    receiver_m: float | None = option(
+        None,
+        minimum=MIN_ERROR_M,
+        maximum=MAX_LENGTH_M,
+        help=to_translate(
+            "standard deviation of a horizontal coordinate of the camera's receiver, m; heights are"
+            " taken as twice as bad"
+        ),
+        automatic=to_translate("3"),
+    )
+    control_m: float | None = option(
+        None,
+        minimum=MIN_ERROR_M,
+        maximum=MAX_LENGTH_M,
+        help=to_translate("standard deviation of a coordinate of the control points, m"),
+        automatic=to_translate("0.02"),
+    )
+
+
+@dataclass(frozen=True)
+class CheckOptions(Options):
+    """Known distance of photos to check. Raises UsageError for a value outside its bounds."""
+
+    distance_m: float | None = option(
+        None,
+        minimum=MIN_LENGTH_M,
+        maximum=MAX_LENGTH_M,
+        help=to_translate("distance from the camera to the rock, m"),
+        automatic=to_translate("the height of a drone whose photos look down"),
+    )
+
+
+@dataclass(frozen=True)
+class CheckScene(Options):
+    """Model of the checked photos, for the command."""
+
+    scene: str | None = option(
+        None,
+        metavar="DIR",
+        help=to_translate("folder of a model made of these photos; checks its alignment too"),
+    )
+
+
+@dataclass(frozen=True)
+class FrameOptions(Options):
+    """Frames to take of a video. Raises UsageError for a value outside its bounds."""
+
+    fps: float = option(
+        DEFAULT_FPS,
+        minimum=0.05,
+        maximum=10.0,
+        metavar="N",
+        label=to_translate("Frames per second"),
+        help=to_translate("frames per second; 1 to 4 are usual"),
+        tip=to_translate("1 to 4 are usual, more for a fast camera"),
+        decimals=1,
+    )

@@ -1,0 +1,406 @@
+"""Sharp frames of a video for a reconstruction, and whether it is worth one (textbook 3.2.4)."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import InputError, TargetError
+from vomstudio.core.files.containment import check_in_project
+from vomstudio.core.files.disk_errors import reason_of
+from vomstudio.core.files.names import in_unicode, utf8_name
+from vomstudio.core.files.regular import open_regular, read_json
+from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.results import HIDDEN, Result
+from vomstudio.core.words import to_translate, tr
+from vomstudio.photogrammetry.survey.photo_quality import blur
+from vomstudio.photogrammetry.survey.survey_options import DEFAULT_FPS
+
+Bytes = npt.NDArray[np.uint8]
+
+VIDEO_ENDINGS = (
+    ".mp4", ".mov", ".avi", ".mkv", ".m4v", ".mts", ".m2ts", ".mpg", ".mpeg", ".webm", ".wmv",
+    ".3gp",
+)  # fmt: skip
+"""Extensions of videos of phones, cameras and drones, for file dialogs."""
+_RECORD = "frames.json"
+# Bytes at places of the head: of AVI; MP4, MOV and 3GP; MKV and WebM; WMV; MPEG program and
+# elementary streams; MPEG transport streams with packets of 188 bytes, and of 192 as cameras write.
+_FILMS = (
+    ((0, b"RIFF"), (8, b"AVI")), ((4, b"ftyp"),), ((4, b"moov"),), ((4, b"mdat"),), ((4, b"wide"),),
+    ((4, b"free"),), ((4, b"skip"),), ((4, b"pnot"),), ((0, b"\x1a\x45\xdf\xa3"),),
+    ((0, b"\x30\x26\xb2\x75\x8e\x66\xcf\x11"),), ((0, b"\0\0\1\xba"),), ((0, b"\0\0\1\xb3"),),
+    ((0, b"G"), (188, b"G"), (376, b"G")), ((4, b"G"), (196, b"G"), (388, b"G")),
+)  # fmt: skip
+# Of a second's frames only some are compared for sharpness.
+_CANDIDATES = 5
+_BLUR_PX, _BLUR_TIMES, _MOST_BLUR_PX = 2.5, 1.8, 4.0
+# Share of the picture's long side by which it must have moved: 96 % overlap is "nearly 100 %".
+_LEAST_SHIFT = 0.04
+_MOST_SHIFT = 0.4
+_SMALL = 480
+_FEWEST = 8
+NO_DETAIL = to_translate("without any detail")
+BLURRED = to_translate("blurred")
+UNCHANGED = to_translate("nearly the same as the one before")
+"""Reasons for leaving frames out: keys of `FrameReport.skipped` and of the command's JSON."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """name : of its file; number : in the video, from 0; seconds : from its start"""
+
+    name: str
+    number: int
+    seconds: float
+    blur_px: float | None
+
+
+@dataclass(frozen=True)
+class FrameReport(Result):
+    """Frames taken from a video, and its suitability.
+
+    Parameters
+    ----------
+    folder : Path
+    width, height : int
+        Pixels.
+    video_fps : float
+    seconds : float
+        Duration.
+    frames : list of Frame
+    skipped : dict
+        Reason -> number of moments without a frame.
+    gaps_s : list of float
+        Moments at which the picture moved so far that adjacent frames may not overlap enough.
+    warnings : list of Finding
+    reasons : list of Finding
+        Why the video is not suitable.
+    good_enough : bool
+    verdict : str
+    """
+
+    folder: Path = field(metadata=HIDDEN)
+    width: int
+    height: int
+    video_fps: float
+    seconds: float
+    frames: list[Frame] = field(default_factory=list)
+    skipped: dict[str, int] = field(default_factory=dict)
+    gaps_s: list[float] = field(default_factory=list)
+    warnings: list[Finding] = field(default_factory=list)
+    reasons: list[Finding] = field(default_factory=list)
+    good_enough: bool = True
+    verdict: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        frames = [str(self.folder / frame.name) for frame in self.frames]
+        return super().to_dict() | {"frames": frames}
+
+
+def take_frames(
+    video: str | Path,
+    folder: str | Path,
+    *,
+    fps: float = DEFAULT_FPS,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> FrameReport:
+    """Write the sharpest frame of every 1 / fps seconds as JPEG into `folder`, unless it is blurred
+    or shows the same as the last one taken. The folder appears whole or not at all; one that an
+    earlier call made is replaced, another that is not empty only with `force`.
+
+    Raises InputError for what is no video, UsageError, TargetError, Cancelled.
+    """
+    progress = progress or Silent()
+    target = _checked_target(Path(folder), force)
+    with _Video(Path(video)) as source:
+        parent = target.parent
+        try:
+            part = Path(tempfile.mkdtemp(prefix=".vom-frames-", dir=parent))
+        except OSError as error:
+            raise TargetError(
+                Finding("output.unwritable", reason=reason_of(parent, error)),
+                file=folder,
+            ) from error
+        try:
+            report = _add_verdict(_choose_frames(source, target, part, fps, progress), fps)
+            if not report.frames:
+                reasons = ", ".join(
+                    tr("{reason}: {count}", reason=tr(reason), count=count)
+                    for reason, count in report.skipped.items()
+                )
+                raise InputError(
+                    Finding("video.no-frames", reasons=reasons),
+                    file=source.path,
+                )
+            _put_in_place(part, target, report)
+        except OSError as error:
+            raise TargetError(
+                Finding("output.unwritable", reason=reason_of(parent, error)),
+                file=folder,
+            ) from error
+        finally:
+            shutil.rmtree(part, ignore_errors=True)
+    return report
+
+
+def _is_film(path: Path) -> bool:
+    """Whether it begins as files of `VIDEO_ENDINGS` do. The decoder goes by the content, and a list
+    of films or a numbered name would have it open other files."""
+    with open_regular(path) as file:
+        head = file.read(400)
+    return any(all(head[at : at + len(sign)] == sign for at, sign in signs) for signs in _FILMS)
+
+
+class _Video:
+    def __init__(self, path: Path) -> None:
+        # The decoder's own complaints would stand among ours.
+        os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+        os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
+        import cv2
+
+        if path.is_dir():
+            raise InputError(Finding("file.is-folder"), file=path)
+        if not path.is_file():
+            raise InputError(Finding("file.missing"), file=path)
+        if path.stat().st_size == 0:
+            raise InputError(Finding("file.empty"), file=path)
+        self.path = path
+        if not _is_film(path):
+            raise InputError(Finding("video.not-a-video"), file=path)
+        with utf8_name(path) as named:
+            self._capture = cv2.VideoCapture(str(named))
+        ok, first = self._capture.read() if self._capture.isOpened() else (False, None)
+        if not ok or first is None:
+            self._capture.release()
+            raise InputError(Finding("video.not-a-video"), file=path)
+        self._first = np.asarray(first)
+        self.height, self.width = self._first.shape[:2]
+        fps = float(self._capture.get(cv2.CAP_PROP_FPS))
+        self.fps = fps if 0.1 <= fps <= 1000.0 else 25.0
+        count = float(self._capture.get(cv2.CAP_PROP_FRAME_COUNT))
+        self.count = int(count) if 0 < count < 1e8 else None
+
+    def __enter__(self) -> _Video:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self._capture.release()
+
+    def frames(self, wanted: int) -> Iterator[tuple[int, Bytes]]:
+        """Every `wanted`-th frame with its number; the others are not converted."""
+        yield 0, np.asarray(self._first, np.uint8)
+        number = 1
+        while self._capture.grab():
+            if number % wanted == 0:
+                ok, frame = self._capture.retrieve()
+                if ok and frame is not None:
+                    yield number, np.asarray(frame, np.uint8)
+            number += 1
+        self.count = number
+
+
+def _choose_frames(
+    source: _Video, target: Path, part: Path, fps: float, progress: Progress
+) -> FrameReport:
+    import cv2
+
+    report = FrameReport(target, source.width, source.height, source.fps, 0.0)
+    window = max(1, round(source.fps / fps))
+    stated = source.count
+    progress.stage(tr("Selecting frames"), stated)
+    last: Bytes | None = None
+    sigmas: list[float] = []
+    stem = in_unicode(source.path.stem)
+    for done, group in _windows(source, window):
+        progress.step(min(done, stated) if stated else done)
+        number, frame = max(group, key=lambda item: _detail(item[1]))
+        sigma = blur(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY).astype(np.uint8))
+        # The sharp ones so far: most of a video may be blurred.
+        sharp = float(np.quantile(sigmas, 0.1)) if len(sigmas) >= 5 else 0.0
+        if sigma is None:
+            _count(report, NO_DETAIL)
+            continue
+        sigmas.append(sigma)
+        if sigma > min(max(_BLUR_PX, _BLUR_TIMES * sharp), _MOST_BLUR_PX):
+            _count(report, BLURRED)
+            continue
+        small = _reduced(frame)
+        if last is not None:
+            shift = _shift(last, small)
+            if shift is not None and shift < _LEAST_SHIFT:
+                _count(report, UNCHANGED)
+                continue
+            if shift is None or shift > _MOST_SHIFT:
+                report.gaps_s.append(round(number / source.fps, 2))
+        name = f"{stem}_{number:06d}.jpg"
+        done, content = cv2.imencode(".jpg", frame, [cv2.IMWRITE_JPEG_QUALITY, 96])
+        if not done:
+            raise OSError(28, tr("the disk may be full"))
+        # Not by OpenCV, which a name that is not UTF-8 crashes.
+        (part / name).write_bytes(content.tobytes())
+        report.frames.append(Frame(name, number, number / source.fps, sigma))
+        last = small
+    if stated and source.count is not None and source.count < 0.95 * stated:
+        report.warnings.append(Finding("video.cut-short", frames=source.count, total=stated))
+    return replace(report, seconds=(source.count or 0) / source.fps)
+
+
+def _windows(source: _Video, window: int) -> Iterator[tuple[int, list[tuple[int, Bytes]]]]:
+    """The frames to choose from, for one moment after the other."""
+    every = max(1, window // _CANDIDATES)
+    group: list[tuple[int, Bytes]] = []
+    end = window
+    for number, frame in source.frames(every):
+        if number >= end and group:
+            yield number, group
+            group = []
+        while number >= end:
+            end += window
+        group.append((number, frame))
+    if group:
+        yield group[-1][0] + 1, group
+
+
+def _detail(frame: Bytes) -> float:
+    """Variance of the Laplacian: ranks frames of one and the same scene by sharpness (Pech-Pacheco
+    et al. 2000)."""
+    import cv2
+
+    grey = cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY)
+    return float(cv2.Laplacian(grey[::2, ::2], cv2.CV_32F).var())
+
+
+def _reduced(frame: Bytes) -> Bytes:
+    import cv2
+
+    scale = _SMALL / max(frame.shape[:2])
+    small = cv2.resize(frame, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    return np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY), np.uint8)
+
+
+def _shift(before: Bytes, after: Bytes) -> float | None:
+    """Median displacement of corners over the long side; None where they cannot be followed."""
+    import cv2
+
+    corners = cv2.goodFeaturesToTrack(before, 300, 0.01, 7)
+    if corners is None or len(corners) < 20:
+        return None
+    moved, found, _ = cv2.calcOpticalFlowPyrLK(
+        before, after, corners, np.empty_like(corners), winSize=(21, 21), maxLevel=4
+    )
+    back, again, _ = cv2.calcOpticalFlowPyrLK(
+        after, before, moved, np.empty_like(corners), winSize=(21, 21), maxLevel=4
+    )
+    returned = np.linalg.norm((back - corners).reshape(-1, 2), axis=1) < 1.0
+    good = (found.ravel() == 1) & (again.ravel() == 1) & returned
+    if good.sum() < max(12, 0.15 * len(corners)):
+        return None
+    steps = np.linalg.norm((moved - corners).reshape(-1, 2)[good], axis=1)
+    return float(np.median(steps)) / float(max(before.shape))
+
+
+def _count(report: FrameReport, reason: str) -> None:
+    report.skipped[reason] = report.skipped.get(reason, 0) + 1
+
+
+def _add_verdict(report: FrameReport, fps: float) -> FrameReport:
+    """Add the verdict whether the video is suitable for a reconstruction."""
+    n_frames = len(report.frames)
+    moments = n_frames + sum(report.skipped.values())
+    blurred = report.skipped.get(BLURRED, 0) / max(moments, 1)
+    still = report.skipped.get(UNCHANGED, 0)
+    reasons = report.reasons
+    size = max(report.width, report.height)
+    if n_frames < _FEWEST:
+        reasons.append(Finding("video.few-frames", count=n_frames, least=_FEWEST))
+    if blurred > 0.5:
+        reasons.append(Finding("video.blurred", "error", share_percent=100 * blurred))
+    if n_frames and len(report.gaps_s) > 0.3 * n_frames:
+        reasons.append(Finding("video.too-fast", moments=len(report.gaps_s)))
+    if size < 1000:
+        reasons.append(Finding("video.small", "error", width=report.width, height=report.height))
+    elif size < 1900:
+        report.warnings.append(Finding("video.small", width=report.width, height=report.height))
+    if 0 < blurred <= 0.5 and blurred > 0.2:
+        report.warnings.append(Finding("video.blurred", share_percent=100 * blurred))
+    if still > 0.3 * max(moments, 1):
+        report.warnings.append(Finding("video.still"))
+    if fps > 4.0 or fps < 1.0:
+        report.warnings.append(Finding("video.unusual-rate", fps=fps))
+    return replace(report, good_enough=not reasons, verdict=verdict_of(report).message)
+
+
+def verdict_of(report: FrameReport) -> Finding:
+    """Return whether a video is suitable for a reconstruction."""
+    if not report.reasons:
+        return Finding("video.usable", count=len(report.frames))
+    sentences = " ".join(reason.message for reason in report.reasons)
+    return Finding("video.not-good-enough", reasons=sentences)
+
+
+# ------------------------------------------------------------------------------------------------
+def _checked_target(folder: Path, force: bool) -> Path:
+    if not folder.name:
+        raise TargetError(Finding("folder.unnamed"), file=folder)
+    target = folder.absolute()
+    check_in_project(target)
+    if not target.parent.is_dir():
+        raise TargetError(
+            Finding("output.no-folder", folder=target.parent),
+            file=folder,
+        )
+    if target.exists() and not target.is_dir():
+        raise TargetError(Finding("folder.is-file"), file=folder)
+    if target.is_dir() and any(target.iterdir()) and not force and not is_ours(target):
+        raise TargetError(
+            Finding("folder.not-empty"),
+            file=folder,
+        )
+    return target
+
+
+def is_ours(folder: Path) -> bool:
+    """Made by an earlier call, and holding nothing else."""
+    try:
+        record = read_json(folder / _RECORD)
+        names = {frame["name"] for frame in record["frames"]} | {_RECORD}
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+    return {path.name for path in folder.iterdir()} <= names
+
+
+def _put_in_place(part: Path, target: Path, report: FrameReport) -> None:
+    record = {
+        "verdict": report.verdict,
+        "frames": [
+            {"name": f.name, "number": f.number, "seconds": f.seconds, "blur_px": f.blur_px}
+            for f in report.frames
+        ],
+    }
+    (part / _RECORD).write_text(json.dumps(record, indent=1), encoding="utf-8")
+    if target.is_dir() and is_ours(target):
+        shutil.rmtree(target)
+    if not target.is_dir():
+        part.chmod(0o777 & ~_umask())
+        part.rename(target)
+        return
+    for path in sorted(part.iterdir()):
+        os.replace(path, target / path.name)
+
+
+def _umask() -> int:
+    now = os.umask(0o022)
+    os.umask(now)
+    return now

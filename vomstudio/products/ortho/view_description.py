@@ -1,0 +1,44 @@
+"""Which way an orthophoto looks, in words."""
+
+from __future__ import annotations
+
+import math
+
+from vomstudio.core.words import tr
+from vomstudio.geology.notation import format_azimuth, format_wind
+from vomstudio.geometry.vectors import wrap360
+from vomstudio.geometry.view_frame import STEEP_DEG
+from vomstudio.products.ortho.view_directions import View
+
+
+def end_labels(view: View) -> tuple[str, str, str]:
+    """What stands at the left end, at the right end and beside the arrow that points up."""
+    frame = view.frame
+    azimuth = wrap360(math.degrees(math.atan2(frame.right[0], frame.right[1])))
+    steep = abs(view.plunge_deg) >= STEEP_DEG
+    if not view.north_known:
+        left, right = (
+            tr("{azimuth:03d}, local", azimuth=round(a) % 360) for a in (azimuth + 180.0, azimuth)
+        )
+        return left, right, "y" if steep else tr("up")
+    return format_wind(azimuth + 180.0), format_wind(azimuth), "N" if steep else tr("up")
+
+
+def direction_text(view: View) -> str:
+    """Which way the viewer looks, and in which sense."""
+    trend = format_azimuth(view.trend_deg, 1)
+    return tr(
+        "View toward {trend}/{plunge:.1f} (trend/plunge, °), {sense}",
+        trend=trend,
+        plunge=view.plunge_deg,
+        sense=tr(view.sense),
+    )
+
+
+def unknown_direction_text(view: View) -> str | None:
+    """What a model without registration leaves unknown, in words."""
+    if view.north_known:
+        return None if view.metric else tr("Not registered: scale unknown")
+    if view.metric:
+        return tr("Not registered: north unknown")
+    return tr("Not registered: north and scale unknown")

@@ -1,0 +1,230 @@
+"""What a section takes from files: the line of a profile, and features to be projected onto it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import InputError
+from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress
+from vomstudio.io.gate.points import ModelFrame, points_to_world
+from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
+from vomstudio.products.ortho.interpretation import Item, items_of_table, read_items
+
+if TYPE_CHECKING:
+    from vomstudio.io.text.orientation_columns import Azimuth
+
+Array = npt.NDArray[np.float64]
+
+GIS_ENDINGS = (".gpkg", ".geojson", ".json", ".shp", ".dxf")
+
+
+@dataclass(frozen=True, eq=False)
+class ProfileLine:
+    """A line of section as its file has it.
+
+    Parameters
+    ----------
+    path : Path
+    points : (n, 2) float64
+        As written.
+    stated : StatedCrs
+    unit_m : float, optional
+        Metres per unit of a drawing for CAD; None if it states none.
+    is_unnamed : bool
+        Whether this is GeoJSON without a ``crs``, which is in degrees by its standard.
+    warnings : tuple of Finding
+    """
+
+    path: Path
+    points: Array
+    stated: StatedCrs
+    unit_m: float | None = None
+    is_unnamed: bool = False
+    warnings: tuple[Finding, ...] = ()
+
+
+def read_profile_line(path: str | Path, progress: Progress | None = None) -> ProfileLine:
+    """The line in a text table (x, y, z or x, y) or a GIS layer. Raises InputError for a file
+    without a line, and where there are several."""
+    path = Path(path)
+    if path.suffix.lower() not in GIS_ENDINGS:
+        return _line_of_table(path)
+    from vomstudio.io.gis.dxf_properties import dxf_facts
+    from vomstudio.io.gis.layer_reading import names_no_crs
+    from vomstudio.io.gis.line_reading import read_gis_lines
+
+    read = read_gis_lines(path, progress)
+    if len(read.lines) != 1:
+        raise _not_one(len(read.lines), path)
+    line = read.lines[0]
+    unit = dxf_facts(path).unit_m if path.suffix.lower() == ".dxf" else None
+    return ProfileLine(
+        path,
+        line.points[:, :2],
+        StatedCrs(line.crs),
+        unit_m=unit,
+        is_unnamed=names_no_crs(path),
+        warnings=read.warnings,
+    )
+
+
+def profile_in_world(
+    line: ProfileLine, crs: str | None, bounds: Array
+) -> tuple[Array, tuple[Finding, ...]]:
+    """Convert a line of section to World.
+
+    The unit that a drawing for CAD states counts only if the line meets the model in that unit and
+    not in metres, because templates state units that nobody chose. GeoJSON without a ``crs`` is in
+    degrees, unless only its plain numbers meet the model.
+
+    Parameters
+    ----------
+    line : ProfileLine
+    crs : str or None
+        CRS of World.
+    bounds : (2, 3) float
+        Lowest and highest corner of the model in World.
+
+    Returns
+    -------
+    points : (n, 2) float64
+    warnings : tuple of Finding
+
+    Raises
+    ------
+    InputError
+        For a line that is not metric and cannot be converted, as `points_to_world`.
+    """
+    warnings = list(line.warnings)
+    if line.unit_m not in (None, 1.0) and not _meets(line.points, bounds):
+        scaled = line.points * line.unit_m
+        if _meets(scaled, bounds):
+            unit = f"{line.unit_m:g} m"
+            warnings.append(Finding("frame.unit-converted", unit=unit, height_unit=unit))
+            return scaled, tuple(warnings)
+    if line.is_unnamed and _meets(line.points, bounds):
+        warnings.append(Finding("frame.assumed", file=line.path.name, up="z", unit="m", crs=None))
+        return line.points, tuple(warnings)
+    placed = points_to_world(
+        np.column_stack([line.points, np.zeros(len(line.points))]),
+        file=line.path,
+        stated=line.stated,
+        model=ModelFrame(crs),
+    )
+    return placed.points[:, :2], (*warnings, *placed.findings)
+
+
+def _meets(points: Array, bounds: Array) -> bool:
+    """Whether a line's box (n, 2) and that of a model have something in common."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    return bool((low <= bounds[1, :2]).all() and (high >= bounds[0, :2]).all())
+
+
+def _not_one(count: int, path: Path) -> InputError:
+    return InputError(
+        Finding("section.several-lines", count=count), file=path, field="--section-line"
+    )
+
+
+def _line_of_table(path: Path) -> ProfileLine:
+    from vomstudio.io.text.tables import read_table
+
+    table = read_table(path)
+    named = [k for k, name in enumerate(table.names or ()) if name.strip().casefold() == "line"]
+    if named and len(lines := set(table.labels(named[0])) - {""}) > 1:
+        raise _not_one(len(lines), path)
+    found = [k for k, name in enumerate(table.names or ()) if name.strip().casefold() in _X_Y]
+    columns = found[:2] if len(found) >= 2 else [0, 1]
+    points = table.numbers(columns)
+    points = points[np.isfinite(points).all(axis=1)]
+    if len(points) < 2:
+        raise InputError(Finding("section.too-few-points"), file=path, field="--section-line")
+    stated, findings = crs_of_table(path, table.comments)
+    return ProfileLine(path, points, stated, warnings=findings)
+
+
+_X_Y = ("x", "y", "easting", "northing", "e", "n", "x_m", "y_m")
+
+
+@dataclass(frozen=True, eq=False)
+class ReadFeatures:
+    """Features read for a section.
+
+    items : features with a place; convention : meaning of the columns of a table, "" for a project
+    """
+
+    items: tuple[Item, ...] = ()
+    convention: str = ""
+    warnings: tuple[Finding, ...] = ()
+
+
+def read_features(
+    path: str | Path, azimuth: Azimuth | None = None, model: ModelFrame | None = None
+) -> ReadFeatures:
+    """Read features of a project folder, or planes of an orientation table with x, y, z.
+
+    Parameters
+    ----------
+    path : str or Path
+    azimuth : optional
+        Meaning of a column of the table called azimuth.
+    model : ModelFrame, optional
+        Frame of the model of the section, to which the table's coordinates are converted.
+
+    Raises
+    ------
+    InputError, UsageError
+    """
+    path = Path(path)
+    if path.is_dir() or path.name == "journal.sqlite":
+        return ReadFeatures(read_items(path))
+    from vomstudio.io.text.orientation_reading import read_orientations
+    from vomstudio.io.text.tables import coordinate_columns
+
+    table = read_orientations(path, azimuth)
+    columns = coordinate_columns(table.table)
+    placed = points_to_world(
+        table.table.numbers(columns)[table.kept],
+        file=path,
+        comments=table.table.comments,
+        model=model,
+    )
+    places = placed.points
+    keep = np.asarray(table.is_plane & np.isfinite(places).all(axis=1))
+    if not keep.any():
+        raise InputError(Finding("section.no-planes"), file=path)
+
+    def words(column: str) -> list[str]:
+        known = column in (table.table.names or ())
+        return table.column(column) if known else [""] * len(table)
+
+    names, domains, qualities = words("name"), words("domain"), words("quality")
+    rows = [
+        {
+            "id": table.ids[k],
+            "name": names[k],
+            "kind": "" if table.kinds is None else table.kinds[k],
+            "set": "" if table.sets is None else table.sets[k],
+            "domain": domains[k],
+            "quality": qualities[k],
+            "dip_direction_deg": float(table.dip_direction_deg[k]),
+            "dip_deg": float(table.dip_deg[k]),
+            "overturned": table.overturned is not None and table.overturned[k] is True,
+        }
+        for k in np.flatnonzero(keep)
+    ]
+    warnings: list[Finding] = [*table.warnings, *placed.findings]
+    lines = int((~table.is_plane).sum())
+    if lines:
+        warnings.append(Finding("section.lines-left-out", count=lines))
+    nowhere = table.is_plane & ~keep
+    if nowhere.any():
+        numbers = [int(n) for n in table.line_numbers[nowhere]]
+        warnings.append(Finding("section.planes-without-place", count=len(numbers), lines=numbers))
+    return ReadFeatures(items_of_table(places[keep], rows), table.convention, tuple(warnings))

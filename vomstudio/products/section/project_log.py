@@ -1,0 +1,75 @@
+"""A log along a line of a project on the disk, with what its record says of the beds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from vomstudio.core.errors import InputError
+from vomstudio.core.findings import Finding
+from vomstudio.geology.beds.log_options import LogOptions
+from vomstudio.geology.orientation import Plane
+from vomstudio.products.section.line_log import LogQuestion, words_along
+from vomstudio.project.exports.export import thresholds_of
+from vomstudio.project.journal.database import read_replay
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.measurement_cache import Measurements
+from vomstudio.project.records import FeatureType, Logged, Record, get
+from vomstudio.project.registration_errors import model_of
+from vomstudio.project.repeated_features import firsts
+
+
+def kept_question(
+    folder: Path,
+    line: str,
+    *,
+    of: str,
+    type_name: str,
+    bed: Plane | None,
+    options: LogOptions,
+    reach_m: float | None,
+) -> LogQuestion:
+    """line : name or id of a trace, contact line or polyline; type_name : of the traces that are
+    boundaries; the others as in LogQuestion. Raises InputError."""
+    kept = read_replay(folder)
+    records = kept.records
+    along = _line(records, line, folder)
+    traces = firsts(_traces(records, type_name, folder), records)
+    measured = Measurements(thresholds_of(kept.settings)).of(
+        records, [along.id, *(t.id for t in traces if t.id != along.id)]
+    )
+    model = model_of(records, along)
+    return LogQuestion(
+        along.id, measured[along.id], of,
+        {t.id: measured[t.id] for t in traces}, {t.id: t.name or t.id for t in traces},
+        bed, options, reach_m, words_along(along),
+        model is None or model.frame.has_metres,
+        frozenset(t.id for t in traces if t.overturned),
+    )  # fmt: skip
+
+
+def _line(records: Mapping[str, Record], name: str, folder: Path) -> Logged:
+    lines = [r for r in records.values() if isinstance(r, Logged) and len(r.vertices) > 1]
+    found = [r for r in lines if r.id == name] or [r for r in lines if r.name == name]
+    if len(found) == 1:
+        return found[0]
+    described = [r.name for r in lines if r.beds]
+    raise InputError(
+        Finding("log.ambiguous-line", name=name)
+        if found
+        else Finding("log.no-line", name=name, names=described or None),
+        file=folder,
+        field="--line",
+    )
+
+
+def _traces(records: Mapping[str, Record], name: str, folder: Path) -> list[Trace]:
+    types = [r for r in records.values() if isinstance(r, FeatureType)]
+    chosen = {t.id for t in types if name.casefold() in (t.id.casefold(), t.name.casefold())}
+    if not chosen:
+        names = [t.name for t in types]
+        raise InputError(
+            Finding("log.no-type", name=name, names=names), file=folder, field="--type"
+        )
+    traces = (get(records, id_, Trace) for id_ in records)
+    return [trace for trace in traces if trace is not None and trace.type_id in chosen]

@@ -1,0 +1,1 @@
+"""Project: records, kinds of features, edits, history, journal, import and export."""

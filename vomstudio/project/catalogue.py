@@ -1,0 +1,540 @@
+"""The figures that several kinds have; those of planes and lines in the order of the table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from vomstudio.core.words import to_translate, tr
+from vomstudio.core.words import to_translate as _
+from vomstudio.geometry.planes import PlaneFit
+from vomstudio.project.figures import Figure, Subject
+from vomstudio.project.figures import figure_in_degrees as _degrees
+from vomstudio.project.figures import figure_in_metres as _metres
+from vomstudio.project.figures import text_figure as _text
+from vomstudio.project.measurement import Floats
+from vomstudio.project.records import OnAModel
+from vomstudio.project.slip_figures import SLIP
+
+NO_MODEL = to_translate("local frame: its model is missing")
+IN_WORLD = to_translate("grid north, as entered")
+
+Value = Callable[[Subject], Any]
+
+
+def _fit(name: str) -> Value:
+    """Of a fitted plane."""
+    return lambda s: None if s.measured.fit is None else getattr(s.measured.fit, name)
+
+
+def _plane(name: str) -> Value:
+    return lambda s: None if s.measured.plane is None else getattr(s.measured.plane, name)
+
+
+def _line(name: str) -> Value:
+    return lambda s: None if s.measured.line is None else getattr(s.measured.line, name)
+
+
+def _of_either(of_plane: str, of_line: str) -> Value:
+    """Of a fitted plane, else of a fitted line."""
+
+    def value(s: Subject) -> Any:
+        fit, line = s.measured.fit, s.measured.line_fit
+        if fit is not None:
+            return getattr(fit, of_plane)
+        return None if line is None else getattr(line, of_line)
+
+    return value
+
+
+def _feature(name: str) -> Value:
+    """A field of the record; None where it is empty, or there is none."""
+    return lambda s: getattr(s.feature, name, None) or None
+
+
+def _type(s: Subject) -> str | None:
+    kind = s.type
+    return kind.name.casefold() if kind is not None else getattr(s.feature, "type_id", None)
+
+
+def _undefined(s: Subject) -> bool | None:
+    what = s.measured.fit or s.measured.plane or s.measured.line
+    return None if what is None else bool(what.undefined)
+
+
+def _element(s: Subject) -> str | None:
+    if s.measured.plane is not None:
+        return "plane"
+    return None if s.measured.line is None else "line"
+
+
+def place_of(s: Subject) -> Floats | None:
+    """(3,) the middle of its points, in World."""
+    if s.measured.fit is not None:
+        return s.measured.fit.centroid
+    return s.measured.points.mean(axis=0) if len(s.measured.points) else None
+
+
+def _place(axis: int) -> Value:
+    def value(s: Subject) -> float | None:
+        place = place_of(s)
+        return None if place is None else float(place[axis])
+
+    return value
+
+
+def _normal(axis: int) -> Value:
+    def value(s: Subject) -> float | None:
+        fit: PlaneFit | None = s.measured.fit
+        if fit is not None:
+            return float(fit.normal[axis])
+        return None if s.measured.plane is None else float(s.measured.plane.normal()[axis])
+
+    return value
+
+
+def _eigenvalue(index: int) -> Value:
+    def value(s: Subject) -> float | None:
+        return None if s.measured.fit is None else float(s.measured.fit.eigenvalues[index])
+
+    return value
+
+
+def _ratio(s: Subject) -> float | None:
+    fit, resolution = s.measured.fit, s.measured.resolution_m
+    extent = None if fit is None else fit.extent
+    return extent / resolution if extent and math.isfinite(extent) and resolution else None
+
+
+def _quality(s: Subject) -> str | None:
+    return s.measured.verdict.quality if s.measured.verdict else None
+
+
+def _reasons(s: Subject) -> str | None:
+    if s.measured.verdict is None:
+        return None if s.measured.problem is None else str(s.measured.problem)
+    return " ".join(each.message for each in s.measured.verdict.reasons)
+
+
+def _reason_codes(s: Subject) -> str | None:
+    if s.measured.verdict is None:
+        return None if s.measured.problem is None else s.measured.problem.code
+    return " ".join(each.code for each in s.measured.verdict.reasons)
+
+
+def _quality_notes(s: Subject) -> str | None:
+    notes = s.measured.verdict.notes if s.measured.verdict else ()
+    return " ".join(each.message for each in notes) if s.measured.verdict else None
+
+
+def _profile(s: Subject) -> str | None:
+    return s.measured.verdict.profile if s.measured.verdict else None
+
+
+def _covariance(row: int, column: int) -> Value:
+    """Of a plane's normal."""
+
+    def value(s: Subject) -> float | None:
+        found = s.normal_covariance
+        return None if found is None else float(found[row, column])
+
+    return value
+
+
+def _method(s: Subject) -> str | None:
+    if s.measured.fit is not None:
+        return s.measured.fit.method
+    return None if s.measured.line_fit is None else "line"
+
+
+def _model(s: Subject) -> str | None:
+    model = s.model
+    return None if model is None else model.name
+
+
+def _frame(s: Subject) -> str:
+    if not isinstance(s.feature, OnAModel):
+        return tr(IN_WORLD)
+    model = s.model
+    return tr(NO_MODEL) if model is None else model.frame.name()
+
+
+def _overturned(s: Subject) -> bool | None:
+    value = getattr(s.feature, "overturned", None)
+    return None if value is None else bool(value)
+
+
+def _to_pick(s: Subject) -> float | None:
+    found = s.nearest()
+    return None if found is None else found.angle_deg
+
+
+def _measured(name: str) -> Value:
+    return lambda s: getattr(s.measured, name)
+
+
+def _shown_quality(s: Subject) -> str:
+    return _quality(s) or (tr("no plane") if s.measured.problem else "–")
+
+
+ID = _text(
+    "id", _("Id"), _("Identifier of the record, which never changes"), lambda s: s.feature.id
+)
+NAME = _text(
+    "name", _("Name"), _("Name"), lambda s: s.feature.name, words=("name",), attribute="name"
+)
+KIND = _text(
+    "kind",
+    _("Type"),
+    _("Feature type"),
+    _type,
+    words=("type",),
+    shown=lambda s: s.type.name if s.type else "",
+)
+ELEMENT = _text("element", _("Element"), _("Plane or line"), _element)
+SET = _text("set", _("Set"), _("Set"), _feature("set_name"), words=("set",), attribute="set_name")
+DOMAIN = _text("domain", _("Domain"), _("Domain"), _feature("domain"), words=("domain",))
+OVERTURNED = Figure(
+    "overturned",
+    _("Overturned"),
+    _("The bed is overturned: its younging direction is known"),
+    _overturned,
+    "flag",
+    words=("overturned",),
+    attribute="overturned",
+)
+UNDEFINED = Figure(
+    "undefined",
+    _("Undefined"),
+    _("Azimuth undefined: horizontal plane or vertical line"),
+    _undefined,
+    "flag",
+)
+DIP_DIRECTION = _degrees(
+    "dip_direction_deg",
+    _("Dip dir."),
+    _("Azimuth of the steepest way down the plane"),
+    _plane("dip_direction_deg"),
+    "azimuth",
+    short="dip_dir",
+    words=("dipdir", "dd", "azimuth"),
+)
+DIP = _degrees(
+    "dip_deg",
+    _("Dip"),
+    _("Angle of the plane from the horizontal"),
+    _plane("dip_deg"),
+    "angle",
+    short="dip",
+    words=("dip",),
+)
+STRIKE = _degrees(
+    "strike_rhr_deg",
+    _("Strike"),
+    _("By the right-hand rule: dip direction less 90 degrees"),
+    _plane("strike_rhr_deg"),
+    "azimuth",
+    short="strike_rhr",
+    words=("strike",),
+)
+POLE_TREND = _degrees(
+    "pole_trend_deg",
+    _("Pole trend"),
+    _("Azimuth of the plane's downward normal"),
+    _plane("pole_trend_deg"),
+    "azimuth",
+    short="pole_trend",
+)
+POLE_PLUNGE = _degrees(
+    "pole_plunge_deg",
+    _("Pole plunge"),
+    _("Plunge of the plane's downward normal"),
+    _plane("pole_plunge_deg"),
+    "angle",
+    short="pole_plung",
+)
+TREND = _degrees(
+    "trend_deg",
+    _("Trend"),
+    _("Azimuth of the line, downward"),
+    _line("trend_deg"),
+    "azimuth",
+    short="trend",
+    words=("trend",),
+)
+PLUNGE = _degrees(
+    "plunge_deg",
+    _("Plunge"),
+    _("Angle of the line from the horizontal"),
+    _line("plunge_deg"),
+    "angle",
+    short="plunge",
+    words=("plunge",),
+)
+X, Y, Z = (
+    Figure(axis, axis, explanation, _place(i), "index", "m")
+    for i, (axis, explanation) in enumerate(
+        (
+            ("x", _("Position in World, toward east")),
+            ("y", _("Position in World, toward north")),
+            ("z", _("Position in World, upward")),
+        )
+    )
+)
+NORMAL_X, NORMAL_Y, NORMAL_Z = (
+    Figure(
+        f"normal_{axis}", f"Normal {axis}", _("Component of the plane's upward normal"), _normal(i)
+    )
+    for i, axis in enumerate("xyz")
+)
+N_POINTS = Figure(
+    "n_points", "n", _("Number of points"), _of_either("n", "n"), "count", words=("n",)
+)
+EXTENT = _metres(
+    "extent_m",
+    _("Extent"),
+    _("Longest axis of the trace, diameter of the patch"),
+    _of_either("extent", "length"),
+    short="extent_m",
+    words=("extent",),
+)
+AREA = Figure(
+    "area_m2",
+    _("Area"),
+    _("Area of the patch's faces"),
+    _measured("area_m2"),
+    "area",
+    "m2",
+    words=("area",),
+)
+RMS = _metres(
+    "rms_m",
+    _("RMS"),
+    _("Root mean square distance from the plane"),
+    _of_either("rms", "rms"),
+    words=("rms",),
+)
+LAMBDA_1, LAMBDA_2, LAMBDA_3 = (
+    Figure(
+        f"lambda{i + 1}",
+        f"λ{i + 1}",
+        _("Eigenvalue of the points' scatter; the three sum to 1"),
+        _eigenvalue(i),
+    )
+    for i in range(3)
+)
+COPLANARITY = Figure(
+    "coplanarity",
+    _("Coplan."),
+    _("Coplanarity index 1/l3 (textbook eq. 20)"),
+    _fit("coplanarity"),
+    short="coplanar",
+    words=("coplanarity",),
+)
+COLLINEARITY = Figure(
+    "collinearity",
+    _("Collin."),
+    _("Collinearity index l1/l2 (textbook eq. 21)"),
+    _fit("collinearity"),
+    short="collinear",
+    words=("collinearity",),
+)
+M = Figure("M", "M", _("ln(l1/l3): over 4 is well defined"), _fit("M"), words=("M",))
+K = Figure("K", "K", _("ln(l1/l2)/ln(l2/l3): under 0.8 is not a line"), _fit("K"), words=("K",))
+MAX_ANGULAR_ERROR = _degrees(
+    "max_angular_error_deg",
+    _("Ang. error max"),
+    _("Largest hyperbolic angular error of the plane (Quinn and Ehlmann 2019)"),
+    _fit("max_angular_error_deg"),
+    short="max_angle",
+)
+MIN_ANGULAR_ERROR = _degrees(
+    "min_angular_error_deg",
+    _("Ang. error min"),
+    _("Smallest hyperbolic angular error of the plane"),
+    _fit("min_angular_error_deg"),
+    short="min_angle",
+)
+MAX_CONFIDENCE = _degrees(
+    "max_confidence95_deg",
+    _("Fit max"),
+    _("Largest tilt inside the joint 95 % confidence region of the plane or line"),
+    _measured("max_confidence95_deg"),
+    short="max_conf95",
+    words=("95max",),
+)
+MIN_CONFIDENCE = _degrees(
+    "min_confidence95_deg",
+    _("Fit min"),
+    _("Smallest tilt on the edge of the joint 95 % confidence region of the plane or line"),
+    _measured("min_confidence95_deg"),
+    short="min_conf95",
+    words=("95min",),
+)
+ERROR_RAKE = _degrees(
+    "error_rake_deg",
+    _("Error rake"),
+    _("Rake of the direction in which the plane tilts most"),
+    _fit("error_rake_deg"),
+    "angle",
+    short="error_rake",
+)
+DIP_ERROR = _degrees(
+    "dip_error_deg",
+    _("± dip"),
+    _("95 % error of the dip"),
+    _fit("dip_error_deg"),
+    short="dip_error",
+    words=("dip_error",),
+)
+DIP_DIRECTION_ERROR = _degrees(
+    "dip_direction_error_deg",
+    _("± dip dir."),
+    _("95 % error of the dip direction; undefined near horizontal"),
+    _fit("dip_direction_error_deg"),
+    short="dipdir_err",
+    words=("dipdir_error",),
+)
+REGISTRATION_ERROR = _degrees(
+    "registration_error_deg",
+    _("Registration"),
+    _("95 % error of the model's rotation, as it tilts this feature (half-angle)"),
+    _measured("registration_error_deg"),
+    short="reg_error",
+)
+TOTAL = _degrees(
+    "total95_deg",
+    _("95 % error"),
+    _(
+        "The larger half-angle of the 95 % region, with the errors of fit, resolution and "
+        "registration; the verdict is decided by it"
+    ),
+    _measured("total95_deg"),
+    short="total95",
+    words=("error", "95"),
+)
+NORMAL_COVARIANCE = tuple(
+    Figure(
+        f"normal_cov_{first}{second}",
+        f"cov {first}{second}",
+        _("Covariance of the upward normal (east, north, up), with all that the total error has"),
+        _covariance(i, j),
+        short=f"ncov_{first}{second}",
+    )
+    for i, first in enumerate("enu")
+    for j, second in enumerate("enu")
+    if i <= j
+)
+BEND = _degrees(
+    "bend_deg",
+    _("Bend"),
+    _("Angle by which a face that bends as a whole bends from edge to edge"),
+    _measured("bend_deg"),
+    words=("bend",),
+)
+ATTITUDE_SCALE = _text(
+    "attitude_scale",
+    _("Scale"),
+    _("Whether the plane is the attitude of this place alone: local or regional"),
+    _measured("attitude_scale"),
+    short="att_scale",
+    words=("scale", "local", "regional"),
+)
+RESOLUTION = _metres(
+    "resolution_m",
+    _("Resolution"),
+    _("Effective resolution of the model around the feature: spacing or noise of its points"),
+    _measured("resolution_m"),
+    short="resolution",
+)
+EXTENT_OVER_RESOLUTION = Figure(
+    "extent_over_resolution",
+    _("Ext./res."),
+    _("Extent over the model's resolution: at least 100 is recommended"),
+    _ratio,
+    "ratio",
+    short="extent_res",
+    words=("resolution", "ext/res", "ratio"),
+)
+QUALITY = _text(
+    "quality",
+    _("Quality"),
+    _("Verdict on the plane or line, with its reasons"),
+    _quality,
+    words=("quality", "verdict"),
+    shown=_shown_quality,
+)
+REASONS = _text(
+    "quality_reason",
+    _("Reasons"),
+    _("What lowered the verdict"),
+    _reasons,
+    short="reason",
+    words=("reasons",),
+)
+REASON_CODES = _text(
+    "reason_codes",
+    _("Reason codes"),
+    _("Codes of the findings that lowered the verdict"),
+    _reason_codes,
+    short="codes",
+    words=("codes",),
+)
+QUALITY_NOTES = _text(
+    "quality_notes",
+    _("Notes on shape"),
+    _("Shape and extent beside their recommended values, and questions to the geologist"),
+    _quality_notes,
+    short="q_notes",
+)
+PROFILE = _text(
+    "profile", _("Profile"), _("Profile by whose limits the verdict was given"), _profile
+)
+METHOD = _text("method", _("Method"), _("Method of the fit or measurement"), _method)
+MODEL = _text("model", _("Model"), _("Model on which it was measured"), _model)
+FRAME = _text("frame", _("Frame"), _("Reference of the azimuths"), _frame)
+NOTES = _text(
+    "notes", _("Notes"), _("Notes"), _feature("notes"), words=("notes", "note"), attribute="notes"
+)
+
+ORIENTATION: tuple[Figure, ...] = (
+    ID, NAME, KIND, ELEMENT, SET, DIP_DIRECTION, DIP, STRIKE, POLE_TREND, POLE_PLUNGE, TREND,
+    PLUNGE, *SLIP, OVERTURNED, UNDEFINED, X, Y, Z, NORMAL_X, NORMAL_Y, NORMAL_Z, N_POINTS, EXTENT,
+    AREA, RMS, LAMBDA_1, LAMBDA_2, LAMBDA_3, COPLANARITY, COLLINEARITY, M, K, MAX_ANGULAR_ERROR,
+    MIN_ANGULAR_ERROR, MAX_CONFIDENCE, MIN_CONFIDENCE, ERROR_RAKE, DIP_ERROR, DIP_DIRECTION_ERROR,
+    REGISTRATION_ERROR, TOTAL, *NORMAL_COVARIANCE, RESOLUTION, EXTENT_OVER_RESOLUTION, BEND,
+    ATTITUDE_SCALE, QUALITY, REASONS, REASON_CODES, QUALITY_NOTES, PROFILE, METHOD, MODEL, FRAME,
+    NOTES,
+)  # fmt: skip
+"""The orientation table, column after column."""
+
+TO_PICK = _degrees(
+    "to_pick_deg",
+    _("To pick"),
+    _(
+        "Angle between a compass reading and the nearest pick of the same type, or the most "
+        "similar pick where the reading has no position"
+    ),
+    _to_pick,
+)
+ANGLE = _degrees("angle_deg", _("Angle"), _("Angle between the two planes"), _measured("angle_deg"))
+
+# --- what goes together ----------------------------------------------------------------------
+NAMED = (ID, NAME, KIND, SET)
+PLACE = (X, Y, Z)
+PLANE = (
+    ELEMENT, DIP_DIRECTION, DIP, STRIKE, POLE_TREND, POLE_PLUNGE, UNDEFINED, NORMAL_X, NORMAL_Y,
+    NORMAL_Z,
+)  # fmt: skip
+LINE = (ELEMENT, TREND, PLUNGE, UNDEFINED)
+SIZE = (N_POINTS, EXTENT, RMS)
+CONFIDENCE = (MAX_CONFIDENCE, MIN_CONFIDENCE)
+FITTED = (
+    *SIZE, LAMBDA_1, LAMBDA_2, LAMBDA_3, COPLANARITY, COLLINEARITY, M, K, MAX_ANGULAR_ERROR,
+    MIN_ANGULAR_ERROR, *CONFIDENCE, ERROR_RAKE, DIP_ERROR, DIP_DIRECTION_ERROR,
+    REGISTRATION_ERROR, TOTAL, *NORMAL_COVARIANCE, RESOLUTION, EXTENT_OVER_RESOLUTION, BEND,
+    ATTITUDE_SCALE, METHOD,
+)  # fmt: skip
+VERDICT = (QUALITY, REASONS, REASON_CODES, QUALITY_NOTES, PROFILE)
+ON_A_MODEL = (MODEL, FRAME)

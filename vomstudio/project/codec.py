@@ -1,0 +1,196 @@
+"""Records as plain JSON values and back. The names here are the names on disk.
+
+A record that comes or goes is written whole. Of a record that changes only the fields that differ
+are written, so that giving ten thousand traces another set costs no copy of their vertices.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+from vomstudio.core.errors import DocumentError
+from vomstudio.core.findings import Finding
+from vomstudio.core.plain_data import (
+    NestedFields,
+    Plain,
+    decode_fields,
+    encode_fields,
+    known_fields,
+)
+from vomstudio.geology.profiles import Thresholds
+from vomstudio.geometry.frames import Frame
+from vomstudio.geometry.registrations import (
+    ObservationGroup,
+    ReadNorth,
+    Registration,
+    RegistrationPoint,
+)
+from vomstudio.project import kinds
+from vomstudio.project.edit import Edit
+from vomstudio.project.records import (
+    Asset,
+    Compass,
+    FaceGrid,
+    FeatureType,
+    ImageMark,
+    MarkedPoint,
+    Mask,
+    Model,
+    PhotoSet,
+    Reconstruction,
+    Record,
+    VerdictProfile,
+)
+
+RECORD_TYPES: dict[str, type] = {
+    "model": Model,
+    "feature_type": FeatureType,
+    **kinds.RECORDS,
+    "photo_set": PhotoSet,
+    "mask": Mask,
+    "marked_point": MarkedPoint,
+    "image_mark": ImageMark,
+    "reconstruction": Reconstruction,
+    "registration": Registration,
+    "verdict_profile": VerdictProfile,
+    "face_grid": FaceGrid,
+    "compass": Compass,
+}
+"""Every class of record by its name on disk."""
+_NESTED = NestedFields(
+    parts={
+        "placement": Frame,
+        "frame": Frame,
+        "file": Asset,
+        "limits": Thresholds,
+        "read_north": ReadNorth,
+        **kinds.PARTS,
+    },
+    lists={"control": RegistrationPoint, "observations": ObservationGroup},
+)
+"""A placement may be a registration instead of a frame; then its id is written."""
+_NAMES = {cls: name for name, cls in RECORD_TYPES.items()}
+
+NOTHING: Mapping[str, Record] = MappingProxyType({})
+
+
+def encode(record: Record) -> Plain:
+    """A record as JSON values, with its kind."""
+    # dataclasses.asdict copies every number: seconds for a patch of a hundred thousand points.
+    values = {field.name: getattr(record, field.name) for field in dataclasses.fields(record)}
+    return {"record": _NAMES[type(record)], **_encoded(values)}
+
+
+def decode(plain: Mapping[str, Any], records: Mapping[str, Record] = NOTHING) -> Record:
+    """The record; `records` hold those that it names. Raises DocumentError that names the kind or
+    field that cannot be read."""
+    values = dict(plain)
+    kind = values.pop("record", None)
+    cls = RECORD_TYPES.get(kind) if isinstance(kind, str) else None
+    if cls is None:
+        raise DocumentError(Finding("record.unknown-kind", kind=kind), field="record")
+    values = _known(cls, values)
+    try:
+        record: Record = cls(**_decoded(cls, values, records))
+    except TypeError as error:
+        raise DocumentError(Finding("record.missing-field", kind=kind, error=error)) from error
+    return record
+
+
+def encode_edit(edit: Edit) -> tuple[Plain, Plain]:
+    """The two maps of an edit, id -> None, a whole record, or only the fields that differ."""
+    before: Plain = {}
+    after: Plain = {}
+    for id_, new in edit.after.items():
+        old = edit.before[id_]
+        if old is None or new is None or type(old) is not type(new):
+            before[id_] = None if old is None else encode(old)
+            after[id_] = None if new is None else encode(new)
+            continue
+        names = [
+            field.name
+            for field in dataclasses.fields(new)
+            if getattr(old, field.name) != getattr(new, field.name)
+        ]
+        before[id_] = _encoded({name: getattr(old, name) for name in names})
+        after[id_] = _encoded({name: getattr(new, name) for name in names})
+    return before, after
+
+
+def decode_edit(label: str, before: Plain, after: Plain, records: Mapping[str, Record]) -> Edit:
+    """The edit that a row of the journal holds; `records` are those before it, from which changed
+    records take the fields that the row does not name. Raises DocumentError."""
+    if not (isinstance(before, Mapping) and isinstance(after, Mapping)):
+        raise DocumentError(Finding("record.wrong-value"), field="after")
+    olds = {id_: _read(id_, before.get(id_), records, records) for id_ in after}
+    news: dict[str, Record | None] = {}
+    models = {id_ for id_, plain in after.items() if _is_model(plain, records.get(id_))}
+    for id_, plain in after.items():
+        if id_ not in models:
+            news[id_] = _read(id_, plain, records, records)
+    # A model may name a registration that comes with the same edit.
+    arrived = {id_: record for id_, record in news.items() if record is not None}
+    named = {**records, **arrived} if models else records
+    for id_ in models:
+        news[id_] = _read(id_, after[id_], records, named)
+    return Edit(label, olds, {id_: news[id_] for id_ in after})
+
+
+def _is_model(plain: Plain | None, record: Record | None) -> bool:
+    return isinstance(record, Model) or (
+        isinstance(plain, Mapping) and plain.get("record") == "model"
+    )
+
+
+def _read(
+    id_: str, plain: Plain | None, records: Mapping[str, Record], named: Mapping[str, Record]
+) -> Record | None:
+    if plain is None:
+        return None
+    if not isinstance(plain, Mapping):
+        raise DocumentError(Finding("record.wrong-value"), field=id_)
+    if "record" in plain:
+        made = decode(plain, named)
+        if made.id != id_:
+            raise DocumentError(Finding("record.two-ids"), field="id")
+        return made
+    record = records.get(id_)
+    if record is None:
+        raise DocumentError(Finding("record.without-base", record=id_))
+    values = _decoded(type(record), _known(type(record), plain), named)
+    if values.get("id", id_) != id_:
+        raise DocumentError(Finding("record.two-ids"), field="id")
+    changed: Record = dataclasses.replace(record, **values)
+    return changed
+
+
+def _known(cls: type, values: Mapping[str, Any]) -> Plain:
+    return known_fields(cls, values, _NAMES.get(cls, cls.__name__))
+
+
+def _encoded(values: Mapping[str, Any]) -> Plain:
+    plain = encode_fields(values, _NESTED)
+    placement = values.get("placement")
+    if isinstance(placement, Registration):
+        plain["placement"] = {"registration": placement.id}
+    return plain
+
+
+def _decoded(cls: type, values: Mapping[str, Any], records: Mapping[str, Record]) -> Plain:
+    placement = values.get("placement")
+    if not isinstance(placement, Mapping) or set(placement) != {"registration"}:
+        return decode_fields(cls, values, _NESTED)
+    simple = {name: value for name, value in values.items() if name != "placement"}
+    registration = _registration(placement["registration"], records)
+    return decode_fields(cls, simple, _NESTED) | {"placement": registration}
+
+
+def _registration(id_: Any, records: Mapping[str, Record]) -> Registration:
+    record = records.get(id_) if isinstance(id_, str) else None
+    if not isinstance(record, Registration):
+        finding = Finding("record.missing", kind="registration", id=id_)
+        raise DocumentError(finding, field="placement")
+    return record

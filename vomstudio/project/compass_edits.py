@@ -1,0 +1,24 @@
+"""Edits of what azimuths that were read on a model are counted from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from vomstudio.core.errors import DocumentError
+from vomstudio.core.findings import Finding
+from vomstudio.project.edit import Edit, change
+from vomstudio.project.records import Compass, Model, Record, compass_id, get
+
+
+def compass_of(records: Mapping[str, Record], model_id: str) -> Compass | None:
+    """That of a model; None where nothing was said of it."""
+    return get(records, compass_id(model_id), Compass)
+
+
+def set_compass(records: Mapping[str, Record], compass: Compass) -> Edit:
+    """Say which north azimuths on a model are counted from, and how far that may be off. Raises
+    DocumentError."""
+    model = get(records, compass.model_id, Model)
+    if model is None or compass.id != compass_id(model.id):
+        raise DocumentError(Finding("record.missing", kind="model", id=compass.model_id))
+    return change(records, f"Set the north of readings on {model.name}", {compass.id: compass})

@@ -1,0 +1,457 @@
+"""The edits a user can make. Each is pure: it looks at the records and returns an Edit, or raises a
+DocumentError or GeometryError that says why not."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Literal
+
+from vomstudio.core.errors import DocumentError
+from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
+from vomstudio.geology.profiles import PROFILES, Thresholds
+from vomstudio.geometry.frames import Frame
+from vomstudio.geometry.matrices import Point
+from vomstudio.geometry.registrations import Registration
+from vomstudio.project.bed_descriptions import with_vertices
+from vomstudio.project.edit import Edit, change
+from vomstudio.project.kind import kind_of
+from vomstudio.project.kinds.reading import Reading
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.measurement_cache import measure_one
+from vomstudio.project.record_map import highest_number, number_of
+from vomstudio.project.records import (
+    PROFILE_ID,
+    SURROUNDINGS_RULE,
+    FaceGrid,
+    Feature,
+    FeatureType,
+    Model,
+    OnAModel,
+    Picked,
+    Record,
+    Surrounded,
+    Typed,
+    VerdictProfile,
+    compass_id,
+)
+
+Records = Mapping[str, Record]
+
+
+def add_model(records: Records, model: Model, label: str = "") -> Edit:
+    """Add a model, and its registration if the project does not contain that yet.
+
+    label : of the edit, "" for a file that is opened
+    """
+    if model.id in records:
+        raise DocumentError(Finding("record.exists", name=model.name))
+    after: dict[str, Record | None] = {}
+    if model.registration is not None and model.registration.id not in records:
+        after[model.registration.id] = model.registration
+    after[model.id] = model
+    return change(records, label or f"Open model {model.name}", after)
+
+
+def declare_frame(
+    records: Records, model_id: str, frame: Frame, *, instead_of_registration: bool = False
+) -> Edit:
+    """Say what the model's axes, unit and place are; all its features move with it. A model that
+    was registered is refused, unless the user wants that to be given up."""
+    model = _get(records, model_id, Model)
+    if model.registration is not None and not instead_of_registration:
+        raise DocumentError(
+            Finding("model.registered", model=model.name, registration=model.registration.name)
+        )
+    if not frame.unit_m > 0:
+        raise DocumentError(Finding("frame.unit-not-positive"), field="unit")
+    if frame.kind == "crs" and not frame.crs:
+        raise DocumentError(
+            Finding("frame.code-missing"),
+            field="CRS",
+        )
+    label = f"Declare the frame of {model.name}"
+    if model.registration is not None:
+        label += ", in place of its registration"
+    return change(records, label, {model_id: replace(model, placement=frame)})
+
+
+def set_registration(
+    records: Records, registration: Registration, models: Iterable[str] = ()
+) -> Edit:
+    """A registration, new or with other figures, and the models that it places: these, and those
+    that it had placed already. All their features move with it."""
+    after: dict[str, Record | None] = {registration.id: registration}
+    chosen = [_get(records, id_, Model) for id_ in models]
+    placed = [r for r in records.values() if isinstance(r, Model) and _placed_by(r, registration)]
+    for model in (*chosen, *placed):
+        after[model.id] = replace(model, placement=registration)
+    return change(records, f"Register by {registration.name}", after)
+
+
+def _placed_by(model: Model, registration: Registration) -> bool:
+    return model.registration is not None and model.registration.id == registration.id
+
+
+def relocate_model(records: Records, model_id: str, path: str, content_hash: str) -> Edit:
+    model = _get(records, model_id, Model)
+    if content_hash != model.content_hash:
+        raise DocumentError(Finding("model.other-file", path=path, model=model.name))
+    return change(records, f"Locate {model.name}", {model_id: replace(model, path=path)})
+
+
+def remove_model(records: Records, model_id: str) -> Edit:
+    """Take a model out of the project. Its features stay and keep their last frame only as long as
+    the model is there, so a model with features is refused."""
+    model = _get(records, model_id, Model)
+    count = sum(
+        isinstance(r, OnAModel | FaceGrid) and r.model_id == model_id for r in records.values()
+    )
+    if count:
+        raise DocumentError(Finding("model.in-use", count=count, model=model.name))
+    gone = [id_ for id_ in (model_id, compass_id(model_id)) if id_ in records]
+    return change(records, f"Remove model {model.name}", dict.fromkeys(gone))
+
+
+def add_trace(records: Records, trace: Trace) -> Edit:
+    """Raises GeometryError where the vertices do not define a plane."""
+    model = _get(records, trace.model_id, Model)
+    kind = _get(records, trace.type_id, FeatureType)
+    if trace.id in records:
+        raise DocumentError(Finding("record.exists", name=trace.name))
+    if not trace.name:
+        trace = replace(trace, name=next_name(records, kind))
+    measure_one(trace, model)
+    return change(records, f"Add {kind.name.lower()} trace {trace.name}", {trace.id: trace})
+
+
+def set_vertices(
+    records: Records,
+    trace_id: str,
+    vertices: Sequence[Point],
+    *,
+    resolution: float | None,
+    outcrop_normal: Point | None,
+    rule: int = SURROUNDINGS_RULE,
+) -> Edit:
+    """Give a trace other vertices (continued, moved, deleted). rule : by which resolution and
+    normal were measured."""
+    trace = _get(records, trace_id, Trace)
+    after = replace(
+        trace,
+        **with_vertices(trace, vertices),
+        doubtful=_moved_stretches(trace, vertices),
+        resolution=resolution,
+        outcrop_normal=outcrop_normal,
+        rule=rule,
+    )
+    model = records.get(trace.model_id)
+    measure_one(after, model if isinstance(model, Model) else None)
+    return change(records, f"Change trace {trace.name}", {trace_id: after})
+
+
+def _moved_stretches(trace: Trace, vertices: Sequence[Point]) -> tuple[tuple[int, int], ...]:
+    """The doubtful stretches of which both ends are still there."""
+    if not trace.doubtful:
+        return ()
+    row = {vertex: i for i, vertex in enumerate(vertices)}
+    n = len(trace.vertices)
+    ends = [
+        (row.get(trace.vertices[a], -1), row.get(trace.vertices[b], -1))
+        for a, b in trace.doubtful
+        if 0 <= a <= b < n
+    ]
+    return tuple((a, b) for a, b in ends if 0 <= a <= b)
+
+
+def update_surroundings(records: Records, measured: Mapping[str, Mapping[str, Any]]) -> Edit:
+    """What was measured anew, by today's rule, around picks and patches.
+
+    measured : by feature, "resolution" and, of traces, "outcrop_normal". Raises DocumentError where
+    there is nothing.
+    """
+    after: dict[str, Record | None] = {}
+    for id_, values in measured.items():
+        feature = records.get(id_)
+        if not isinstance(feature, Surrounded):
+            raise DocumentError(Finding("record.missing", id=id_, kind="trace or patch"))
+        after[id_] = feature.but(**values, rule=SURROUNDINGS_RULE)
+    if not after:
+        raise DocumentError(Finding("surroundings.up-to-date"))
+    return change(records, f"Update the surroundings of {len(after)} features", after)
+
+
+def add_features(records: Records, features: Sequence[Feature]) -> Edit:
+    """Add patches, lineations, readings, dimensions, intersections; those without a name get one.
+    A trace comes by `add_trace`, which insists on a plane."""
+    after: dict[str, Record | None] = {}
+    names = NextNames(records)
+    for feature in features:
+        if feature.id in records or feature.id in after:
+            raise DocumentError(Finding("record.exists", name=feature.name))
+        if isinstance(feature, OnAModel):
+            _get(records, feature.model_id, Model)
+        kind: FeatureType | str
+        if isinstance(feature, Typed):
+            kind = _get(records, feature.type_id, FeatureType)
+        else:
+            kind = kind_of(feature).prefix(feature)
+        if not feature.name:
+            feature = feature.but(name=names.of(kind))
+        names.take(feature)
+        after[feature.id] = feature
+    if not after:
+        raise DocumentError(Finding("edit.empty"))
+    first = next(iter(after.values()))
+    who = f"{len(after)} features"
+    if len(after) == 1 and isinstance(first, Feature):
+        who = f"{kind_of(first).called(first)} {first.name}"
+    return change(records, f"Add {who}", after)
+
+
+def set_line(
+    records: Records,
+    feature_id: str,
+    vertices: Sequence[Point],
+    *,
+    resolution: float | None = None,
+) -> Edit:
+    """Give a lineation or a dimension other vertices; only a lineation has a resolution."""
+    feature = _get(records, feature_id, Picked)
+    if kind_of(feature).plane is not None:
+        raise DocumentError(Finding("feature.has-plane", feature=feature.name))
+    after = feature.but(**with_vertices(feature, vertices))
+    if hasattr(after, "resolution"):
+        after = replace(after, resolution=resolution)
+    return change(records, f"Change {feature.name}", {feature_id: after})
+
+
+def add_readings(
+    records: Records, readings: Sequence[Reading], types: Sequence[FeatureType] = ()
+) -> Edit:
+    """Add compass readings and the feature types that come with them, as one edit; readings without
+    a name are numbered on within their type."""
+    after: dict[str, Record | None] = {}
+    for kind in types:
+        others = [r for r in after.values() if r is not None]
+        after |= add_type({**records, **{r.id: r for r in others}}, kind).after
+    if not readings:
+        raise DocumentError(Finding("edit.empty"))
+    known = {**records, **{kind.id: kind for kind in types}}
+    names = NextNames(records)
+    for reading in readings:
+        kind = _get(known, reading.type_id, FeatureType)
+        if reading.id in records or reading.id in after:
+            raise DocumentError(Finding("record.exists", name=reading.name))
+        if not reading.name:
+            reading = replace(reading, name=names.of(kind))
+        names.take(reading)
+        after[reading.id] = reading
+    n = len(readings)
+    return change(records, f"Import {n} field measurement{'s' if n > 1 else ''}", after)
+
+
+def change_feature(records: Records, feature: Feature, what: str = "Change") -> Edit:
+    """Put `feature` in the place of the one of the same id and kind (a brush stroke, other vertices
+    of a line); `what` is the verb of the label."""
+    _get(records, feature.id, type(feature))
+    return change(records, f"{what} {feature.name}", {feature.id: feature})
+
+
+def set_attributes(records: Records, ids: Iterable[str], **values: Any) -> Edit:
+    """Change fields that all the features have: `name`, `type_id`, `set_name`, `domain`,
+    `overturned`, `notes`, `method`, `plane_id`, `slip`, `slip_confidence`."""
+    after: dict[str, Record | None] = {}
+    for id_ in ids:
+        feature = _get(records, id_, Feature)
+        if "type_id" in values:
+            _get(records, values["type_id"], FeatureType)
+        if "name" in values and not str(values["name"]).strip():
+            raise DocumentError(Finding("name.empty"), field="name")
+        for field, value in values.items():
+            known = [a for a in kind_of(feature).attributes if a.field == field]
+            if known and known[0].form == "choice" and value not in dict(known[0].choices):
+                raise DocumentError(
+                    Finding(
+                        "option.not-a-choice",
+                        value=value,
+                        choices=[word for word, _ in known[0].choices],
+                    ),
+                    field=field,
+                )
+            if not known:
+                raise DocumentError(
+                    Finding(
+                        "feature.no-attribute",
+                        feature=feature.name,
+                        attribute=field.replace("_", " "),
+                    )
+                )
+        # Chosen today, a regression is made along the axis nearest the normal.
+        also = {"axis": "auto"} if "method" in values else {}
+        after[id_] = replace(feature, **values, **also)
+    if not after:
+        raise DocumentError(Finding("selection.empty"))
+    plain = (key.removesuffix("_id").removesuffix("_name").replace("_", " ") for key in values)
+    what = " and ".join(plain)
+    who = next(iter(after.values())).name if len(after) == 1 else f"{len(after)} features"  # type: ignore[union-attr]
+    return change(records, f"Change {what} of {who}", after)
+
+
+def put_in_sets(records: Records, names: Mapping[str, str]) -> Edit:
+    """Give features, by id, the names of their sets ("" for none), as one edit. Those that are in
+    it already stay as they are. Raises DocumentError where nothing would change."""
+    after: dict[str, Record | None] = {}
+    for id_, name in names.items():
+        feature = _get(records, id_, Feature)
+        if getattr(feature, "set_name", name) != name:
+            after[id_] = replace(feature, set_name=name)
+    if not after:
+        raise DocumentError(Finding("edit.no-change"))
+    count = len({name for name in names.values() if name})
+    what = f"Put {len(after)} feature{'s' if len(after) > 1 else ''} in "
+    return change(records, what + f"{count} set{'s' if count != 1 else ''}", after)
+
+
+def delete(records: Records, ids: Iterable[str]) -> Edit:
+    """Delete features. What rests on one of them (a rake, an intersection) stays, and says so."""
+    features: list[Feature] = [_get(records, id_, Feature) for id_ in ids]
+    if not features:
+        raise DocumentError(Finding("selection.empty"))
+    who = features[0].name if len(features) == 1 else f"{len(features)} features"
+    return change(records, f"Delete {who}", {feature.id: None for feature in features})
+
+
+def add_type(records: Records, kind: FeatureType) -> Edit:
+    """A feature type of the user's own. Raises DocumentError where its name is taken or empty."""
+    _check_type(records, kind)
+    if kind.id in records:
+        raise DocumentError(Finding("record.exists", name=kind.name))
+    return change(records, f"Add feature type {kind.name}", {kind.id: kind})
+
+
+# After Okabe and Ito's, which the types of the house have, Tol's muted set (2021).
+_MORE_COLORS = ("#332288", "#882255", "#117733", "#aa4499", "#999933", "#44aa99", "#661100")
+_SYMBOLS = ("circle", "square", "triangle", "diamond", "pentagon", "star")
+
+
+def suggest_type(
+    records: Records, name: str, geometry: Literal["plane", "line"] = "plane"
+) -> FeatureType:
+    """A new feature type with a colour and symbol that no other has, as far as there are such."""
+    kinds = [r for r in records.values() if isinstance(r, FeatureType)]
+    used = {k.color for k in kinds}
+    color = next((c for c in _MORE_COLORS if c not in used), _MORE_COLORS[len(kinds) % 7])
+    symbols = [k.symbol for k in kinds]
+    symbol = min(_SYMBOLS, key=symbols.count)
+    return FeatureType(new_id("type"), name.strip(), color, symbol, geometry)
+
+
+def change_type(records: Records, kind: FeatureType) -> Edit:
+    """Give a type another name, colour or symbol."""
+    _get(records, kind.id, FeatureType)
+    _check_type(records, kind)
+    return change(records, f"Change feature type {kind.name}", {kind.id: kind})
+
+
+def remove_type(records: Records, type_id: str) -> Edit:
+    """Take a type out that no feature has."""
+    kind = _get(records, type_id, FeatureType)
+    count = sum(isinstance(r, Typed) and r.type_id == type_id for r in records.values())
+    if count:
+        raise DocumentError(Finding("type.in-use", count=count, type=kind.name))
+    if sum(isinstance(r, FeatureType) for r in records.values()) == 1:
+        raise DocumentError(Finding("type.last"))
+    return change(records, f"Remove feature type {kind.name}", {type_id: None})
+
+
+def _check_type(records: Records, kind: FeatureType) -> None:
+    if not kind.name.strip():
+        raise DocumentError(Finding("name.empty"), field="name")
+    if not re.fullmatch(r"#[0-9a-fA-F]{6}", kind.color):
+        raise DocumentError(Finding("type.colour", colour=kind.color), field="color")
+    same = kind.name.strip().casefold()
+    for other in records.values():
+        if isinstance(other, FeatureType) and other.id != kind.id and other.name.casefold() == same:
+            raise DocumentError(
+                Finding("name.taken", name=other.name),
+                field="name",
+            )
+
+
+def judge_by(records: Records, limits: Thresholds) -> Edit:
+    """Judge every feature of the project by these limits, which a profile names.
+
+    Raises DocumentError for limits that cannot be, or those of today.
+    """
+    name = limits.profile.strip()
+    if not name:
+        raise DocumentError(Finding("name.empty"), field="profile")
+    standard = PROFILES.get(name)
+    if standard is not None and standard != limits:
+        raise DocumentError(
+            Finding("profile.fixed", profile=name),
+            field="profile",
+        )
+    for field in dataclasses.fields(limits):
+        value = getattr(limits, field.name)
+        if isinstance(value, float) and not 0.0 < value < math.inf:
+            raise DocumentError(
+                Finding("profile.limit-not-positive", value=value), field=field.name
+            )
+    if limits.good_confidence95_deg > limits.poor_confidence95_deg:
+        raise DocumentError(
+            Finding(
+                "profile.limits-crossed",
+                good_deg=limits.good_confidence95_deg,
+                poor_deg=limits.poor_confidence95_deg,
+            ),
+            field="good_confidence95_deg",
+        )
+    there = records.get(PROFILE_ID)
+    if isinstance(there, VerdictProfile) and there.limits == limits:
+        raise DocumentError(Finding("edit.no-change"))
+    record = VerdictProfile(PROFILE_ID, replace(limits, profile=name))
+    return change(records, f"Judge by the profile {name}", {PROFILE_ID: record})
+
+
+def next_name(records: Records, kind: FeatureType | str) -> str:
+    """B01, B02 ... for Bedding: the first letter and the next number."""
+    return NextNames(records).of(kind)
+
+
+class NextNames:
+    """Names for features that come together: each is looked at once, however many there are."""
+
+    def __init__(self, records: Records) -> None:
+        self._records = records
+        self._taken: list[Record] = []
+        self._highest: dict[str, tuple[int, int]] = {}
+
+    def take(self, feature: Record) -> None:
+        """This one is named already, or now."""
+        self._taken.append(feature)
+
+    def of(self, kind: FeatureType | str) -> str:
+        """The next one: the first letter and the number after the highest one that is taken."""
+        prefix = (kind if isinstance(kind, str) else kind.name)[:1].upper()
+        seen, highest = self._highest.get(prefix, (0, -1))
+        if highest < 0:
+            highest = highest_number(self._records, prefix)
+        for feature in self._taken[seen:]:
+            highest = max(highest, number_of(prefix, feature) or 0)
+        self._highest[prefix] = len(self._taken), highest
+        return f"{prefix}{highest + 1:02d}"
+
+
+def _get(records: Records, id_: str, cls: type[Any]) -> Any:
+    record = records.get(id_)
+    if not isinstance(record, cls):
+        words = re.sub("(?<=[a-z])(?=[A-Z])", " ", cls.__name__).lower()
+        what = "feature" if cls is Picked else words
+        raise DocumentError(Finding("record.missing", kind=what, id=id_))
+    return record

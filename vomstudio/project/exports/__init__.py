@@ -1,0 +1,1 @@
+"""Exports of projects: tables, GIS layers, drawings, files of other programs."""

@@ -1,0 +1,165 @@
+"""A document as files for other programs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.atomic import check_target
+from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.words import tr
+from vomstudio.geology.profiles import Thresholds
+from vomstudio.io.exchange.columns import beside, write_tables
+from vomstudio.io.gis.crs import world_crs
+from vomstudio.project.exports.export_options import ExportFormat
+from vomstudio.project.garbage_collection import no_collection
+from vomstudio.project.measurement_cache import Measurements
+from vomstudio.project.records import Feature, Record
+from vomstudio.project.tables.feature_lists import listed_tables
+from vomstudio.project.tables.orientation_table import write_orientation_csv
+from vomstudio.project.tables.project_table import ProjectTable, project_table
+from vomstudio.project.tables.registration_comments import registration_lines
+
+if TYPE_CHECKING:
+    from vomstudio.io.gis.layers import Layer
+
+_LAYERED = ("gpkg", "shp", "geojson", "dxf", "kml")
+
+
+def export_project(
+    folder: Path,
+    format_: str,
+    out: Path,
+    *,
+    with_map: bool = True,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> ProjectTable:
+    """Export the project in `folder`, which may be open in a window; returns what was written.
+    with_map : beside a GeoPackage its map of QGIS
+
+    Raises InputError where the project cannot be read or holds no features, UsageError for a format
+    that is not known, TargetError where `out` cannot be written.
+    """
+    # Around all that is made: else the collector looks through it before it is gone.
+    with no_collection():
+        return _exported(folder, format_, out, with_map, force, progress or Silent())
+
+
+def _exported(
+    folder: Path, format_: str, out: Path, with_map: bool, force: bool, progress: Progress
+) -> ProjectTable:
+    from vomstudio.project.journal.database import own_files, read_replay
+
+    format_ = _format_named(format_)
+    check_target(out, force=force, inputs=own_files(folder))
+    progress.stage(tr("Reading {file}", file=folder.name))
+    kept = read_replay(folder)
+    progress.stage(tr("Writing {file}", file=out.name))
+    refuse_empty(kept.records, folder)
+    return export_records(
+        kept.records,
+        format_,
+        out,
+        with_map=with_map,
+        force=force,
+        thresholds=thresholds_of(kept.settings),
+    )
+
+
+def refuse_empty(records: Mapping[str, Record], folder: Path) -> None:
+    """Raises InputError where there is nothing to export."""
+    if not any(isinstance(r, Feature) for r in records.values()):
+        raise InputError(
+            Finding("export.no-features"),
+            file=folder,
+        )
+
+
+def export_records(
+    records: Mapping[str, Record],
+    format_: str,
+    out: Path,
+    *,
+    with_map: bool = True,
+    force: bool = False,
+    thresholds: Thresholds | None = None,
+) -> ProjectTable:
+    """Export the features of a document. Raises as `export_project`."""
+    format_ = _format_named(format_)
+    measurements = Measurements(thresholds)
+    table = project_table(records, measurements)
+    if format_ != "csv":
+        table = table.without_repeats()
+    crs = world_crs(table.crs, table.unit_m)
+    if format_ == "csv":
+        others = listed_tables(records, table, measurements)
+        texts = {beside(out, name): text for name, text in others.items()}
+        for path in texts:
+            check_target(path, force=force)
+        written = write_csv(out, table, force=force)
+        if not texts:
+            return written
+        return replace(written, files=(out, *write_tables(texts, force=force)))
+    from vomstudio.project.tables.project_layers import project_layers
+
+    layers = project_layers(records, table, measurements)
+    if format_ in _LAYERED:
+        table = replace(
+            table,
+            layers={layer.name: len(layer.shapes) for layer in layers},
+            features=max(len(table.rows), len(_features_on(layers))),
+        )
+    if format_ == "gpkg":
+        from vomstudio.project.exports.geopackage import write_layers
+
+        files = write_layers(out, records, table, layers, with_map=with_map, force=force)
+        return replace(table, files=tuple(files))
+    if format_ == "shp":
+        from vomstudio.project.exports.gis_files import write_shapefiles
+
+        return replace(table, files=tuple(write_shapefiles(out, layers, crs, force=force)))
+    if format_ == "dxf":
+        from vomstudio.project.exports.gis_files import write_dxf
+
+        drawn = write_dxf(out, layers, records, crs, axes=table.axes, force=force)
+        return replace(table, files=tuple(drawn))
+    from vomstudio.project.exports.program_exports import write_for_program
+
+    return write_for_program(format_, out, records, table, layers, crs, force=force)
+
+
+def _features_on(layers: Iterable[Layer]) -> set[str]:
+    """Ids of the features; a grid is none."""
+    from vomstudio.project.tables.grid_layer import LAYER as GRIDS
+
+    return {id_ for layer in layers if layer.name != GRIDS for id_ in layer.columns["id"]}
+
+
+def write_csv(out: Path, table: ProjectTable, *, force: bool = False) -> ProjectTable:
+    """The orientation table as a text file. Raises TargetError."""
+    named = table.crs
+    if table.crs is not None and table.unit_m != 1.0:
+        named = tr("{crs}, its axes in metres", crs=table.crs)
+    write_orientation_csv(
+        out, table.rows, crs=named, north=table.north, axes=table.axes, limits=table.limits,
+        notes=registration_lines(table.registrations), more=table.more, force=force,
+    )  # fmt: skip
+    return replace(table, files=(out,))
+
+
+def thresholds_of(settings: Mapping[str, Any]) -> Thresholds | None:
+    """Those with which the newest edit was judged, so that a table says what the window said."""
+    try:
+        return Thresholds(**settings["thresholds"])
+    except (KeyError, TypeError):
+        return None
+
+
+def _format_named(word: str) -> str:
+    """Return the name of a format in lower case. Raises UsageError."""
+    return ExportFormat(word.casefold()).to  # type: ignore[arg-type]

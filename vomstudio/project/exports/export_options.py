@@ -1,0 +1,32 @@
+"""Format of an export, declared once for every door."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from vomstudio.core.options import Options, option
+from vomstudio.core.words import to_translate
+
+ExportFormatName = Literal[
+    "csv",
+    "gpkg",
+    "shp",
+    "geojson",
+    "dxf",
+    "kml",
+    "stereonet",
+    "orient",
+    "faultkin",
+    "wintensor",
+    "gempy",
+    "loopstructural",
+    "gems",
+]
+
+
+@dataclass(frozen=True)
+class ExportFormat(Options):
+    """Format of an export. Raises UsageError for an unknown format."""
+
+    to: ExportFormatName = option(help=to_translate("format of the export"))

@@ -1,0 +1,43 @@
+"""Some features of a document as the orientation table that a command reads from their export: what
+is said of the one is said of the other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from vomstudio.core.words import tr
+from vomstudio.io.text.orientation_reading import OrientationTable, orientations_of
+from vomstudio.io.text.tables import table_of_cells
+from vomstudio.project.figures import Subject
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import Feature, Record
+from vomstudio.project.tables.orientation_table import COLUMNS
+from vomstudio.project.tables.project_table import FURTHER, feature_rows
+from vomstudio.project.tables.registration_comments import registration_lines, registrations_of
+
+
+def feature_table(
+    records: Mapping[str, Record],
+    features: Sequence[Feature],
+    measured: Mapping[str, Measurement],
+    *,
+    repeats: bool = False,
+) -> OrientationTable:
+    """Of features that have an orientation, with their errors and those of their registrations.
+    repeats : also those that repeat another. Raises InputError where none has."""
+    subjects = [Subject(f, measured[f.id], records) for f in features]
+    rows = [row for row in feature_rows(subjects) if row is not None]
+    names = (*COLUMNS, *FURTHER)
+    cells = [[_cell(row.get(name)) for name in names] for row in rows]
+    told = registration_lines(registrations_of(records, features))
+    return orientations_of(table_of_cells(names, cells, tr("the project"), told), repeats=repeats)
+
+
+def _cell(value: Any) -> str:
+    """As in a file, to all digits."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return repr(value) if isinstance(value, float) else str(value)

@@ -1,0 +1,115 @@
+"""The project's GIS layers: planes and lines as points with their figures, traces, lineations and
+dimensions as lines in 3-D, patches as polygons; with their styles, and a map of QGIS beside them.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Mapping, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import TargetError
+from vomstudio.core.files.atomic import atomic_group
+from vomstudio.core.files.names import writable
+from vomstudio.core.findings import Finding
+from vomstudio.io.gis.crs import world_crs
+from vomstudio.io.gis.layer_writing import write_layer
+from vomstudio.io.gis.layers import Layer
+from vomstudio.io.gis.qgis_project import MapLayer, qgs
+from vomstudio.io.gis.qml import Style, qml
+from vomstudio.project.exports.map_styles import style_of
+from vomstudio.project.records import Record
+from vomstudio.project.tables.project_table import ProjectTable
+
+_TYPES = {"point": "Point Z", "line": "LineString Z", "ring": "Polygon Z"}
+
+
+_STYLES = """
+CREATE TABLE layer_styles (
+    id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, f_table_catalog TEXT(256),
+    f_table_schema TEXT(256), f_table_name TEXT(256), f_geometry_column TEXT(256),
+    styleName TEXT(30), styleQML TEXT, styleSLD TEXT, useAsDefault BOOLEAN, description TEXT,
+    owner TEXT(30), ui TEXT(30),
+    update_time DATETIME DEFAULT (strftime('%Y-%m-%dT%H:%M:%fZ','now'))
+)"""
+"""As QGIS itself makes it."""
+
+
+def write_layers(
+    out: Path,
+    records: Mapping[str, Record],
+    table: ProjectTable,
+    layers: Sequence[Layer],
+    *,
+    with_map: bool = True,
+    force: bool = False,
+) -> list[Path]:
+    """Layers in World coordinates, those of `project_layers`; with_map: NAME.qgs beside, which
+    QGIS opens as a map. What was written. Raises TargetError."""
+    # Without a CRS, GDAL would say East and North.
+    crs = world_crs(table.crs, table.unit_m) or table.axes.wkt
+    styles = [style_of(layer, records) for layer in layers]
+    paths = [out, out.with_suffix(".qgs")] if with_map else [out]
+    with atomic_group(paths, force=force) as parts:
+        append = False
+        for layer in layers:
+            write_layer(
+                parts[0], layer.name, _TYPES[layer.kind], _geometry(layer), layer.columns, crs,
+                described=table.limits.description, append=append,
+            )  # fmt: skip
+            append = True
+        _add_styles(parts[0], [layer.name for layer in layers], styles)
+        if with_map:
+            shown = [
+                MapLayer(layer.name, style, _extent(layer))
+                for layer, style in zip(layers, styles, strict=True)
+                if layer.shapes
+            ]
+            order = ("point", "line", "ring")
+            shown.sort(key=lambda each: order.index(each.style.geometry))
+            parts[1].write_text(writable(qgs(out.stem, out.name, shown, crs)), encoding="utf-8")
+    return paths
+
+
+def _add_styles(part: Path, names: Sequence[str], styles: Sequence[Style]) -> None:
+    """The table from which QGIS takes how layers look when they are added to a map."""
+    rows = [
+        ("", "", name, "geom", name, writable(qml(style)), "", True, "VOM Studio", "", None)
+        for name, style in zip(names, styles, strict=True)
+    ]
+    try:
+        with closing(sqlite3.connect(part)) as file, file:
+            file.execute(_STYLES)
+            file.execute(
+                "INSERT INTO gpkg_contents (table_name, data_type, identifier, description) "
+                "VALUES ('layer_styles', 'attributes', 'layer_styles', '')"
+            )
+            file.executemany(
+                "INSERT INTO layer_styles (f_table_catalog, f_table_schema, f_table_name, "
+                "f_geometry_column, styleName, styleQML, styleSLD, useAsDefault, description, "
+                "owner, ui) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                rows,
+            )
+    except sqlite3.Error as error:
+        raise TargetError(Finding("output.unwritable", reason=error), file=part) from error
+
+
+def _extent(layer: Layer) -> tuple[float, float, float, float]:
+    points = np.concatenate(layer.shapes)[:, :2]
+    (left, low), (right, high) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    return left, low, right, high
+
+
+def _geometry(layer: Layer) -> npt.NDArray[Any]:
+    import shapely
+
+    if layer.kind == "point":
+        places = np.concatenate(layer.shapes) if layer.shapes else np.empty((0, 3))
+        return np.asarray(shapely.points(places))
+    make = shapely.linestrings if layer.kind == "line" else shapely.polygons
+    return np.array([make(shape) for shape in layer.shapes], dtype=object)

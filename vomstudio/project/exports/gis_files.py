@@ -1,0 +1,193 @@
+"""A project's layers as shapefiles and as a drawing for CAD."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import UsageError
+from vomstudio.core.files.atomic import atomic_group
+from vomstudio.core.findings import Finding
+from vomstudio.geology.map_symbols import strike_and_dip, symbol_size, trend_arrow
+from vomstudio.geometry.plane_discs import disc
+from vomstudio.geometry.units import WORLD, Axes
+from vomstudio.io.gis import dxf, shapefile
+from vomstudio.io.gis.layers import Layer
+from vomstudio.io.models.writers._common import prj_text, says_the_same
+from vomstudio.project import catalogue
+from vomstudio.project.records import FeatureType, Record
+
+SHORT_NAMES = {figure.name: figure.short for figure in catalogue.ORIENTATION if figure.short}
+"""Of the orientation table's columns, which a shapefile has only ten letters for; degrees."""
+
+DISC_CORNERS = 24
+_WITH_SYMBOLS = ("planes", "lines")
+_KINDS = {"line": shapefile.LINE_Z, "ring": shapefile.RING_Z}
+
+
+def write_shapefiles(
+    out: Path, layers: Sequence[Layer], crs: str | None, *, force: bool = False
+) -> list[Path]:
+    """One shapefile for each layer, since each holds one kind of geometry: `planes` as `out`
+    itself, the others as `NAME_layer.shp` beside it. All or none are written. Raises UsageError for
+    another ending, TargetError."""
+    if out.suffix.lower() != ".shp":
+        raise UsageError(Finding("export.not-shp"), file=out)
+    # O.SHP is written as O.shp: its parts must have one name where case counts.
+    names = [
+        out.with_name(out.stem + ("" if layer.name == "planes" else f"_{layer.name}") + ".shp")
+        for layer in layers
+    ]
+    text = None if crs is None else prj_text(crs, esri=True)
+    prjs: list[Path] = []
+    if crs is not None and text is not None:
+        beside = [name.with_suffix(".prj") for name in names]
+        prjs = [path for path in beside if not says_the_same(path, text, crs)]
+    parts = [name.with_suffix(ending) for name in names for ending in (".shp", ".shx", ".dbf")]
+    pages = [name.with_suffix(".cpg") for name in names]
+    paths = [*parts, *pages, *prjs]
+    with atomic_group(paths, force) as temporaries:
+        for k, layer in enumerate(layers):
+            shp, shx, dbf = temporaries[3 * k : 3 * k + 3]
+            columns = _columns(layer)
+            if layer.kind == "point":
+                points = np.concatenate(layer.shapes) if layer.shapes else np.empty((0, 3))
+                blocks = [slice(0, len(points))]
+                shapefile.write_points(shp, shx, dbf, points, columns, blocks)
+            else:
+                kind = _KINDS[layer.kind]
+                shapefile.write_shapes(shp, shx, dbf, kind, layer.shapes, columns)
+        rest = temporaries[len(parts) :]
+        for temporary in rest[: len(pages)]:
+            temporary.write_text("UTF-8", encoding="ascii")
+        for temporary in rest[len(pages) :]:
+            temporary.write_text(text or "", encoding="utf-8")
+    return names
+
+
+def _columns(layer: Layer) -> list[shapefile.Column]:
+    names = shapefile.short_names(layer.columns, SHORT_NAMES)
+    return [shapefile.column(names[name], values) for name, values in layer.columns.items()]
+
+
+def write_dxf(
+    out: Path,
+    layers: Sequence[Layer],
+    records: Mapping[str, Record],
+    crs: str | None,
+    *,
+    axes: Axes = WORLD,
+    force: bool = False,
+) -> list[Path]:
+    """Polylines of what was traced and measured on a DXF layer for each feature type; each plane
+    and line also as a point and as the symbol of a map with its dip or plunge, and a plane of known
+    extent as a disc of faces, on layers of their own. Figures are extended data of the entity.
+    Raises TargetError."""
+    colors = {r.name.casefold(): r.color for r in records.values() if isinstance(r, FeatureType)}
+    homes = {
+        (layer.name, kind): _home(layer, kind) for layer in layers for kind in _kinds_of(layer)
+    }
+    discs = {home: f"{home}_discs" for (name, _), home in homes.items() if name == "planes"}
+    symbols = {
+        home: f"{kind or name}_symbols"
+        for (name, kind), home in homes.items()
+        if name in _WITH_SYMBOLS
+    }
+    names = dxf.layer_names([*homes.values(), *discs.values(), *symbols.values()])
+    shades: dict[str, int] = {}
+    own = {layer.name: layer.colors_of(colors, "") for layer in layers}
+    for (name, kind), home in homes.items():
+        color = own[name].get(kind, "")
+        for label in (home, discs.get(home), symbols.get(home)):
+            if label is not None:
+                shades.setdefault(names[label], dxf.color_number(color) if color else dxf.WHITE)
+    shapes = [shape for layer in layers for shape in layer.shapes]
+    everything = np.concatenate(shapes) if shapes else np.zeros((1, 3))
+    bounds = np.stack([everything.min(axis=0), everything.max(axis=0)])
+    size = symbol_size(everything)
+    beside: list[Path] = []
+    text = None if crs is None else prj_text(crs)
+    if crs is not None and text is not None:
+        prj = out.with_suffix(".prj")
+        beside = [] if says_the_same(prj, text, crs) else [prj]
+    with atomic_group([out, *beside], force) as (temporary, *rest):
+        for prj in rest:
+            prj.write_text(text or "", encoding="utf-8")
+        with open(temporary, "w", encoding="ascii", newline="\n") as file:
+            comment = f"VOM Studio, coordinates of {crs or 'a local frame'}, {axes.unit}"
+            drawing = dxf.Drawing(file, shades, bounds, comment, metric=axes.metric)
+            for layer in layers:
+                kinds = layer.classes
+                for row, shape in enumerate(layer.shapes):
+                    home = homes[layer.name, kinds[row]]
+                    values = {name: column[row] for name, column in layer.columns.items()}
+                    if layer.kind != "point":
+                        drawing.polyline(shape, names[home], values, closed=layer.kind == "ring")
+                        continue
+                    drawing.point(shape[0], names[home], values)
+                    if home in discs:
+                        drawing.faces(_disc(shape[0], values), names[discs[home]])
+            for layer in layers:
+                kinds = layer.classes
+                for row, shape in enumerate(layer.shapes):
+                    home = homes[layer.name, kinds[row]]
+                    if home in symbols:
+                        values = {name: column[row] for name, column in layer.columns.items()}
+                        _symbol(drawing, shape[0], values, size, names[symbols[home]])
+            drawing.close()
+    return [out]
+
+
+def _kinds_of(layer: Layer) -> list[str]:
+    return list(dict.fromkeys(layer.classes))
+
+
+def _home(layer: Layer, kind: str) -> str:
+    """The DXF layer of a kind of feature."""
+    if layer.main:
+        return kind or layer.name
+    return f"{kind}_{layer.name}" if kind else layer.name
+
+
+def _symbol(
+    drawing: dxf.Drawing,
+    centre: npt.NDArray[np.float64],
+    values: Mapping[str, Any],
+    size: float,
+    layer: str,
+) -> None:
+    """Strike and dip with the dip beside the tick, or an arrow with the plunge beyond its tip;
+    nothing where an angle is not known."""
+    plane = np.isfinite(values.get("dip_deg", np.nan))
+    names = ("dip_direction_deg", "dip_deg") if plane else ("trend_deg", "plunge_deg")
+    azimuth, angle = (float(values.get(name, np.nan)) for name in names)
+    if not np.isfinite([azimuth, angle]).all():
+        return
+    if plane:
+        flag = bool(values.get("overturned", False))
+        parts, away = strike_and_dip(centre, azimuth, angle, size, flag), 0.5 * size
+    else:
+        parts, away = trend_arrow(centre, azimuth, angle, size), 1.3 * size
+    for part in parts:
+        drawing.line(part, layer)
+    turned = np.radians(azimuth)
+    beside = away * np.array([np.sin(turned), np.cos(turned), 0.0])
+    drawing.text(centre + beside, str(round(angle)), 0.3 * size, layer)
+
+
+def _disc(centre: npt.NDArray[np.float64], values: Mapping[str, Any]) -> npt.NDArray[np.float64]:
+    """(n, 4, 3) faces of a disc as wide as the feature; none where its extent is not known."""
+    normal = np.array([values[f"normal_{axis}"] for axis in "xyz"], np.float64)
+    radius = float(values["extent_m"]) / 2
+    if not (np.isfinite(normal).all() and np.isfinite(radius) and radius > 0):
+        return np.empty((0, 4, 3))
+    ring = disc(centre, normal, radius, DISC_CORNERS)
+    after = np.roll(ring, -1, axis=0)
+    # A quadrilateral for every second corner, between the centre and three points of the ring.
+    return np.stack(
+        [np.broadcast_to(centre, ring[::2].shape), ring[::2], after[::2], after[1::2]], axis=1
+    )

@@ -1,0 +1,139 @@
+"""A project for one other program: which features it can take, as files in its columns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from vomstudio.core.errors import InputError
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate as _
+from vomstudio.core.words import tr
+from vomstudio.io.exchange import fault_slips, geological_models, orientation_programs
+from vomstudio.io.exchange.columns import beside, write_tables
+from vomstudio.io.exchange.geojson import geojson_files
+from vomstudio.io.exchange.kml import kml_text
+from vomstudio.io.exchange.orientation_programs import is_plane
+from vomstudio.io.gis.layers import Layer
+from vomstudio.project.records import FeatureType, Record
+from vomstudio.project.tables.orientation_table import Row
+from vomstudio.project.tables.project_table import ProjectTable
+
+# Of one feature, and of all of them.
+_NO_ORIENTATION = (_("it has no orientation"), _("none of its features has an orientation"))
+_NO_PLACE = (_("it has no place"), _("none of its features has a place"))
+_NO_PLANE = (
+    _("it is not a plane with a place"),
+    _("none of its features is a plane with a place"),
+)
+_NO_SLIP = (
+    _("it is not a line on a plane whose slip is known"),
+    _("none of its features is a line on a plane whose slip is known"),
+)
+_NO_FAULT = (
+    _("it is not a line on a plane"),
+    _("none of its features is a line on a plane"),
+)
+
+
+def write_for_program(
+    format_: str,
+    out: Path,
+    records: Mapping[str, Record],
+    table: ProjectTable,
+    layers: Sequence[Layer],
+    crs: str | None,
+    *,
+    force: bool,
+) -> ProjectTable:
+    """What was written, and what was left out, and why. Raises InputError where there is nothing
+    that the program can take, TargetError."""
+    if format_ == "geojson":
+        texts = geojson_files(out, layers, crs)
+        return replace(table, files=tuple(write_tables(texts, force=force)))
+    if format_ == "kml":
+        colors = {
+            r.name.casefold(): r.color for r in records.values() if isinstance(r, FeatureType)
+        }
+        text = kml_text(out, layers, crs, colors, out.stem)
+        return replace(table, files=tuple(write_tables({out: text}, force=force)))
+    wanted, (why, none) = _TAKES[format_]
+    rows = [row for row in table.rows if wanted(row)]
+    left = [row for row in table.rows if not wanted(row)]
+    if not rows:
+        raise InputError(
+            Finding("export.nothing-to-write", program=format_, reason=tr(none)),
+            file=out,
+        )
+    texts = _texts(format_, out, rows, layers)
+    skipped = [
+        {"id": str(row["id"]), "name": str(row["name"] or row["id"]), "reason": tr(why)}
+        for row in left
+    ]
+    files = tuple(write_tables(texts, force=force))
+    return replace(table, rows=rows, skipped=[*table.skipped, *skipped], files=files)
+
+
+def _texts(
+    format_: str, out: Path, rows: Sequence[Row], layers: Sequence[Layer]
+) -> dict[Path, str]:
+    if format_ == "stereonet":
+        return _stereonet(out, rows)
+    if format_ == "gempy":
+        points = beside(out, "surface_points")
+        return {
+            out: geological_models.gempy_orientations(rows),
+            points: geological_models.gempy_points(layers),
+        }
+    if format_ == "loopstructural":
+        return {out: geological_models.loopstructural(rows, layers)}
+    write = {
+        "orient": orientation_programs.orient,
+        "gems": orientation_programs.gems,
+        "faultkin": fault_slips.faultkin,
+        "wintensor": fault_slips.wintensor,
+    }[format_]
+    return {out: write(rows)}
+
+
+def _stereonet(out: Path, rows: Sequence[Row]) -> dict[Path, str]:
+    """A file of planes and one of lines; `out` itself is that of the planes where there are any."""
+    planes = [row for row in rows if is_plane(row)]
+    lines = [row for row in rows if not is_plane(row)]
+    texts = {}
+    if planes:
+        texts[out] = orientation_programs.stereonet_planes(planes)
+    if lines:
+        path = beside(out, "lines") if planes else out
+        texts[path] = orientation_programs.stereonet_lines(lines)
+    return texts
+
+
+def _all(row: Mapping[str, Any]) -> bool:
+    return True
+
+
+def _placed(row: Mapping[str, Any]) -> bool:
+    return row["x"] is not None
+
+
+def _placed_plane(row: Mapping[str, Any]) -> bool:
+    return is_plane(row) and _placed(row)
+
+
+def _slip(row: Mapping[str, Any]) -> bool:
+    return fault_slips.on_a_fault(row) and row["slip_rake_deg"] is not None
+
+
+_TAKES: Mapping[str, tuple[Callable[[Mapping[str, Any]], bool], tuple[str, str]]] = {
+    "stereonet": (_all, _NO_ORIENTATION),
+    "orient": (_all, _NO_ORIENTATION),
+    "faultkin": (_slip, _NO_SLIP),
+    "wintensor": (fault_slips.on_a_fault, _NO_FAULT),
+    "gempy": (_placed_plane, _NO_PLANE),
+    "loopstructural": (_placed_plane, _NO_PLANE),
+    "gems": (_placed, _NO_PLACE),
+}
+"""Which rows of the table a program takes, and why it does not take the others."""

@@ -1,0 +1,125 @@
+"""The planes of a project that a fold axis is computed from, for net, statistics and views."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import GeometryError
+from vomstudio.geology.common_rotation_errors import Turns
+from vomstudio.geology.fold_planes import FoldFilter, LeftOut, choose_planes
+from vomstudio.geology.folds import FoldAxis, fold_axis
+from vomstudio.project.measurement import Measurement, Records
+from vomstudio.project.records import Typed
+from vomstudio.project.registration_errors import bowed_deg, models_of, turns_of
+from vomstudio.project.repeated_features import firsts
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class FoldPlanes:
+    """Planes of one fold, in World.
+
+    Parameters
+    ----------
+    features : tuple of Typed
+    azimuth_deg, dip_deg : (n,) dip direction and dip
+    turns : of their registrations; None after the planes were turned
+    bowed_deg : difference of dips from edge to edge of the worst bowed model, or None
+    not_good : planes whose verdict is not good; None if none has a verdict
+    left_out : planes of the same kind that are not used, and why
+    """
+
+    features: tuple[Typed, ...]
+    azimuth_deg: Floats
+    dip_deg: Floats
+    turns: Turns | None
+    bowed_deg: float | None
+    not_good: int | None
+    left_out: tuple[LeftOut, ...]
+
+    def __len__(self) -> int:
+        return len(self.features)
+
+    def axis(self) -> FoldAxis:
+        """Return the fold axis, computed once for the same planes.
+
+        Raises
+        ------
+        GeometryError
+            If the planes define none.
+        """
+        turns = self.turns
+        known = turns is not None and turns.known
+        found = _axis(
+            self.azimuth_deg.tobytes(),
+            self.dip_deg.tobytes(),
+            (turns.group.tobytes(), turns.rotations.tobytes()) if known and turns else None,
+            self.bowed_deg,
+            tuple(f.name or f.id for f in self.features),
+            tuple(bool(getattr(f, "overturned", False)) for f in self.features),
+        )
+        if isinstance(found, GeometryError):
+            raise found
+        return found
+
+
+@lru_cache(maxsize=8)
+def _axis(
+    azimuth: bytes,
+    dip: bytes,
+    turns: tuple[bytes, bytes] | None,
+    bowed: float | None,
+    names: tuple[str, ...],
+    overturned: tuple[bool, ...],
+) -> FoldAxis | GeometryError:
+    known = turns and Turns(
+        np.frombuffer(turns[0], np.int64), np.frombuffer(turns[1]).reshape(-1, 3, 3)
+    )
+    try:
+        return fold_axis(
+            np.frombuffer(azimuth),
+            np.frombuffer(dip),
+            known,
+            bowed,
+            names=names,
+            overturned=overturned,
+        )
+    except GeometryError as error:
+        return error
+
+
+def fold_planes(
+    records: Records,
+    features: Iterable[Typed],
+    measured: Mapping[str, Measurement],
+    which: FoldFilter,
+) -> FoldPlanes:
+    """Choose among features of one type the planes of a fold.
+
+    Repeats of other features are left out, and features without a plane.
+    """
+    own = [f for f in firsts(features, records) if measured[f.id].plane is not None]
+    verdicts = [measured[f.id].verdict for f in own]
+    chosen = choose_planes(
+        [None if verdict is None else verdict.quality for verdict in verdicts],
+        [f.set_name for f in own],
+        which,
+    )
+    used = [f for f, use in zip(own, chosen.use, strict=True) if use]
+    planes = [plane for f in used if (plane := measured[f.id].plane) is not None]
+    models = models_of(records, used)
+    return FoldPlanes(
+        tuple(used),
+        np.array([plane.dip_direction_deg for plane in planes], np.float64),
+        np.array([plane.dip_deg for plane in planes], np.float64),
+        turns_of(models),
+        bowed_deg(models),
+        chosen.not_good,
+        chosen.left_out,
+    )

@@ -1,0 +1,85 @@
+"""Edits of what was looked at. Pure, as `project.edits` are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+from vomstudio.core.errors import DocumentError
+from vomstudio.core.findings import Finding
+from vomstudio.project.edit import Edit, change
+from vomstudio.project.records import FaceGrid, Model, Record, get
+
+Records = Mapping[str, Record]
+MARKS = {"-": "not looked at", "d": "done", "e": "empty", "u": "unmeasurable"}
+"""Letters of cells, with the words of the history."""
+
+
+def add_grid(records: Records, grid: FaceGrid) -> Edit:
+    """Lay a grid over a face. Raises DocumentError where the model is not there, or the grid has
+    no cells."""
+    if get(records, grid.model_id, Model) is None:
+        raise DocumentError(
+            Finding("record.missing", kind="model", id=grid.model_id), field="model"
+        )
+    if grid.id in records:
+        raise DocumentError(Finding("record.exists", name=grid.name))
+    if not (grid.cell > 0.0 and grid.columns > 0 and grid.rows > 0):
+        raise DocumentError(Finding("grid.cell-size"), field="cell")
+    if not grid.name:
+        grid = replace(grid, name=_next_name(records))
+    return change(records, f"Lay grid {grid.name}", {grid.id: grid})
+
+
+def mark_cells(records: Records, grid_id: str, cells: Iterable[int], mark: str) -> Edit:
+    """Say what was found in cells. Raises DocumentError for cells that the grid does not have, and
+    where nothing would change."""
+    grid = _grid(records, grid_id)
+    if mark not in MARKS:
+        raise DocumentError(
+            Finding("option.not-a-choice", value=mark, choices=list(MARKS)), field="mark"
+        )
+    count = grid.columns * grid.rows
+    marks = list(marks_of(grid))
+    chosen = sorted(set(cells))
+    if not chosen or chosen[0] < 0 or chosen[-1] >= count:
+        raise DocumentError(Finding("grid.no-cell", grid=grid.name), field="cells")
+    if all(marks[cell] == mark for cell in chosen):
+        raise DocumentError(Finding("edit.no-change"))
+    for cell in chosen:
+        marks[cell] = mark
+    what = "1 cell" if len(chosen) == 1 else f"{len(chosen)} cells"
+    return change(
+        records, f"Mark {what} as {MARKS[mark]}", {grid.id: replace(grid, marks="".join(marks))}
+    )
+
+
+def marks_of(grid: FaceGrid) -> str:
+    """A letter for each cell, whatever the record holds: what it lacks was not looked at."""
+    count = grid.columns * grid.rows
+    known = "".join(mark if mark in MARKS else "-" for mark in grid.marks[:count])
+    return known.ljust(count, "-")
+
+
+def rename_grid(records: Records, grid_id: str, name: str) -> Edit:
+    grid = _grid(records, grid_id)
+    if not name.strip():
+        raise DocumentError(Finding("name.empty"), field="name")
+    return change(records, f"Rename {grid.name}", {grid_id: replace(grid, name=name.strip())})
+
+
+def remove_grid(records: Records, grid_id: str) -> Edit:
+    grid = _grid(records, grid_id)
+    return change(records, f"Remove grid {grid.name}", {grid_id: None})
+
+
+def _grid(records: Records, grid_id: str) -> FaceGrid:
+    grid = get(records, grid_id, FaceGrid)
+    if grid is None:
+        raise DocumentError(Finding("record.missing", id=grid_id, kind="grid"))
+    return grid
+
+
+def _next_name(records: Records) -> str:
+    taken = {r.name for r in records.values() if isinstance(r, FaceGrid)}
+    return next(name for k in range(1, len(taken) + 2) if (name := f"Grid {k}") not in taken)

@@ -1,0 +1,1 @@
+"""Imports into projects: readings, features from tables, sidecars of other programs."""

@@ -1,0 +1,127 @@
+"""The cells of a table of readings, as they stand in a text file."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.spreadsheet_cells import unguarded
+from vomstudio.core.findings import Finding
+from vomstudio.geology.notation import parse_line, parse_plane
+from vomstudio.io.text.file_text import MOST_OBJECTS, read_text
+from vomstudio.io.text.rows import (
+    DELIMITER_NAMES,
+    cut,
+    is_blank,
+    is_header,
+    parse_number,
+    rejoined_header,
+    sniff,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class FieldTable:
+    """Cells of a text file.
+
+    ragged : why rows have too many or too few cells, by index; comments : without their mark
+    """
+
+    path: Path
+    names: tuple[str, ...] | None
+    width: int
+    delimiter: str
+    rows: list[list[str]]
+    lines: list[int]
+    ragged: Mapping[int, Finding]
+    notes: tuple[Finding, ...]
+    comments: tuple[str, ...] = ()
+
+    def label(self, column: int) -> str:
+        return self.names[column] if self.names else f"column {column + 1}"
+
+
+def read_field_table(path: str | Path) -> FieldTable:
+    """The cells of a table of readings; rows of another width are kept and marked.
+
+    Raises InputError where the file is missing, is no text, or has no rows.
+    """
+    path = Path(path)
+    text, notes = read_text(path, MOST_OBJECTS)
+    lines = [line.rstrip("\r") for line in text.split("\n")]
+    kept = [
+        (i, line)
+        for i, line in enumerate(lines, 1)
+        if not is_blank(line.strip()) and not line.lstrip().startswith("#")
+    ]
+    comments = tuple(
+        line.strip().lstrip("#").strip() for line in lines if line.lstrip().startswith("#")
+    )
+    if not kept:
+        raise InputError(Finding("table.no-rows"), file=path)
+    delimiter = sniff([line for _, line in kept[:200]])
+    if all(is_orientation(line) for _, line in kept[1:20]) and len(kept) > 1:
+        rows = [[line.strip()] for _, line in kept]  # each line is one reading: N42E 41SE
+    else:
+        rows = [_cut(line, delimiter) for _, line in kept]
+    numbers = [i for i, _ in kept]
+    header = is_header(rows[0], delimiter) and not any(is_orientation(c) for c in rows[0])
+    first = rows[0]
+    if header:
+        rows, numbers = rows[1:], numbers[1:]
+        if delimiter == " " and rows:
+            first = rejoined_header(first, [], rows)
+    names = tuple(first) if header else None
+    if not rows:
+        raise InputError(Finding("table.no-rows"), file=path)
+    width = len(names) if names else Counter(map(len, rows)).most_common(1)[0][0]
+    ragged = {}
+    for i, row in enumerate(rows):
+        while len(row) > width and not row[-1]:
+            row.pop()
+        if len(row) != width:
+            ragged[i] = Finding(
+                "table.ragged-row",
+                count=len(row),
+                expected=width,
+                delimiter=DELIMITER_NAMES[delimiter],
+            )
+            row[:] = (row + [""] * width)[:width]
+    return FieldTable(path, names, width, delimiter, rows, numbers, ragged, tuple(notes), comments)
+
+
+def _cut(line: str, delimiter: str) -> list[str]:
+    if '"' not in line:
+        return [unguarded(cell) for cell in cut(line, delimiter)]
+    try:
+        cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
+    except csv.Error:
+        # A cell of more than 131,072 characters.
+        cells = cut(line, delimiter)
+    return [unguarded(cell.strip()) for cell in cells]
+
+
+def is_orientation(text: str) -> bool:
+    """Both angles in one text; two bare numbers are as likely two columns."""
+    if not any(c in text for c in "/°") and not any(c in "NSEWnsew" for c in text):
+        return False
+    for parse in (parse_plane, parse_line):
+        try:
+            parse(text)
+        except InputError:
+            continue
+        return True
+    return False
+
+
+def number_in(cell: str, table: FieldTable) -> float | None:
+    """None where it is no finite number."""
+    if not cell:
+        return None
+    value = parse_number(cell.rstrip("°"), decimal_comma=table.delimiter in ";\t")
+    return value if value is not None and math.isfinite(value) else None

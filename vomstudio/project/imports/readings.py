@@ -1,0 +1,329 @@
+"""Compass readings from a table: what its columns mean, which north, what is wrong with a row.
+
+A field book is typed by hand, so a row that cannot be read must not take the others with it: it is
+listed with its line and the reason. Nothing is guessed that the numbers do not tell: an azimuth
+that can be a strike as well as a dip direction waits for the user.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vomstudio.core.errors import InputError, UsageError
+from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.identifiers import new_id
+from vomstudio.core.words import tr
+from vomstudio.geology.notation import parse_line, parse_plane
+from vomstudio.geology.orientation import Line
+from vomstudio.geometry.coordinate_limits import why_no_coordinate, why_not_on_earth
+from vomstudio.geometry.matrices import Point
+from vomstudio.geometry.vectors import wrap360
+from vomstudio.io.gate.points import ModelFrame, points_to_world
+from vomstudio.io.text.flags import is_overturned
+from vomstudio.io.text.orientation_reading import plane_of
+from vomstudio.io.text.tables import line_numbers_text
+from vomstudio.project.imports.field_table import FieldTable, number_in
+from vomstudio.project.kinds.reading import Reading
+
+NOTATIONS = ("dipdir/dip", "strike/dip", "strike/dip lhr", "quadrant", "trend/plunge")
+"""What the two angles of a row are; the last one makes them lines."""
+
+ToGrid = Callable[[float, float], tuple[float, float] | None]
+"""From longitude and latitude to x and y of the project."""
+
+WITHOUT_CRS = ModelFrame()
+"""Frame of a project in local coordinates."""
+
+_EMPTY = {"", "-", "–", "nan", "na", "n/a", "none"}
+
+
+@dataclass(frozen=True)
+class FieldRow:
+    """One reading as it stands in the table, before its azimuth is turned to grid north."""
+
+    line: int
+    name: str
+    geometry: str
+    azimuth_deg: float
+    inclination_deg: float
+    type_name: str = ""
+    set_name: str = ""
+    position: Point | None = None
+    overturned: bool = False
+    notes: str = ""
+
+
+@dataclass(frozen=True)
+class BadRow:
+    line: int
+    reason: Finding
+
+    def __str__(self) -> str:
+        return tr("Line {line}: {reason}", line=self.line, reason=self.reason)
+
+
+@dataclass(frozen=True)
+class FieldReadings:
+    """rows: what can be added; bad: what is skipped, and why; findings: about the others."""
+
+    rows: tuple[FieldRow, ...]
+    bad: tuple[BadRow, ...]
+    findings: tuple[Finding, ...]
+
+    @property
+    def type_names(self) -> tuple[str, ...]:
+        """The names in the type column, each once, in order."""
+        return tuple(dict.fromkeys(row.type_name for row in self.rows if row.type_name))
+
+
+# --- understanding ---------------------------------------------------------------------------
+def missing_choice(columns: Mapping[str, int], notation: str | None) -> Finding | None:
+    """Return what must be chosen before the table can be read; None if nothing must."""
+    missing = [role for role in ("azimuth", "inclination") if role not in columns]
+    if missing and "text" not in columns:
+        return Finding("reading.columns-missing", roles=missing)
+    return Finding("reading.notation-missing") if notation is None else None
+
+
+def understand(
+    table: FieldTable,
+    columns: Mapping[str, int],
+    notation: str,
+    to_grid: ToGrid | None = None,
+    model: ModelFrame = WITHOUT_CRS,
+) -> FieldReadings:
+    """The readings of a table, as written: no azimuth is turned here.
+
+    Positions are converted to World if the table states another CRS than the project, `model`; if
+    they cannot be, the readings have none.
+
+    columns: role to column. Roles are `azimuth` and `inclination`, the two angles of the notation,
+    `text`, both angles in one cell, `trend` and `plunge` of rows that are lines in a table of
+    planes, and `name`, `quadrant`, `geometry`, `type`, `set`, `overturned`, `notes`, `x`, `y`, `z`,
+    `longitude`, `latitude`. notation: one of `NOTATIONS`. A line that points up is given by its
+    other end. A position needs x, y and z, or longitude, latitude and z and what turns
+    degrees into x and y (`io.crs.from_degrees`); else the reading has none.
+    """
+    if notation not in NOTATIONS:
+        raise ValueError(notation)
+    rows: list[FieldRow] = []
+    bad: list[BadRow] = []
+    turned_over: list[int] = []
+    placeless: list[int] = []
+    nowhere: list[tuple[int, Finding]] = []
+    for i, (cells, line) in enumerate(zip(table.rows, table.lines, strict=True)):
+        if i in table.ragged:
+            bad.append(BadRow(line, table.ragged[i]))
+            continue
+        word = {role: cells[column] for role, column in columns.items()}
+        try:
+            geometry, azimuth, inclination = _orientation(word, notation, table)
+        except InputError as error:
+            bad.append(BadRow(line, finding_of(error)))
+            continue
+        if inclination < 0:
+            turned_over.append(line)
+            azimuth, inclination = float(wrap360(azimuth + 180.0)), -inclination
+        position = None
+        try:
+            position = _position(word, table, to_grid)
+            if position is None and any(word.get(c) for c in ("x", "y", "longitude", "latitude")):
+                placeless.append(line)
+        except InputError as error:
+            nowhere.append((line, finding_of(error)))
+        rows.append(
+            FieldRow(
+                line=line,
+                name=word.get("name", ""),
+                geometry=geometry,
+                azimuth_deg=azimuth,
+                inclination_deg=inclination,
+                type_name=word.get("type", ""),
+                set_name=word.get("set", ""),
+                position=position,
+                overturned=is_overturned(word.get("overturned", "")) is True,
+                notes=word.get("notes", ""),
+            )
+        )
+    in_degrees = "longitude" in columns and to_grid is None
+    findings: Sequence[Finding] = ()
+    if "x" in columns and "y" in columns:
+        try:
+            rows, findings = _rows_in_world(rows, table, model)
+        except (InputError, UsageError) as error:
+            reason = finding_of(error)
+            nowhere += [(row.line, reason) for row in rows if row.position is not None]
+            rows = [replace(row, position=None) for row in rows]
+    about_rows = [*_about_rows(turned_over, placeless, in_degrees), *_about_positions(nowhere)]
+    return FieldReadings(tuple(rows), tuple(bad), (*table.notes, *about_rows, *findings))
+
+
+def _rows_in_world(
+    rows: list[FieldRow], table: FieldTable, model: ModelFrame
+) -> tuple[list[FieldRow], Sequence[Finding]]:
+    """Convert positions from the CRS that the table states. Raises InputError and UsageError."""
+    placed = [row for row in rows if row.position is not None]
+    if not placed:
+        return rows, ()
+    world = points_to_world(
+        np.array([row.position for row in placed], np.float64),
+        file=table.path, comments=table.comments, model=model,
+    )  # fmt: skip
+    places: dict[int, Point] = {
+        row.line: (x, y, z) for row, (x, y, z) in zip(placed, world.points.tolist(), strict=True)
+    }
+    return [replace(row, position=places.get(row.line)) for row in rows], world.findings
+
+
+def _about_rows(turned_over: list[int], placeless: list[int], in_degrees: bool) -> list[Finding]:
+    """Report the lines of rows that were turned over, or have no position."""
+    findings = []
+    if turned_over:
+        findings.append(_of_rows("reading.upward", turned_over))
+    if placeless:
+        code = "reading.degrees-without-crs" if in_degrees else "reading.coordinate-missing"
+        findings.append(_of_rows(code, placeless))
+    return findings
+
+
+def _about_positions(rows: list[tuple[int, Finding]]) -> list[Finding]:
+    """Report positions that are not valid; their readings are used without them."""
+    if not rows:
+        return []
+    reason = rows[0][1]
+    return [
+        _of_rows(
+            "reading.no-position",
+            [line for line, _ in rows],
+            reason=reason.message,
+            reason_code=reason.code,
+        )
+    ]
+
+
+def _of_rows(code: str, lines: list[int], **values: str) -> Finding:
+    return Finding(code, count=len(lines), rows=lines, lines=line_numbers_text(lines), **values)
+
+
+def _orientation(
+    word: Mapping[str, str], notation: str, table: FieldTable
+) -> tuple[str, float, float]:
+    """("plane" or "line", azimuth, inclination) of a row. Raises InputError."""
+    said = word.get("element", "").casefold()
+    given = [word.get("azimuth", ""), word.get("inclination", "")]
+    is_empty = all(cell.casefold() in _EMPTY for cell in (*given, word.get("text", "")))
+    if word.get("plunge", "") and (said.startswith("line") or is_empty):
+        return _line(word.get("trend", ""), word["plunge"], table)
+    if word.get("text", "").casefold() not in _EMPTY:
+        if notation == "trend/plunge" or said.startswith("line"):
+            line = parse_line(word["text"])
+            return "line", line.trend_deg, line.plunge_deg
+        plane = parse_plane(word["text"], notation)
+        return "plane", plane.dip_direction_deg, plane.dip_deg
+    if is_empty:
+        raise InputError(Finding("reading.no-angle", missing=("azimuth", "inclination")))
+    if given[0].casefold() in _EMPTY:
+        raise InputError(Finding("reading.no-angle", missing=("azimuth",)))
+    if given[1].casefold() in _EMPTY:
+        raise InputError(Finding("reading.no-angle", missing=("inclination",)))
+    if notation == "trend/plunge":
+        return _line(given[0], given[1], table)
+    azimuth, dip = (number_in(cell, table) for cell in given)
+    if (
+        notation == "dipdir/dip"
+        and azimuth is not None
+        and dip is not None
+        and 0.0 <= azimuth <= 360.0
+        and 0.0 <= dip <= 90.0
+    ):
+        return "plane", float(wrap360(azimuth)) if dip else 0.0, dip
+    if azimuth is not None and azimuth > 360.0:
+        raise InputError(
+            Finding("angle.out-of-range", angle="azimuth", value=azimuth, minimum=0, maximum=360)
+        )
+    if dip is not None and dip < 0.0:
+        # Within one text a minus may part two numbers; in a cell of its own it is a mistake.
+        raise InputError(
+            Finding("angle.out-of-range", angle="dip", value=dip, minimum=0, maximum=90)
+        )
+    quadrant = word.get("quadrant", "") if notation in ("quadrant", "strike/dip") else ""
+    plane = plane_of((*given, quadrant) if quadrant else tuple(given), notation)
+    return "plane", plane.dip_direction_deg, plane.dip_deg
+
+
+def _line(trend: str, plunge: str, table: FieldTable) -> tuple[str, float, float]:
+    a, b = number_in(trend, table), number_in(plunge, table)
+    if a is not None and b is not None:
+        if not 0.0 <= a <= 360.0:
+            raise InputError(
+                Finding("angle.out-of-range", angle="trend", value=a, minimum=0, maximum=360)
+            )
+        if not -90.0 <= b <= 90.0:
+            raise InputError(
+                Finding("angle.out-of-range", angle="plunge", value=b, minimum=-90, maximum=90)
+            )
+        line = Line(a, b)
+    else:
+        line = parse_line(f"{trend} {plunge}")
+    return "line", line.trend_deg, line.plunge_deg
+
+
+def _position(word: Mapping[str, str], table: FieldTable, to_grid: ToGrid | None) -> Point | None:
+    """Raises InputError for numbers that are nowhere on Earth."""
+    x, y, z, longitude, latitude = (
+        number_in(word.get(role, ""), table) for role in ("x", "y", "z", "longitude", "latitude")
+    )
+    said = why_no_coordinate(value for value in (x, y, z) if value is not None)
+    if longitude is not None and latitude is not None:
+        said = said or why_not_on_earth(longitude, latitude)
+    if said is not None:
+        raise InputError(said)
+    if (x is None or y is None) and to_grid and longitude is not None and latitude is not None:
+        found = to_grid(longitude, latitude)
+        x, y = found if found is not None else (None, None)
+    if x is None or y is None or z is None:
+        return None
+    return x, y, z
+
+
+# --- records ---------------------------------------------------------------------------------
+def make_readings(
+    rows: Sequence[FieldRow],
+    *,
+    type_ids: Mapping[str, str],
+    type_id: str,
+    set_name: str = "",
+    turn_deg: float = 0.0,
+    source: str = "",
+) -> list[Reading]:
+    """Records of the rows, their azimuths turned to grid north.
+
+    type_ids: the id for each name in the type column, by its casefolded name; `type_id` and
+    `set_name` are for rows that have none. A horizontal plane and a vertical line keep azimuth 0.
+    """
+    readings = []
+    for row in rows:
+        undefined = row.inclination_deg == (0.0 if row.geometry == "plane" else 90.0)
+        azimuth = 0.0 if undefined else float(wrap360(row.azimuth_deg + turn_deg))
+        readings.append(
+            Reading(
+                id=new_id("reading"),
+                name=row.name,
+                type_id=type_ids.get(row.type_name.casefold(), type_id)
+                if row.type_name
+                else type_id,
+                geometry="line" if row.geometry == "line" else "plane",
+                azimuth_deg=azimuth,
+                inclination_deg=row.inclination_deg,
+                turned_deg=turn_deg,
+                position=row.position,
+                source=source,
+                set_name=row.set_name or set_name,
+                overturned=row.overturned,
+                notes=row.notes,
+            )
+        )
+    return readings

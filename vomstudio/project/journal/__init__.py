@@ -1,0 +1,1 @@
+"""The journal of a project: rows, database, replay, migration."""

@@ -1,0 +1,60 @@
+"""Migrate project journals of earlier schemas to the current schema."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Callable
+from pathlib import Path
+
+from vomstudio.project.journal.file_watch import copy_database
+from vomstudio.project.journal.replay import replay
+from vomstudio.project.journal.rows import read_rows
+
+SCHEMA_VERSION = 1
+"""Schema of the journals that this program writes."""
+
+STEPS: dict[int, Callable[[sqlite3.Connection], None]] = {}
+"""``STEPS[n]`` migrates a journal from schema n to n + 1 within the caller's transaction.
+
+A step must not call ``executescript``, which commits. Records that only gained a kind or a field
+need a step that does nothing: the new version keeps earlier programs from opening the journal.
+"""
+
+
+def migrate(db: sqlite3.Connection, path: Path, schema: int) -> None:
+    """Migrate a journal to the current schema, all steps in one transaction.
+
+    All rows are read first, and the journal is copied to ``journal-schema<n>.sqlite`` beside it,
+    unless an earlier attempt left such a copy.
+
+    Parameters
+    ----------
+    db : sqlite3.Connection
+        The open journal, in autocommit mode.
+    path : Path
+        Its file.
+    schema : int
+        Its schema, lower than ``SCHEMA_VERSION``.
+
+    Raises
+    ------
+    InputError
+        If a row cannot be read from the file. The journal is unchanged.
+    TargetError
+        If the copy cannot be written. The journal is unchanged.
+    """
+    # Damaged rows are reported at each opening and stay as they are.
+    replay(read_rows(db, path))
+    backup = path.with_name(f"{path.stem}-schema{schema}{path.suffix}")
+    if not backup.exists():
+        copy_database(db, backup)
+    db.execute("BEGIN IMMEDIATE")
+    try:
+        for number in range(schema, SCHEMA_VERSION):
+            STEPS[number](db)
+            db.execute(f"PRAGMA user_version = {number + 1}")
+        db.execute("COMMIT")
+    except BaseException:
+        if db.in_transaction:
+            db.execute("ROLLBACK")
+        raise

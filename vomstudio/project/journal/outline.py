@@ -1,0 +1,83 @@
+"""What was done in a project, told without where and without the names that its user gave."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from vomstudio.project.journal.replay import Row
+
+# The words of the edits' labels; whatever else is in a label is somebody's name for something.
+_WORDS = frozenset(
+    """add axis bedding beds change changes contact declare delete dimension dip discard fault
+    feature features field fold foliation fracture frame import in intersection joint line
+    lineation locate measurement measurements model move name names notes of open overturned
+    patch reading readings redo remove rename set sets smear stroke the to trace traces type
+    types undo vein vertex vertices""".split()  # noqa: SIM905 - a list of words, as words
+)
+_NAME = re.compile(r"[a-z_][a-z0-9_]*", re.IGNORECASE)
+
+
+def outline(rows: Iterable[Row]) -> list[str]:
+    """One line for each row: number, kind, time, version, label, and which fields of which kinds of
+    records it touched. No number of a position, no name that a person has typed."""
+    return [_line(row) for row in rows]
+
+
+def _line(row: Row) -> str:
+    of = "" if row.of_seq is None else f" of {row.of_seq}"
+    parts = [f"{row.seq} {_word(row.kind)}{of}, {row.time}, version {row.version}"]
+    if row.label:
+        parts.append(_label(row.label))
+    if row.kind == "draft":
+        parts.append(_draft(row.after))
+    else:
+        parts += _touched(_fields(row.before), _fields(row.after))
+    return ": ".join(parts[:1]) + "".join(f"; {part}" for part in parts[1:])
+
+
+def _label(label: str) -> str:
+    """Each word that is not one of ours as "…", several as one."""
+    kept = [w if w.lower() in _WORDS or re.fullmatch(r"\d{1,3}", w) else "…" for w in label.split()]
+    return re.sub(r"…(?: …)+", "…", " ".join(kept))
+
+
+def _draft(state: Mapping[str, Any] | None) -> str:
+    if not isinstance(state, Mapping):
+        return "given up"
+    vertices = state.get("vertices", ())
+    count = len(vertices) if isinstance(vertices, list | tuple) else 0
+    return f"tool {_word(state.get('tool'))}, vertices {count}"
+
+
+def _touched(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
+    told: dict[str, int] = {}
+    for id_ in dict.fromkeys([*before, *after]):
+        what = _change(before.get(id_), after.get(id_))
+        told[what] = told.get(what, 0) + 1
+    return [what if count == 1 else f"{count} times {what}" for what, count in told.items()]
+
+
+def _change(before: Any, after: Any) -> str:
+    old, new = _fields(before), _fields(after)
+    kind = _word(new.get("record", old.get("record")))
+    if not old and not new:
+        return "nothing"
+    if not old:
+        return f"{kind} made ({_names(new)})"
+    if not new:
+        return f"{kind} taken away"
+    return f"{kind} changed ({_names(n for n in {**old, **new} if old.get(n) != new.get(n))})"
+
+
+def _fields(record: Any) -> Mapping[str, Any]:
+    return record if isinstance(record, Mapping) else {}
+
+
+def _names(fields: Iterable[str]) -> str:
+    return ", ".join(_word(name) for name in fields if name != "record")
+
+
+def _word(name: object) -> str:
+    return name if isinstance(name, str) and _NAME.fullmatch(name) else "unknown"

@@ -1,0 +1,182 @@
+"""What the document asks of its journal, and how a journal becomes a document again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal, Protocol
+
+from vomstudio.core.errors import DocumentError
+from vomstudio.core.findings import Finding
+from vomstudio.core.plain_data import Plain
+from vomstudio.project.codec import decode_edit
+from vomstudio.project.edit import Edit
+from vomstudio.project.garbage_collection import no_collection
+from vomstudio.project.records import Record
+
+RowKind = Literal["do", "amend", "undo", "redo", "save", "discard", "draft"]
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the journal.
+
+    do, discard: `before` and `after` are maps id -> None, a whole record, or the fields of it that
+    change (`codec`); `of_seq` of a do is the draft that it finishes. amend: a do that takes the
+    place of the newest one, row `of_seq`, as a nudge follows a nudge. undo, redo: `of_seq` is the
+    row taken back or done again.
+    draft: `after` is the state of an unfinished tool, None once it is cancelled. gap: stands for
+    rows that are missing; it is read, never written.
+    """
+
+    seq: int
+    kind: str
+    of_seq: int | None
+    label: str
+    before: Plain | None
+    after: Plain | None
+    time: str
+    version: str
+    settings: Plain | None
+    problem: Finding | None = None
+    """Why the row is not valid: it is reported and left out."""
+    notice: Finding | None = None
+    """What is wrong before the row, which itself is valid: rows that are missing."""
+
+
+class Journal(Protocol):
+    """Append-only; a row is on the disk when `append` returns."""
+
+    def append(
+        self,
+        kind: RowKind,
+        *,
+        of_seq: int | None = None,
+        label: str = "",
+        before: Mapping[str, Any] | None = None,
+        after: Mapping[str, Any] | None = None,
+        settings: Mapping[str, Any] | None = None,
+    ) -> int:
+        """The new row's number. Raises DocumentError where it cannot be written."""
+
+    def rows(self) -> Iterator[Row]: ...
+
+    def close(self) -> None: ...
+
+
+@dataclass(frozen=True)
+class Draft:
+    """The clicks of a tool that had not been finished."""
+
+    seq: int
+    state: Plain
+
+
+@dataclass
+class Replay:
+    """What a journal says: the records, and the way back and forth from them.
+
+    done, undone: stacks of (row number, edit), the newest last. saved: the records at the last
+    save; saved_top: the row that stood on top of `done` then (0 for none). settings: those written
+    beside the newest edit. problems: rows
+    that could not be read; everything else is there.
+    """
+
+    records: dict[str, Record] = field(default_factory=dict)
+    done: list[tuple[int, Edit]] = field(default_factory=list)
+    undone: list[tuple[int, Edit]] = field(default_factory=list)
+    saved: dict[str, Record] = field(default_factory=dict)
+    saved_top: int = 0
+    draft: Draft | None = None
+    settings: Plain = field(default_factory=dict)
+    problems: list[Finding] = field(default_factory=list)
+
+    @property
+    def top(self) -> int:
+        return self.done[-1][0] if self.done else 0
+
+
+def replay(rows: Iterable[Row]) -> Replay:
+    """Play a journal from its first row. A damaged row is named and left out."""
+    with no_collection():
+        return _replay(rows)
+
+
+def _replay(rows: Iterable[Row]) -> Replay:
+    result = Replay()
+    for row in rows:
+        if row.notice:
+            result.problems.append(row.notice)
+        try:
+            if row.problem:
+                raise DocumentError(row.problem)
+            result.settings = _settings_of(row) or result.settings
+            _play(result, row)
+        except DocumentError as error:
+            result.problems.append(
+                Finding(
+                    "journal.row-unreadable",
+                    row=row.seq,
+                    kind=row.kind,
+                    label=row.label,
+                    reason=error,
+                    reason_code=error.code,
+                )
+            )
+    return result
+
+
+def _settings_of(row: Row) -> Plain | None:
+    """Raises DocumentError."""
+    if row.settings is not None and not isinstance(row.settings, Mapping):
+        raise DocumentError(Finding("record.wrong-value"), field="settings")
+    return None if row.settings is None else dict(row.settings)
+
+
+def _play(result: Replay, row: Row) -> None:
+    if row.kind in ("do", "discard", "amend"):
+        edit = decode_edit(row.label, row.before or {}, row.after or {}, result.records)
+        edit.swap(result.records, strict=False)
+        if row.kind == "amend":
+            edit = _amended(result, row, edit)
+        result.done.append((row.seq, edit))
+        result.undone.clear()
+        if result.draft is not None and row.of_seq == result.draft.seq:
+            result.draft = None
+    elif row.kind == "undo":
+        for seq, edit in _taken(result.done, row):
+            edit.inverse().swap(result.records, strict=False)
+            result.undone.append((seq, edit))
+    elif row.kind == "redo":
+        for seq, edit in _taken(result.undone, row):
+            edit.swap(result.records, strict=False)
+            result.done.append((seq, edit))
+    elif row.kind == "save":
+        result.saved = dict(result.records)
+        result.saved_top = result.top
+    elif row.kind == "draft":
+        if row.after is not None and not isinstance(row.after, Mapping):
+            raise DocumentError(Finding("record.wrong-value"), field="draft")
+        result.draft = None if row.after is None else Draft(row.seq, row.after)
+    elif row.kind != "gap":
+        raise DocumentError(Finding("row.unknown-kind", kind=row.kind))
+
+
+def _amended(result: Replay, row: Row, edit: Edit) -> Edit:
+    """The edit with that of the row whose place it takes: from what was before both."""
+    if not result.done or result.done[-1][0] != row.of_seq:
+        # The row that it amends was damaged: what it changes itself is all that is known.
+        return edit
+    _, earlier = result.done.pop()
+    return earlier.followed_by(edit)
+
+
+def _taken(stack: list[tuple[int, Edit]], row: Row) -> list[tuple[int, Edit]]:
+    """Takes row `of_seq` off a stack, and what lies above it, newest first: steps that were left
+    out because they are damaged had taken those. Raises DocumentError where it is not there."""
+    if all(seq != row.of_seq for seq, _ in stack):
+        raise DocumentError(Finding("row.target-missing", row=row.of_seq))
+    taken = [stack.pop()]
+    while taken[-1][0] != row.of_seq:
+        taken.append(stack.pop())
+    return taken

@@ -1,0 +1,250 @@
+"""A length, an area, or a distance at right angles to the plane of another feature."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate as _
+from vomstudio.geology.intersections import stray95, t95
+from vomstudio.geometry.lines import path_length, ring_area
+from vomstudio.geometry.matrices import Point
+from vomstudio.project import catalogue as of
+from vomstudio.project import kind
+from vomstudio.project.bed_descriptions import notes_with_beds
+from vomstudio.project.dimension_errors import registration_errors, thickness_error
+from vomstudio.project.figures import Subject
+from vomstudio.project.kind import (
+    Attribute,
+    GisLayer,
+    Kind,
+    Lookup,
+    OwnGroup,
+    Sketch,
+    centre,
+    half_way,
+    line_of,
+    plane_below,
+    plane_named,
+)
+from vomstudio.project.length_figures import (
+    AREA,
+    AREA_REGISTRATION,
+    LENGTH,
+    LENGTH_REGISTRATION,
+    PERIMETER,
+    PERIMETER_REGISTRATION,
+    headline,
+    length_figure,
+    words,
+)
+from vomstudio.project.measurement import (
+    Floats,
+    Measurement,
+    Measuring,
+    is_metric,
+    world_points,
+)
+from vomstudio.project.records import Logged, get_feature
+from vomstudio.project.registration_errors import model_of
+
+DimensionKind = Literal["distance", "polyline", "area", "thickness"]
+
+KINDS: tuple[tuple[DimensionKind, str], ...] = (
+    ("distance", _("Distance")),
+    ("polyline", _("Polyline")),
+    ("area", _("Area")),
+    ("thickness", _("Thickness")),
+)
+GROUP = OwnGroup("dimensions", _("Measurements"), "ruler")
+
+
+@dataclass(frozen=True)
+class Dimension(Logged):
+    """plane_id: of a thickness, the feature across whose plane it is measured."""
+
+    id: str
+    name: str
+    kind: DimensionKind
+    model_id: str
+    model_hash: str
+    vertices: tuple[Point, ...]
+    plane_id: str = ""
+    notes: str = ""
+    beds: tuple[tuple[str, str, str], ...] = ()
+
+
+def measure(at: Measuring, dimensions: Sequence[Dimension]) -> list[Measurement]:
+    return [_measure(at, dimension) for dimension in dimensions]
+
+
+def _measure(at: Measuring, feature: Dimension) -> Measurement:
+    model = at.model(feature.model_id)
+    points = world_points(feature, model)
+    problem: Finding | None = None
+    figures: dict[str, float] = {}
+    step: Floats | None = None
+    if feature.kind == "area":
+        if len(points) < 3:
+            problem = Finding("feature.too-few-points", count=3 - len(points), minimum=3)
+        else:
+            figures = {
+                "area_m2": ring_area(points),
+                "perimeter_m": path_length(np.vstack([points, points[:1]])),
+            }
+    elif len(points) < 2:
+        problem = Finding("feature.too-few-points", count=2 - len(points), minimum=2)
+    else:
+        step = points[-1] - points[0]
+        figures = {
+            "distance_m": float(np.linalg.norm(step)),
+            "horizontal_m": float(np.hypot(step[0], step[1])),
+            "vertical_m": float(step[2]),
+        }
+        if feature.kind == "polyline":
+            figures["length_m"] = path_length(points)
+        if feature.kind == "thickness":
+            thickness, problem = _thickness(at, feature, step)
+            figures |= thickness
+    figures |= registration_errors(figures, model, step)
+    return Measurement(
+        points,
+        None,
+        None,
+        None,
+        None,
+        problem,
+        dimension=figures or None,
+        metric=is_metric(model),
+        kind="dimension",
+    )
+
+
+def _thickness(
+    at: Measuring, feature: Dimension, step: Floats
+) -> tuple[dict[str, float], Finding | None]:
+    """Distance across the plane, and its 95 % error (of this one figure, not joint): points that
+    lie apart along the bed turn a tilt of the plane into thickness, and each of the two lies on a
+    surface as uneven as the plane's own points are."""
+    plane = at.plane(feature.plane_id)
+    if plane is None:
+        if not feature.plane_id:
+            return {}, Finding("thickness.no-plane")
+        return {}, Finding("thickness.plane-lost")
+    across = float(step @ plane.normal)
+    figures = {"thickness_m": abs(across)}
+    tilt = stray95(plane, step - across * plane.normal, joint=False)
+    if tilt is not None:
+        uneven = t95(plane.free) * float(np.sqrt(2.0)) * plane.roughness
+        figures["thickness_error95_m"] = float(np.hypot(tilt, uneven))
+    of_plane = model_of(at.records, get_feature(at.records, feature.plane_id))
+    registered = thickness_error(step, plane.normal, at.model(feature.model_id), of_plane)
+    if registered is not None:
+        figures["thickness_registration95_m"] = registered
+    if tilt is not None:
+        figures["thickness_total95_m"] = float(
+            np.hypot(figures["thickness_error95_m"], registered or 0.0)
+        )
+    return figures, None
+
+
+def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+    points = subject.measured.points
+    if not len(points):
+        return None
+    line = points
+    if subject.feature.kind == "area" and len(points) > 2:
+        line = np.vstack([points, points[:1]])
+    return Sketch(line, half_way(line) if len(line) > 1 else centre(subject.measured))
+
+
+WHAT = replace(
+    of.KIND, title=_("Kind"), explanation=_("What is measured"), value=lambda s: s.feature.kind,
+    words=(),
+    shown=None,
+)  # fmt: skip
+"""Of files alone: elsewhere `kind` is the feature type."""
+FIGURES = (
+    AREA,
+    AREA_REGISTRATION,
+    length_figure(
+        "distance_m", _("Distance"), _("Straight distance from the first point to the last")
+    ),
+    length_figure(
+        "distance_registration95_m",
+        _("Reg. ± dist."),
+        _("95 % error of the distance by the scale of the registration"),
+        short="reg_distan",
+    ),
+    length_figure("horizontal_m", _("Horizontal"), _("Horizontal component of the distance")),
+    length_figure(
+        "horizontal_registration95_m",
+        _("Reg. ± horiz."),
+        _("95 % error of the horizontal component by scale and rotation of the registration"),
+        short="reg_horizo",
+    ),
+    LENGTH,
+    LENGTH_REGISTRATION,
+    PERIMETER,
+    PERIMETER_REGISTRATION,
+    length_figure("thickness_error95_m", _("± thickness"), _("95 % error of the thickness")),
+    length_figure("thickness_m", _("Thickness"), _("Distance at right angles to the plane")),
+    length_figure(
+        "thickness_registration95_m",
+        _("Reg. ± thick."),
+        _(
+            "95 % error of the thickness by the scale of the registration, and by its rotation "
+            "where the plane does not turn with it"
+        ),
+        short="reg_thick",
+    ),
+    length_figure(
+        "thickness_total95_m",
+        _("Total ± thick."),
+        _("95 % error of the thickness by plane, roughness and registration together"),
+        short="tot_thick",
+    ),
+    length_figure(
+        "vertical_m", _("Vertical"), _("Vertical component of the distance, positive upward")
+    ),
+    length_figure(
+        "vertical_registration95_m",
+        _("Reg. ± vert."),
+        _("95 % error of the vertical component by scale and rotation of the registration"),
+        short="reg_vertic",
+    ),
+)
+
+NOTES = replace(of.NOTES, value=notes_with_beds)
+
+KIND = Kind(
+    name="dimension",
+    order=40,
+    record=Dimension,
+    title=_("Measurement"),
+    icon="ruler",
+    measure=measure,
+    figures=(of.ID, of.NAME, *FIGURES, of.NOTES),
+    attributes=(
+        kind.NAME,
+        Attribute("plane_id", _("Across"), "plane", applies=lambda d: d.kind == "thickness"),
+        kind.NOTES,
+    ),
+    sketch=sketch,
+    class_name=lambda dimension: str(dimension.kind),
+    words=words,
+    headline=headline,
+    names=plane_named,
+    below=plane_below,
+    tool="measure",
+    layer=GisLayer(
+        "dimensions", "line", line_of, (of.ID, of.NAME, WHAT, *FIGURES, NOTES), sparse=True
+    ),
+    group=GROUP,
+    color="#ffffff",
+    prefix=lambda dimension: str(dimension.kind),
+)  # fmt: skip

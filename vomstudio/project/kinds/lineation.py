@@ -1,0 +1,258 @@
+"""A line on the outcrop: a striation, a hinge, a mineral lineation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.findings import cause_of
+from vomstudio.core.words import to_translate as _
+from vomstudio.core.words import tr
+from vomstudio.geology import orientation
+from vomstudio.geology.common_rotation_errors import laid_into, moved, region, region_of_line
+from vomstudio.geology.intersections import UncertainPlane, stray95
+from vomstudio.geology.orientation import Line, Plane, slip_from_rake
+from vomstudio.geology.quality import judge_line
+from vomstudio.geology.slip import CONFIDENCES, SENSES, SlipConfidence, SlipSense, slip_rake
+from vomstudio.geometry.lines import LineFit, fit_line
+from vomstudio.geometry.matrices import Point
+from vomstudio.project import catalogue as of
+from vomstudio.project import kind
+from vomstudio.project.figures import Subject, degrees
+from vomstudio.project.kind import (
+    Attribute,
+    GisLayer,
+    Kind,
+    Lookup,
+    NetLook,
+    Sketch,
+    centre,
+    half_way,
+    line_of,
+    plane_below,
+    plane_named,
+)
+from vomstudio.project.measurement import (
+    Floats,
+    Measurement,
+    Measuring,
+    in_world,
+    is_metric,
+    nothing_measured,
+    rows_of,
+    world_points,
+)
+from vomstudio.project.records import Picked, Repeatable, Typed, get_feature
+from vomstudio.project.registration_errors import model_of, turns_of
+from vomstudio.project.slip_figures import SLIP
+
+
+@dataclass(frozen=True)
+class Lineation(Picked, Repeatable, Typed):
+    """Two vertices or more.
+
+    plane_id: the feature on whose plane it lies, "" for none: its direction is then projected onto
+    that plane and has a rake. slip: how the hanging wall moved along it; slip_confidence: how sure
+    that is. Other fields as in Trace.
+    """
+
+    id: str
+    name: str
+    type_id: str
+    model_id: str
+    model_hash: str
+    vertices: tuple[Point, ...]
+    resolution: float | None = None
+    plane_id: str = ""
+    slip: SlipSense = ""
+    set_name: str = ""
+    notes: str = ""
+    slip_confidence: SlipConfidence = ""
+    repeat_of: str | None = None
+    interpreter: str | None = None
+    domain: str = ""
+
+
+def measure(at: Measuring, lines: Sequence[Lineation]) -> list[Measurement]:
+    """Directions of lines, with rake and slip on their planes."""
+    return [_measure(at, line) for line in lines]
+
+
+def _measure(at: Measuring, feature: Lineation) -> Measurement:
+    model = at.model(feature.model_id)
+    points = world_points(feature, model)
+    resolution = in_world(feature.resolution, rows_of(model))
+    metric = is_metric(model)
+    base = at.plane(feature.plane_id)
+    gone = bool(feature.plane_id) and base is None
+    plane = None if base is None else at.known[feature.plane_id].plane
+    try:
+        fit = fit_line(points)
+        line, rake, off, slip = Line.from_vector(fit.direction), None, None, None
+        largest = smallest = fit.confidence95_deg
+        axis = None
+        if base is not None and plane is not None:
+            off = orientation.angle_line_plane(line, plane)
+            rake = orientation.rake_of(line, plane)
+            line = orientation.line_from_rake(plane, rake)
+            slip = slip_rake(plane, rake, feature.slip)
+            largest, smallest, axis = _in_plane_error(line.vector(), fit, base)
+    except GeometryError as error:
+        return nothing_measured(
+            points, resolution, cause_of(error), kind="lineation", metric=metric
+        )
+    covariance = _turned(at, feature, line.vector(), base)
+    registration = None if covariance is None else region(line.vector(), covariance).largest_deg
+    total = region_of_line(line.vector(), covariance, largest, smallest, axis)
+    verdict = judge_line(
+        fit,
+        confidence95_deg=None if total is None else total.largest_deg,
+        registration_deg=registration,
+        off_plane_deg=off,
+        plane_is_gone=gone,
+        plane_is_known=base is None or base.spread95 is not None,
+        thresholds=at.thresholds,
+    )
+    return Measurement(
+        points,
+        resolution,
+        None,
+        None,
+        verdict,
+        None,
+        line=line,
+        line_fit=fit,
+        max_confidence95_deg=largest,
+        min_confidence95_deg=smallest,
+        confidence_axis=axis,
+        rake_deg=rake,
+        slip_rake_deg=slip,
+        off_plane_deg=off,
+        on_plane=plane,
+        metric=metric,
+        kind="lineation",
+        registration_error_deg=registration,
+        total=total,
+    )
+
+
+def _turned(
+    at: Measuring, feature: Lineation, direction: Floats, base: UncertainPlane | None
+) -> Floats | None:
+    """(3, 3) covariance by the registrations of the models of the line and of the plane that it
+    lies on; None where neither is known."""
+    plane = None if base is None else get_feature(at.records, feature.plane_id)
+    turns = turns_of([at.model(feature.model_id), model_of(at.records, plane)])
+    if not turns.of([0] if base is None else [0, 1]).known:
+        return None
+    line = moved(direction, turns.of([0]))
+    if base is not None:
+        line = laid_into(line, moved(base.normal, turns.of([1])))
+    return np.asarray(line.covariance()[0])
+
+
+def _in_plane_error(
+    direction: Floats, fit: LineFit, base: UncertainPlane
+) -> tuple[float | None, float | None, Floats | None]:
+    """Semi-axes and axis of the joint 95 % region of a line that was turned into a plane: along the
+    plane it strays with the fit, across it with the plane."""
+    across = stray95(base, direction)
+    if across is None or fit.confidence95_deg is None:
+        return None, None, None
+    within, out = fit.confidence95_deg, float(np.degrees(np.arctan(across)))
+    if out > within:
+        return out, within, base.normal
+    return within, out, np.cross(base.normal, direction)
+
+
+def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+    """The line, with a head at the end toward which the hanging wall moved where that is known."""
+    feature: Lineation = subject.feature
+    points = subject.measured.points
+    if not len(points):
+        return None
+    line = points
+    slip = subject.measured.slip_rake_deg
+    base = None if slip is None else measured(feature.plane_id)
+    if slip is not None and base is not None and base.plane is not None:
+        line = _with_arrow(points, base.plane, slip)
+    if len(points) < 2:
+        middle = centre(subject.measured)
+        return Sketch(line, middle, sign=middle)
+    return Sketch(line, half_way(line[: len(feature.vertices)]), sign=half_way(points))
+
+
+def _with_arrow(ends: Floats, plane: Plane, slip_rake_deg: float) -> Floats:
+    slip = slip_from_rake(plane, slip_rake_deg).vector()
+    if (ends[-1] - ends[0]) @ slip < 0.0:
+        ends = ends[::-1]
+    size = 0.18 * float(np.linalg.norm(ends[-1] - ends[0]))
+    across = np.cross(plane.normal(), slip)
+    wings = [ends[-1] + size * (0.5 * side * across - slip) for side in (1.0, -1.0)]
+    return np.vstack([ends, wings[0], ends[-1], wings[1]])
+
+
+def remarks(subject: Subject) -> list[str]:
+    """What a sense of slip that was noted cannot say."""
+    feature, measured = subject.feature, subject.measured
+    if not feature.slip or measured.on_plane is None or measured.slip_rake_deg is not None:
+        return []
+    return [tr("the sense of slip does not tell which way the line points on this plane")]
+
+
+def words(measured: Measurement) -> list[str]:
+    lines = []
+    if measured.rake_deg is not None:
+        off = degrees(measured.off_plane_deg)
+        lines.append(
+            tr("Rake {rake:.0f}°, {angle} off its plane", rake=measured.rake_deg, angle=off)
+        )
+    if measured.slip_rake_deg is not None:
+        lines.append(tr("Slip of the hanging wall: rake {rake:.0f}°", rake=measured.slip_rake_deg))
+    return lines
+
+
+N_VERTICES = replace(of.N_POINTS, value=lambda s: len(s.feature.vertices))
+
+KIND = Kind(
+    name="lineation",
+    order=20,
+    record=Lineation,
+    title=_("Lineation"),
+    icon="arrow-top-right",
+    measure=measure,
+    figures=(
+        *of.NAMED, *of.LINE, *SLIP, *of.PLACE, *of.SIZE, *of.CONFIDENCE,
+        of.REGISTRATION_ERROR, of.TOTAL, *of.VERDICT, of.METHOD, *of.ON_A_MODEL, of.NOTES,
+    ),
+    attributes=(
+        kind.NAME, kind.TYPE, kind.SET, kind.DOMAIN,
+        Attribute("plane_id", _("On plane"), "plane"),
+        Attribute("slip", _("Slip"), "choice", SENSES, applies=lambda line: bool(line.plane_id)),
+        Attribute(
+            "slip_confidence", _("Slip is"), "choice", CONFIDENCES,
+            applies=lambda line: bool(line.plane_id and line.slip),
+        ),
+        kind.NOTES,
+    ),
+    sketch=sketch,
+    remarks=remarks,
+    about=remarks,
+    words=words,
+    orientations=("line",),
+    evidence="picked",
+    names=plane_named,
+    below=plane_below,
+    tool="line",
+    net=NetLook(),
+    layer=GisLayer(
+        "lineations", "line", line_of,
+        (
+            *of.NAMED, N_VERTICES, of.TREND, of.PLUNGE, *SLIP, of.MAX_CONFIDENCE, of.QUALITY,
+            of.NOTES,
+        ),
+    ),
+)  # fmt: skip

@@ -1,0 +1,176 @@
+"""A part of the outcrop that is one rock: a closed outline on its surface."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate as _
+from vomstudio.core.words import tr
+from vomstudio.geology.beds.lithologies import WORDS, color_of_rock
+from vomstudio.geometry import transform
+from vomstudio.geometry.lines import path_length, ring_area
+from vomstudio.geometry.matrices import Point
+from vomstudio.geometry.units import area_text
+from vomstudio.project import catalogue as of
+from vomstudio.project import kind
+from vomstudio.project.dimension_errors import registration_errors
+from vomstudio.project.figures import Figure, Subject, text_figure
+from vomstudio.project.kind import Attribute, GisLayer, Kind, Lookup, OwnGroup, Sketch
+from vomstudio.project.length_figures import (
+    AREA,
+    AREA_REGISTRATION,
+    PERIMETER,
+    PERIMETER_REGISTRATION,
+)
+from vomstudio.project.length_figures import headline as area
+from vomstudio.project.length_figures import words as words_of_dimension
+from vomstudio.project.measurement import (
+    Floats,
+    Measurement,
+    Measuring,
+    is_metric,
+    rows_of,
+    world_lines,
+)
+from vomstudio.project.records import Model, Picked, Repeatable
+
+GROUP = OwnGroup("lithologies", _("Lithologies"), "layers")
+CHOICES = (("", _("not known")), *((word, word) for word in WORDS))
+
+
+@dataclass(frozen=True)
+class Lithology(Picked, Repeatable):
+    """vertices: the outline in order, model file frame, its first point not repeated. lithology: a
+    word of StraboSpot's forms, or another that came from a file; "" where it is not known. area:
+    of the model's surface inside the outline, file units squared; None where that is not known, as
+    on a point cloud."""
+
+    id: str
+    name: str
+    model_id: str
+    model_hash: str
+    vertices: tuple[Point, ...]
+    lithology: str = ""
+    area: float | None = None
+    notes: str = ""
+    repeat_of: str | None = None
+    interpreter: str | None = None
+
+
+def measure(at: Measuring, lithologies: Sequence[Lithology]) -> list[Measurement]:
+    """Their areas."""
+    models = [at.model(each.model_id) for each in lithologies]
+    lines = world_lines(lithologies, models)
+    return [_measure(*each) for each in zip(lithologies, models, lines, strict=True)]
+
+
+def _measure(feature: Lithology, model: Model | None, points: Floats) -> Measurement:
+    figures: dict[str, float] = {}
+    problem = None
+    if len(points) < 3:
+        problem = Finding("feature.too-few-points", count=3 - len(points), minimum=3)
+    else:
+        if feature.area is not None:
+            figures["area_m2"] = feature.area * transform.scale_of(rows_of(model)) ** 2
+        figures["perimeter_m"] = path_length(np.vstack([points, points[:1]]))
+        figures["outline_m2"] = ring_area(points)
+        figures |= registration_errors(figures, model, None)
+    return Measurement(
+        points, None, None, None, None, problem, dimension=figures or None,
+        said=feature.lithology, metric=is_metric(model), kind="lithology",
+    )  # fmt: skip
+
+
+def ring(subject: Subject) -> Floats | None:
+    points = subject.measured.points
+    return points if len(points) > 2 else None
+
+
+def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+    """Named on the rock, at the corner nearest its middle, with what it is made of."""
+    points = subject.measured.points
+    if not len(points):
+        return None
+    line = np.vstack([points, points[:1]]) if len(points) > 2 else points
+    off = np.linalg.norm(points - points.mean(axis=0), axis=1)
+    return Sketch(line, points[int(np.argmin(off))], label=subject.feature.lithology or "–")
+
+
+def words(measured: Measurement) -> list[str]:
+    """The area on the surface first, then what an outline says without a surface."""
+    figures = measured.dimension or {}
+    first, *more = words_of_dimension(measured) or [""]
+    said = [tr("Surface {area}", area=first), *more] if "area_m2" in figures else [first, *more]
+    if not figures:
+        return []
+    if "outline_m2" in figures:
+        flat = area_text(figures["outline_m2"], metric=measured.metric)
+        said.append(tr("Area of the outline, laid flat {area}", area=flat))
+    if figures and "area_m2" not in figures:
+        said.append(tr("The area on the surface is not known: it is measured on a mesh."))
+    return said
+
+
+def headline(measured: Measurement) -> str | None:
+    """Rock and area."""
+    return ", ".join(filter(None, (measured.said, area(measured)))) or None
+
+
+def about(subject: Subject) -> list[str]:
+    word = subject.feature.lithology
+    return [tr("Lithology: {lithology}", lithology=word)] if word else []
+
+
+LITHOLOGY = text_figure(
+    "lithology",
+    _("Lithology"),
+    _("Rock, in the words of StraboSpot's forms"),
+    lambda s: s.feature.lithology or None,
+    words=("lithology", "rock"),
+)
+SURFACE_AREA = replace(AREA, explanation=_("Area of the surface inside the outline"))
+OUTLINE_AREA = Figure(
+    "outline_m2",
+    _("Outline"),
+    _("Area of the outline of a lithology, as seen from where it looks largest"),
+    lambda s: (s.measured.dimension or {}).get("outline_m2"),
+    "area",
+    "m2",
+)
+FIGURES = (SURFACE_AREA, AREA_REGISTRATION, OUTLINE_AREA, PERIMETER, PERIMETER_REGISTRATION)
+
+KIND = Kind(
+    name="lithology",
+    order=35,
+    record=Lithology,
+    title=_("Lithology"),
+    icon="layers",
+    measure=measure,
+    figures=(of.ID, of.NAME, LITHOLOGY, *of.PLACE, *FIGURES, *of.ON_A_MODEL, of.NOTES),
+    attributes=(
+        kind.NAME,
+        Attribute("lithology", _("Lithology"), "word", CHOICES),
+        kind.NOTES,
+    ),
+    sketch=sketch,
+    words=words,
+    headline=headline,
+    about=about,
+    tool="lithology",
+    layer=GisLayer(
+        "lithologies", "ring", ring,
+        (of.ID, of.NAME, LITHOLOGY, SURFACE_AREA, OUTLINE_AREA, of.MODEL, of.NOTES),
+        by="lithology",
+    ),
+    group=GROUP,
+    color="#c2a36b",
+    tint=lambda lithology: color_of_rock(lithology.lithology),
+    prefix=lambda lithology: "lithology",
+    listed=True,
+    filled=True,
+    written=lambda lithology: lithology.lithology or lithology.name,
+)  # fmt: skip

@@ -1,0 +1,179 @@
+"""A piece of the outcrop face chosen as one surface: a joint, an exposed bed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.findings import cause_of
+from vomstudio.core.words import to_translate as _
+from vomstudio.core.words import tr
+from vomstudio.geology.quality import judge
+from vomstudio.geometry import transform
+from vomstudio.geometry.heights.levels import bend_findings, level_findings
+from vomstudio.geometry.matrices import Point
+from vomstudio.geometry.moment_planes import fit_moments
+from vomstudio.geometry.units import area_text
+from vomstudio.project import catalogue as of
+from vomstudio.project import kind
+from vomstudio.project.figures import Subject
+from vomstudio.project.kind import GisLayer, Kind, Lookup, NetLook, Sketch, centre
+from vomstudio.project.measurement import (
+    Floats,
+    Measurement,
+    Measuring,
+    ToWorld,
+    in_world,
+    is_metric,
+    of_fit,
+    rows_of,
+    told_of_rule,
+)
+from vomstudio.project.records import Painted, Repeatable, Surrounded, Typed
+
+
+@dataclass(frozen=True)
+class Patch(Painted, Surrounded, Repeatable, Typed):
+    """element, runs, n, mean, outline: as in Painted. scatter, n_effective: with n and mean the
+    moments of its points in the file frame (geometry/patches.py), so that the plane survives a
+    missing model. area: of the faces, in file units squared, None for points. rule: by which the
+    resolution was measured. level_gap: how far apart the levels are in which its points lie
+    (geometry/heights/levels.py), file units, None where they lie in one. bent: proposed as a piece
+    of a wavy or curved face. Other fields as in Trace.
+    """
+
+    id: str
+    name: str
+    type_id: str
+    model_id: str
+    model_hash: str
+    element: Literal["face", "point"]
+    runs: tuple[tuple[int, int], ...]
+    n: int
+    mean: Point
+    scatter: tuple[Point, Point, Point]
+    n_effective: float
+    outline: tuple[Point, ...] = ()
+    area: float | None = None
+    resolution: float | None = None
+    set_name: str = ""
+    overturned: bool = False
+    notes: str = ""
+    rule: int = 0
+    repeat_of: str | None = None
+    interpreter: str | None = None
+    level_gap: float | None = None
+    bent: bool = False
+    domain: str = ""
+    bend_deg: float | None = None
+
+
+def measure(at: Measuring, patches: Sequence[Patch]) -> list[Measurement]:
+    """The planes of patches, from their moments."""
+    return [_measure(at, patch) for patch in patches]
+
+
+def _measure(at: Measuring, patch: Patch) -> Measurement:
+    model = at.model(patch.model_id)
+    rows = rows_of(model)
+    scale = transform.scale_of(rows)
+    turn = rows[:3, :3]
+    middle = transform.apply(rows, [patch.mean])
+    resolution = in_world(patch.resolution, rows)
+    own: dict[str, Any] = {
+        "area_m2": None if patch.area is None else patch.area * scale**2,
+        "metric": is_metric(model),
+        "kind": "patch",
+        "judged_as": "patch",
+        "bend_deg": patch.bend_deg,
+    }
+    try:
+        fit = fit_moments(
+            patch.n, middle[0], turn @ np.asarray(patch.scatter) @ turn.T, patch.n_effective
+        )
+    except GeometryError as error:
+        return Measurement(middle, resolution, None, None, None, cause_of(error), **own)
+    tilt = own["registration_error_deg"] = ToWorld.of(model).tilt_deg(fit.normal)
+    verdict = judge(
+        fit,
+        resolution_m=resolution,
+        outcrop_normal=None,
+        kind="patch",
+        thresholds=at.thresholds,
+        registration_deg=tilt,
+        seen=(*level_findings(in_world(patch.level_gap, rows)), *bend_findings(patch.bent)),
+        bend_deg=patch.bend_deg,
+    )
+    verdict = told_of_rule(verdict, patch.rule, measured=resolution is not None)
+    return Measurement(middle, resolution, None, fit, verdict, None, **of_fit(fit), **own)
+
+
+def _in_world(points: Sequence[Point], subject: Subject) -> Floats:
+    return transform.apply(rows_of(subject.model), points)
+
+
+def outline(subject: Subject) -> Floats | None:
+    """(n, 3) around the patch, in World; None where it has no outline."""
+    patch: Patch = subject.feature
+    return _in_world(patch.outline, subject) if len(patch.outline) > 2 else None
+
+
+def sketch(subject: Subject, measured: Lookup) -> Sketch:
+    """Its outline, or its centre where it has none."""
+    patch: Patch = subject.feature
+    middle = centre(subject.measured)
+    line = subject.measured.points
+    if len(patch.outline) > 2:
+        line = _in_world((*patch.outline, patch.outline[0]), subject)
+    return Sketch(line, middle, sign=middle, faces=patch)
+
+
+def places(subject: Subject) -> Floats:
+    """Its centre and outline."""
+    patch: Patch = subject.feature
+    points = subject.measured.points
+    if not patch.outline:
+        return points
+    return np.concatenate([points, _in_world(patch.outline, subject)])
+
+
+def words(measured: Measurement) -> list[str]:
+    if measured.area_m2 is None:
+        return []
+    return [tr("Area {area}", area=area_text(measured.area_m2, metric=measured.metric))]
+
+
+N_ELEMENTS = replace(of.N_POINTS, value=lambda s: s.feature.n)
+
+KIND = Kind(
+    name="patch",
+    order=30,
+    record=Patch,
+    title=_("Patch"),
+    icon="texture-box",
+    measure=measure,
+    figures=(
+        *of.NAMED, *of.PLANE, of.OVERTURNED, *of.PLACE, *of.FITTED, of.AREA, *of.VERDICT,
+        *of.ON_A_MODEL, of.NOTES,
+    ),
+    attributes=(kind.NAME, kind.TYPE, kind.SET, kind.DOMAIN, kind.OVERTURNED, kind.NOTES),
+    sketch=sketch,
+    words=words,
+    orientations=("plane",),
+    evidence="picked",
+    plane=kind.always,
+    tool="patch",
+    net=NetLook(),
+    layer=GisLayer(
+        "patches", "ring", outline,
+        (
+            *of.NAMED, N_ELEMENTS, of.DIP_DIRECTION, of.DIP, of.TOTAL, of.MAX_CONFIDENCE,
+            of.QUALITY, of.NOTES,
+        ),
+    ),
+    places=places,
+)  # fmt: skip

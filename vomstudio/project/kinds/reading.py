@@ -1,0 +1,155 @@
+"""An orientation measured in the field with a compass, relative to grid north."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from vomstudio.core.words import to_translate as _
+from vomstudio.core.words import tr
+from vomstudio.geology.orientation import Line, Plane
+from vomstudio.geometry.matrices import Point
+from vomstudio.geometry.units import length_text
+from vomstudio.project import catalogue as of
+from vomstudio.project import kind
+from vomstudio.project.figures import Subject, degrees
+from vomstudio.project.kind import Kind, Lookup, NetLook, Sketch, centre
+from vomstudio.project.measurement import Measurement, Measuring, NearestPick
+from vomstudio.project.records import Typed
+
+
+@dataclass(frozen=True)
+class Reading(Typed):
+    """A plane's azimuth_deg and inclination_deg are dip direction and dip, a line's are trend and
+    plunge. turned_deg: what was added to the azimuth as it was read (declination less convergence).
+    position: World, None where it was not noted. source: the file it came from.
+    """
+
+    id: str
+    name: str
+    type_id: str
+    geometry: Literal["plane", "line"]
+    azimuth_deg: float
+    inclination_deg: float
+    turned_deg: float = 0.0
+    position: Point | None = None
+    source: str = ""
+    set_name: str = ""
+    overturned: bool = False
+    notes: str = ""
+    domain: str = ""
+
+
+def measure(at: Measuring, readings: Sequence[Reading]) -> list[Measurement]:
+    return [_measure(reading) for reading in readings]
+
+
+def _measure(reading: Reading) -> Measurement:
+    points = np.array([] if reading.position is None else [reading.position], float).reshape(-1, 3)
+    azimuth, inclination = reading.azimuth_deg, reading.inclination_deg
+    return Measurement(
+        points,
+        None,
+        None,
+        None,
+        None,
+        None,
+        plane=Plane(azimuth, inclination) if reading.geometry == "plane" else None,
+        line=Line(azimuth, inclination) if reading.geometry == "line" else None,
+        kind="reading",
+    )
+
+
+def is_plane(reading: Reading) -> bool:
+    return reading.geometry == "plane"
+
+
+def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+    """A place, where it was noted."""
+    if not len(subject.measured.points):
+        return None
+    middle = centre(subject.measured)
+    return Sketch(subject.measured.points, middle, sign=middle)
+
+
+def remarks(subject: Subject) -> list[str]:
+    """What was added to its azimuth, and how far it is from the nearest pick."""
+    reading: Reading = subject.feature
+    said = []
+    if reading.turned_deg:
+        said.append(tr("azimuth as read {turned_deg:+.2f} deg", turned_deg=reading.turned_deg))
+    nearest = subject.nearest()
+    if nearest is not None:
+        place = (
+            ""
+            if nearest.distance_m is None
+            else tr(", {distance_m:.2f} m away", distance_m=nearest.distance_m)
+        )
+        said.append(
+            tr(
+                "{angle_deg:.1f} deg from {nearest}{place}",
+                angle_deg=nearest.angle_deg,
+                nearest=nearest.name,
+                place=place,
+            )
+        )
+    return said
+
+
+def compared(nearest: NearestPick | None) -> str:
+    """How far a reading is from the nearest pick, and from which, in words."""
+    if nearest is None:
+        return tr("No pick of the same type to compare with")
+    away = nearest.distance_m
+    angle = degrees(nearest.angle_deg)
+    if away is None:
+        return tr("{angle} from {pick}, the most similar pick", angle=angle, pick=nearest.name)
+    return tr(
+        "{angle} from {pick}, {distance} away",
+        angle=angle,
+        pick=nearest.name,
+        distance=length_text(away),
+    )
+
+
+def about(subject: Subject) -> list[str]:
+    reading: Reading = subject.feature
+    nearest = subject.nearest()
+    lines = [
+        tr("Compass reading; there is no pick of the same type to compare it with")
+        if nearest is None
+        else tr("Compass reading, {compared}", compared=compared(nearest))
+    ]
+    if reading.turned_deg:
+        lines.append(
+            tr("Azimuth as read {turned_deg:+.2f}° (to grid north)", turned_deg=reading.turned_deg)
+        )
+    if reading.source:
+        lines.append(tr("From {source}", source=reading.source))
+    return lines
+
+
+KIND = Kind(
+    name="reading",
+    order=60,
+    record=Reading,
+    title=_("Reading"),
+    icon="compass-outline",
+    measure=measure,
+    figures=(
+        *of.NAMED, *of.PLANE, of.TREND, of.PLUNGE, of.OVERTURNED, *of.PLACE,
+        replace(of.METHOD, value=lambda s: "compass"), of.FRAME, of.TO_PICK, *of.VERDICT,
+        of.NOTES,
+    ),
+    attributes=(kind.NAME, kind.TYPE, kind.SET, kind.DOMAIN, kind.OVERTURNED, kind.NOTES),
+    sketch=sketch,
+    remarks=remarks,
+    about=about,
+    orientations=("plane", "line"),
+    evidence="read",
+    plane=is_plane,
+    net=NetLook(" (compass)", "P"),
+)  # fmt: skip

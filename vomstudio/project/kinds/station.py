@@ -1,0 +1,138 @@
+"""A place that is no measurement: a station where something was seen, or a sample was taken."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from vomstudio.core.words import to_translate as _
+from vomstudio.core.words import tr
+from vomstudio.geometry.matrices import Point
+from vomstudio.project import catalogue as of
+from vomstudio.project import kind
+from vomstudio.project.figures import Subject, text_figure
+from vomstudio.project.kind import Attribute, GisLayer, Kind, Lookup, OwnGroup, Sketch
+from vomstudio.project.measurement import (
+    Floats,
+    Measurement,
+    Measuring,
+    is_metric,
+    world_lines,
+)
+from vomstudio.project.records import Picked
+
+What = Literal["station", "sample"]
+WHATS: tuple[tuple[What, str], ...] = (("station", _("Station")), ("sample", _("Sample")))
+GROUP = OwnGroup("stations", _("Stations and samples"), "map-marker")
+
+
+@dataclass(frozen=True)
+class Station(Picked):
+    """vertices: its place on the model, one point in the file frame. number: as it is written in
+    the field book or on the bag. photo: the name or path of a picture of it."""
+
+    id: str
+    name: str
+    model_id: str
+    model_hash: str
+    vertices: tuple[Point, ...]
+    what: What = "station"
+    number: str = ""
+    photo: str = ""
+    notes: str = ""
+
+
+def measure(at: Measuring, stations: Sequence[Station]) -> list[Measurement]:
+    """Where they are, in World; there is nothing else to be measured."""
+    models = [at.model(station.model_id) for station in stations]
+    places = world_lines(stations, models)
+    return [
+        Measurement(
+            place, None, None, None, None, None, said=_station_text(station),
+            metric=is_metric(model), kind="station",
+        )
+        for station, place, model in zip(stations, places, models, strict=True)
+    ]  # fmt: skip
+
+
+def _station_text(station: Station) -> str:
+    what = tr(dict(WHATS)[station.what])
+    return f"{what} {station.number}".rstrip()
+
+
+def place(subject: Subject) -> Floats | None:
+    points = subject.measured.points
+    return points[:1] if len(points) else None
+
+
+def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+    points, station = place(subject), subject.feature
+    if points is None:
+        return None
+    return Sketch(points, points[0], label=station.number or "–")
+
+
+def about(subject: Subject) -> list[str]:
+    station: Station = subject.feature
+    said = []
+    if station.number:
+        said.append(tr("Number: {number}", number=station.number))
+    if station.photo:
+        said.append(tr("Photo: {photo}", photo=station.photo))
+    return said
+
+
+def _what(subject: Subject) -> str:
+    return str(subject.feature.what)
+
+
+NUMBER = text_figure(
+    "number",
+    _("Number"),
+    _("Number of a station or sample, as written in the field"),
+    lambda s: s.feature.number or None,
+    words=("number",),
+)
+PHOTO = text_figure(
+    "photo",
+    _("Photo"),
+    _("Name or path of the photo of a station or sample"),
+    lambda s: s.feature.photo or None,
+    words=("photo",),
+)
+WHAT = replace(
+    of.KIND, title=_("Kind"), explanation=_("Station or sample"), value=_what, words=(), shown=None
+)
+"""Of files alone: elsewhere `kind` is the feature type."""
+
+KIND = Kind(
+    name="station",
+    order=62,
+    record=Station,
+    title=_("Station"),
+    icon="map-marker",
+    measure=measure,
+    figures=(of.ID, of.NAME, NUMBER, *of.PLACE, PHOTO, *of.ON_A_MODEL, of.NOTES),
+    attributes=(
+        kind.NAME,
+        Attribute("what", _("What"), "choice", WHATS),
+        Attribute("number", _("Number")),
+        Attribute("photo", _("Photo")),
+        kind.NOTES,
+    ),
+    sketch=sketch,
+    class_name=lambda station: str(station.what),
+    about=about,
+    headline=lambda measured: measured.said,
+    tool="station",
+    layer=GisLayer(
+        "stations", "point", place,
+        (of.ID, of.NAME, WHAT, NUMBER, PHOTO, of.MODEL, of.NOTES),
+    ),
+    group=GROUP,
+    color="#ffffff",
+    prefix=lambda station: str(station.what),
+    listed=True,
+    written=lambda station: station.number or station.name,
+)  # fmt: skip

@@ -1,0 +1,238 @@
+"""A digitised line where a surface meets the outcrop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate
+from vomstudio.core.words import to_translate as _
+from vomstudio.geology.doubtful_stretches import rest_of
+from vomstudio.geology.orientation import Plane
+from vomstudio.geology.quality import judge
+from vomstudio.geometry.lines import path_lengths
+from vomstudio.geometry.matrices import Point
+from vomstudio.geometry.plane_figures import Method
+from vomstudio.geometry.planes import Axis, PlaneFit, fit_planes
+from vomstudio.project import catalogue as of
+from vomstudio.project import kind
+from vomstudio.project.bed_descriptions import bed_lines, notes_with_beds
+from vomstudio.project.figures import Subject
+from vomstudio.project.kind import (
+    Attribute,
+    GisLayer,
+    Kind,
+    Lookup,
+    NetLook,
+    Sketch,
+    centre,
+    line_of,
+)
+from vomstudio.project.measurement import (
+    Floats,
+    Measurement,
+    Measuring,
+    ToWorld,
+    of_fit,
+    told_of_rule,
+    world_lines,
+)
+from vomstudio.project.records import SURROUNDINGS_RULE, Logged, Repeatable, Surrounded, Typed
+
+METHODS = (
+    ("pca", to_translate("moment of inertia (PCA)")),
+    ("regression", to_translate("planar regression")),
+)
+
+
+_TO_AND_FRO = 4.0
+"""Ours: times its extent that the way along a trace is long; once around an outcrop is pi times."""
+
+
+@dataclass(frozen=True)
+class Trace(Logged, Surrounded, Repeatable, Typed):
+    """vertices: in order, model file frame. resolution: effective, of the model's vertices or
+    points around the pick, in file units, None where unknown. outcrop_normal: unit normal of the
+    outcrop face around the trace, file frame, None where unknown. rule: by which these two were
+    measured. axis: along which the residuals of a regression are measured. doubtful: first and last
+    vertex of stretches that may be on another contact, found when it was followed.
+    """
+
+    id: str
+    name: str
+    type_id: str
+    model_id: str
+    model_hash: str
+    vertices: tuple[Point, ...]
+    resolution: float | None = None
+    outcrop_normal: Point | None = None
+    set_name: str = ""
+    overturned: bool = False
+    notes: str = ""
+    method: Literal["pca", "regression"] = "pca"
+    rule: int = 0
+    axis: Axis = "z"
+    repeat_of: str | None = None
+    interpreter: str | None = None
+    beds: tuple[tuple[str, str, str], ...] = ()
+    domain: str = ""
+    doubtful: tuple[tuple[int, int], ...] = ()
+
+
+def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
+    """Fit and judge traces in World, all in one batch."""
+    models = [at.model(trace.model_id) for trace in traces]
+    points = world_lines(traces, models)
+    # Most traces are on the same one, and so is its record.
+    to_world = {id(m): ToWorld.of(m) for m in {id(m): m for m in models}.values()}
+    fits = _fits(traces, points)
+    planes = iter(Plane.from_normals([fit.normal for fit, _ in fits if fit is not None]))
+    frames = [to_world[id(model)] for model in models]
+    faces = _faces(traces, frames)
+    tilts = _tilts([fit for fit, _ in fits], frames)
+    result = []
+    lengths = path_lengths(points)
+    each = zip(traces, frames, faces, points, fits, tilts, lengths, strict=True)
+    for trace, frame, face, own, (fit, problem), tilt, length in each:
+        resolution = None if trace.resolution is None else trace.resolution * frame.scale
+        rest = rest_of(own, trace.doubtful) if trace.doubtful and fit is not None else None
+        stretch = None if rest is None or fit is None else rest.error95_deg(fit, resolution, face)
+        verdict = (
+            None
+            if fit is None
+            else told_of_rule(
+                judge(
+                    fit,
+                    resolution_m=resolution,
+                    outcrop_normal=face,
+                    thresholds=at.thresholds,
+                    registration_deg=tilt,
+                    seen=() if rest is None else rest.findings(),
+                    stretch_error_deg=stretch,
+                ),
+                trace.rule,
+                measured=resolution is not None or face is not None,
+            )
+        )
+        if verdict is not None and fit is not None and length > _TO_AND_FRO * (fit.extent or 0.0):
+            verdict = replace(verdict, notes=(*verdict.notes, Finding("plane.to-and-fro")))
+        result.append(
+            Measurement(
+                own,
+                resolution,
+                face,
+                fit,
+                verdict,
+                problem,
+                **of_fit(fit, None if fit is None else next(planes)),
+                metric=frame.metric,
+                kind="trace",
+                by_this_rule=trace.rule >= SURROUNDINGS_RULE,
+                registration_error_deg=tilt,
+                stretch_error_deg=stretch,
+            )
+        )
+    return result
+
+
+def _faces(traces: Sequence[Trace], frames: Sequence[ToWorld]) -> list[Floats | None]:
+    """(3,) World of the outcrop face of each trace."""
+    faces: list[Floats | None] = [None] * len(traces)
+    own: dict[int, list[int]] = {}
+    for i, (trace, frame) in enumerate(zip(traces, frames, strict=True)):
+        if trace.outcrop_normal is not None:
+            own.setdefault(id(frame), []).append(i)
+    for rows in own.values():
+        normals = np.array([traces[i].outcrop_normal for i in rows], np.float64)
+        # A stack of single rows: the product of many rows is rounded otherwise than that of one.
+        turned = (normals[:, None] @ frames[rows[0]].turn)[:, 0]
+        for i, face in zip(rows, turned, strict=True):
+            faces[i] = face
+    return faces
+
+
+def _tilts(fits: Sequence[PlaneFit | None], frames: Sequence[ToWorld]) -> list[float | None]:
+    """By how much the registration can tilt each plane, 95 %, degrees."""
+    tilts: list[float | None] = [None] * len(fits)
+    own: dict[int, list[int]] = {}
+    for i, (fit, frame) in enumerate(zip(fits, frames, strict=True)):
+        if fit is not None and frame.rotation is not None:
+            own.setdefault(id(frame), []).append(i)
+    for rows in own.values():
+        normals = np.array([fit.normal for i in rows if (fit := fits[i]) is not None])
+        for i, tilt in zip(rows, frames[rows[0]].tilts_deg(normals), strict=True):
+            tilts[i] = tilt
+    return tilts
+
+
+def _fits(
+    traces: Sequence[Trace], points: Sequence[Floats]
+) -> list[tuple[PlaneFit | None, Finding | None]]:
+    """The plane of each trace, or why there is none."""
+    fits: list[tuple[PlaneFit | None, Finding | None]] = [(None, None)] * len(traces)
+    ways: dict[tuple[Method, Axis], list[int]] = {}
+    for i, trace in enumerate(traces):
+        axis = trace.axis if trace.method == "regression" else "auto"
+        ways.setdefault((trace.method, axis), []).append(i)
+    for (method, axis), chosen in ways.items():
+        batch = fit_planes(
+            np.concatenate([points[i] for i in chosen]),
+            np.concatenate([[0], np.cumsum([len(points[i]) for i in chosen])]),
+            method=method,
+            axis=axis,
+        )
+        for i, fit, problem in zip(chosen, batch.rows(), batch.error, strict=True):
+            fits[i] = (None, problem) if problem else (fit, None)
+    return fits
+
+
+def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
+    """Named on the rock, so at the vertex nearest its centroid, which itself may lie in the air or
+    inside."""
+    points = subject.measured.points
+    if not len(points):
+        return None
+    off = np.linalg.norm(points - centre(subject.measured), axis=1)
+    anchor = np.asarray(points[int(np.argmin(off))], float)
+    return Sketch(points, anchor, sign=anchor)
+
+
+N_VERTICES = replace(of.N_POINTS, value=lambda s: len(s.feature.vertices))
+
+NOTES = replace(of.NOTES, value=notes_with_beds)
+
+KIND = Kind(
+    name="trace",
+    order=10,
+    record=Trace,
+    title=_("Trace"),
+    icon="vector-polyline",
+    measure=measure,
+    figures=(
+        *of.NAMED, *of.PLANE, of.OVERTURNED, *of.PLACE, *of.FITTED, *of.VERDICT, *of.ON_A_MODEL,
+        of.NOTES,
+    ),
+    attributes=(
+        kind.NAME, kind.TYPE, kind.SET, kind.DOMAIN, kind.OVERTURNED,
+        Attribute("method", _("Fit"), "choice", METHODS), kind.NOTES,
+    ),
+    sketch=sketch,
+    remarks=lambda subject: bed_lines(subject.feature, subject.records),
+    orientations=("plane",),
+    evidence="picked",
+    plane=kind.always,
+    tool="trace",
+    net=NetLook(),
+    layer=GisLayer(
+        "traces", "line", line_of,
+        (
+            *of.NAMED, N_VERTICES, of.DIP_DIRECTION, of.DIP, of.TOTAL, of.MAX_CONFIDENCE,
+            of.QUALITY, NOTES,
+        ),
+        main=True,
+    ),
+)  # fmt: skip

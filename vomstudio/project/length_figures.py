@@ -1,0 +1,146 @@
+"""The figures of lengths and areas that are measured on a model, and how they are said; kinds that
+have no orientation list theirs (`project/kinds`)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from vomstudio.core.words import to_translate as _
+from vomstudio.core.words import tr
+from vomstudio.geometry.units import area_text, length_text
+from vomstudio.project import catalogue as of
+from vomstudio.project.figures import Figure, Subject
+from vomstudio.project.measurement import Measurement
+
+
+def _of_registration(figure: str) -> str:
+    """The name of the registration's error of a figure."""
+    name, unit = figure.rsplit("_", 1)
+    return f"{name}_registration95_{unit}"
+
+
+def _thickness_error(figures: Mapping[str, float]) -> float | None:
+    """With the registration, where that is known."""
+    error = figures.get("thickness_total95_m")
+    return figures.get("thickness_error95_m") if error is None else error
+
+
+def _area(figures: Mapping[str, float], *, metric: bool) -> str:
+    text = area_text(figures["area_m2"], metric=metric)
+    error = figures.get(_of_registration("area_m2"))
+    return text if error is None else f"{text} ± {area_text(error, metric=metric)}"
+
+
+# The figure that a dimension is made for, first in this order where it has it.
+_MAIN: tuple[str, ...] = ("thickness_m", "area_m2", "length_m", "distance_m")
+
+
+def headline(measured: Measurement) -> str | None:
+    """The main figure of a dimension, with its error where that is known."""
+    figures, metric = measured.dimension, measured.metric
+    if not figures:
+        return None
+    for name in _MAIN:
+        if name in figures:
+            if name == "area_m2":
+                return _area(figures, metric=metric)
+            error = figures.get(_of_registration(name))
+            if name == "thickness_m":
+                error = _thickness_error(figures)
+            text = length_text(figures[name], metric=metric)
+            return text if error is None else f"{text} ± {length_text(error, 2, metric=metric)}"
+    return "–"
+
+
+def words(measured: Measurement) -> list[str]:
+    """The figures of a dimension, the one it is made for first."""
+    figures = measured.dimension or {}
+
+    def length(value: float, digits: int = 3) -> str:
+        return length_text(value, digits, metric=measured.metric)
+
+    def said_with_error(name: str) -> str:
+        error = figures.get(_of_registration(name))
+        text = length(abs(figures[name]))
+        return text if error is None else f"{text} ± {length(error, 2)}"
+
+    lines = []
+    if (value := figures.get("thickness_m")) is not None:
+        error = _thickness_error(figures)
+        lines.append(
+            tr("Thickness {length}, 95 % error unknown", length=length(value))
+            if error is None
+            else tr(
+                "Thickness {length}, 95 % error ± {error}",
+                length=length(value),
+                error=length(error, 2),
+            )
+        )
+        if (registered := figures.get("thickness_registration95_m")) is not None:
+            lines.append(
+                tr("Of that by the registration ± {error}", error=length(registered, 2))
+                if error is not None
+                else tr("By the registration ± {error}", error=length(registered, 2))
+            )
+    if "area_m2" in figures:
+        lines.append(_area(figures, metric=measured.metric))
+    for name, said in (
+        ("length_m", _("Length along the line {length}")),
+        ("distance_m", _("Distance {length}")),
+        ("perimeter_m", _("Perimeter {length}")),
+    ):
+        if name in figures:
+            lines.append(tr(said, length=said_with_error(name)))
+    if "horizontal_m" in figures:
+        up = figures["vertical_m"]
+        lines.append(
+            tr(
+                "Horizontal {horizontal}, upward {vertical}"
+                if up >= 0.0
+                else "Horizontal {horizontal}, downward {vertical}",
+                horizontal=said_with_error("horizontal_m"),
+                vertical=said_with_error("vertical_m"),
+            )
+        )
+    if any(_of_registration(name) in figures for name in ("area_m2", "distance_m")):
+        lines.append(tr("± is the 95 % error of the registration, in scale and attitude."))
+    return lines
+
+
+def figure_of(name: str) -> Callable[[Subject], Any]:
+    return lambda s: (s.measured.dimension or {}).get(name)
+
+
+def length_figure(name: str, title: str, explanation: str, short: str = "") -> Figure:
+    return Figure(name, title, explanation, figure_of(name), "length", "m", short=short)
+
+
+AREA = replace(of.AREA, explanation=_("Area inside the points"), value=figure_of("area_m2"))
+AREA_REGISTRATION = Figure(
+    "area_registration95_m2",
+    _("Reg. ± area"),
+    _("95 % error of the area by the scale of the registration"),
+    figure_of("area_registration95_m2"),
+    "area",
+    "m2",
+    short="reg_area",
+)
+LENGTH = replace(
+    length_figure("length_m", _("Length"), _("Length of the line through all points")),
+    words=("length",),
+)
+LENGTH_REGISTRATION = length_figure(
+    "length_registration95_m",
+    _("Reg. ± length"),
+    _("95 % error of the length by the scale of the registration"),
+    short="reg_length",
+)
+PERIMETER = length_figure("perimeter_m", _("Perimeter"), _("Perimeter of the area"))
+PERIMETER_REGISTRATION = length_figure(
+    "perimeter_registration95_m",
+    _("Reg. ± perim."),
+    _("95 % error of the perimeter by the scale of the registration"),
+    short="reg_perime",
+)

@@ -1,0 +1,130 @@
+"""Compass readings beside what was picked on the model: how far apart they are, in degrees."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.findings import Finding
+from vomstudio.geology.orientation import angle_between_lines, angle_between_planes
+from vomstudio.project.figures import Subject
+from vomstudio.project.kind import kind_of
+from vomstudio.project.measurement import Measurement, NearestPick
+from vomstudio.project.measurement_cache import Measurements
+from vomstudio.project.records import Feature, Model, OnAModel, Record, Typed, get
+
+__all__ = ["NearestPick", "nearest_picks", "summary"]
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class _Picks:
+    """Picks of one type and geometry. vectors (n, 3); points (m, 3), owner (m,) rows of vectors."""
+
+    features: list[Feature]
+    vectors: Floats
+    points: Floats
+    owner: npt.NDArray[np.int64]
+    measured: Mapping[str, Measurement]
+
+
+def nearest_picks(
+    records: Mapping[str, Record], measurements: Measurements
+) -> dict[str, NearestPick]:
+    """For each reading that has a counterpart: planes are compared with planes picked of the same
+    type, lines with lines. Picks on a model whose north is not known are left out: they have no
+    geographic direction."""
+    typed = [r for r in records.values() if isinstance(r, Typed)]
+    readings = [r for r in typed if kind_of(r).evidence == "read"]
+    if not readings:
+        return {}
+    read = measurements.of(records, [r.id for r in readings])
+    groups: dict[tuple[str, bool], list[Typed]] = {}
+    for reading in readings:
+        is_plane = read[reading.id].plane is not None
+        groups.setdefault((reading.type_id, is_plane), []).append(reading)
+    result: dict[str, NearestPick] = {}
+    for (type_id, is_plane), own in groups.items():
+        picks = _picks(records, measurements, [r for r in typed if r.type_id == type_id], is_plane)
+        if picks is not None:
+            result |= _compare(own, read, picks)
+    return result
+
+
+def _picks(
+    records: Mapping[str, Record],
+    measurements: Measurements,
+    typed: Sequence[Typed],
+    is_plane: bool,
+) -> _Picks | None:
+    wanted = "plane" if is_plane else "line"
+    features = [
+        f
+        for f in typed
+        if (kind := kind_of(f)).evidence == "picked"
+        and wanted in kind.orientations
+        and isinstance(f, OnAModel)
+        and (model := get(records, f.model_id, Model)) is not None
+        and model.frame.has_north
+    ]
+    measured = measurements.of(records, [f.id for f in features])
+    features = [f for f in features if _vector(measured[f.id]) is not None]
+    if not features:
+        return None
+    vectors = np.array([_vector(measured[f.id]) for f in features])
+    points = [kind_of(f).places(Subject(f, measured[f.id], records)) for f in features]
+    owner = np.repeat(np.arange(len(features)), [len(p) for p in points])
+    return _Picks(list(features), vectors, np.concatenate(points), owner, measured)
+
+
+def _compare(
+    readings: Sequence[Feature], measured: Mapping[str, Measurement], picks: _Picks
+) -> dict[str, NearestPick]:
+    from scipy.spatial import cKDTree
+
+    tree = cKDTree(picks.points)
+    result = {}
+    for reading in readings:
+        own = measured[reading.id]
+        vector = _vector(own)
+        if vector is None:
+            continue
+        distance: float | None = None
+        if len(own.points):
+            away, point = tree.query(own.points[0])
+            row, distance = int(picks.owner[point]), float(away)
+        else:
+            row = int(np.argmax(np.abs(picks.vectors @ vector)))
+        pick = picks.features[row]
+        angle = _angle_deg(own, picks.measured[pick.id])
+        result[reading.id] = NearestPick(pick.id, pick.name, angle, distance)
+    return result
+
+
+def _angle_deg(a: Measurement, b: Measurement) -> float:
+    if a.plane is not None and b.plane is not None:
+        return angle_between_planes(a.plane, b.plane)
+    assert a.line is not None
+    assert b.line is not None
+    return angle_between_lines(a.line, b.line)
+
+
+def _vector(measured: Measurement) -> Floats | None:
+    if measured.plane is not None:
+        return measured.plane.normal()
+    return None if measured.line is None else measured.line.vector()
+
+
+def summary(readings: list[str], picks: Mapping[str, NearestPick]) -> Finding:
+    """Return how well readings agree with the picks."""
+    n = len(readings)
+    angles = [picks[i].angle_deg for i in readings if i in picks]
+    if not angles:
+        return Finding("readings.no-picks", count=n)
+    return Finding(
+        "readings.compared", count=n, compared=len(angles), median_deg=float(np.median(angles))
+    )

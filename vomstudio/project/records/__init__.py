@@ -1,0 +1,73 @@
+"""The records of a project: frozen, plain, and in the frame of the file they were measured on.
+
+Features hold float64 coordinates in their model's own file frame. World coordinates and fits follow
+from (feature, model) and are never stored, so declaring or changing a frame is one edit of one
+Model and moves everything with it. The record of each kind of feature is in `project/kinds`.
+"""
+
+from __future__ import annotations
+
+from vomstudio.geometry.registrations import Registration
+from vomstudio.project.records.compasses import Compass, compass_id
+from vomstudio.project.records.face_grids import FaceGrid
+from vomstudio.project.records.feature_types import DEFAULT_TYPES, FeatureType
+from vomstudio.project.records.features import (
+    SURROUNDINGS_RULE,
+    Feature,
+    Group,
+    Logged,
+    OnAModel,
+    Painted,
+    Picked,
+    Repeatable,
+    Surrounded,
+    Typed,
+    get,
+    get_feature,
+)
+from vomstudio.project.records.models import Model
+from vomstudio.project.records.photos import (
+    Asset,
+    ImageMark,
+    MarkedPoint,
+    Mask,
+    PhotoSet,
+    Reconstruction,
+)
+from vomstudio.project.records.profiles import PROFILE_ID, VerdictProfile, limits_of
+
+Resting = PhotoSet | Mask | MarkedPoint | ImageMark | Reconstruction | Registration
+"""What models rest on."""
+Record = Model | FeatureType | VerdictProfile | FaceGrid | Compass | Resting | Feature
+
+__all__ = [
+    "DEFAULT_TYPES",
+    "PROFILE_ID",
+    "SURROUNDINGS_RULE",
+    "Asset",
+    "Compass",
+    "FaceGrid",
+    "Feature",
+    "FeatureType",
+    "Group",
+    "ImageMark",
+    "Logged",
+    "MarkedPoint",
+    "Mask",
+    "Model",
+    "OnAModel",
+    "Painted",
+    "PhotoSet",
+    "Picked",
+    "Reconstruction",
+    "Record",
+    "Repeatable",
+    "Resting",
+    "Surrounded",
+    "Typed",
+    "VerdictProfile",
+    "compass_id",
+    "get",
+    "get_feature",
+    "limits_of",
+]

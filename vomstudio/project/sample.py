@@ -1,0 +1,140 @@
+"""The embedded sample outcrop: its model, picks and photos, and the truth about them."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import InputError
+from vomstudio.core.files.regular import read_small_text
+from vomstudio.core.findings import Finding
+from vomstudio.core.paths import resource
+from vomstudio.geology.orientation import Line, Plane
+from vomstudio.geometry.cameras import MODELS, Intrinsics, View
+from vomstudio.io.photos.cameras_file import Cameras
+
+FOLDER = "sample"
+
+
+@dataclass(frozen=True, eq=False)
+class SamplePicks:
+    """Digitised picks: pick i has names[i], kinds[i] (bedding, fault, joint), sets[i], horizons[i]
+    ("" where it is on no named bed) and points[offsets[i]:offsets[i + 1]], World, m."""
+
+    names: tuple[str, ...]
+    kinds: tuple[str, ...]
+    sets: tuple[str, ...]
+    horizons: tuple[str, ...]
+    points: npt.NDArray[np.float64]
+    offsets: npt.NDArray[np.int64]
+
+    def of(self, i: int) -> npt.NDArray[np.float64]:
+        return self.points[self.offsets[i] : self.offsets[i + 1]]
+
+
+@dataclass(frozen=True)
+class SampleTruth:
+    """By the name of their pick the planes; fold axis, bedding/fault intersection, slip."""
+
+    planes: dict[str, Plane]
+    axis: Line
+    intersection: Line
+    displacement_m: float
+
+
+def sample_model() -> Path:
+    """The sample's OBJ file."""
+    return resource(FOLDER, "sample.obj")
+
+
+def sample_photos() -> Path:
+    """The folder of the sample's photos."""
+    return resource(FOLDER, "photos")
+
+
+def sample_control() -> Path:
+    """Its control points: CSV label,x,y,z,sigma,use."""
+    return resource(FOLDER, "control.csv")
+
+
+def sample_marks() -> Path:
+    """Where the photos show the control points: CSV label,photo,x,y, COLMAP's pixels."""
+    return resource(FOLDER, "marks.csv")
+
+
+def read_true_cameras(path: Path | None = None) -> Cameras:
+    """The photos with the lens and the poses that they were made with.
+
+    Raises InputError where the file is damaged.
+    """
+    path = path or resource(FOLDER, "cameras_truth.csv")
+    try:
+        rows = _rows(path)
+        centres = np.array([[float(row[axis]) for axis in "xyz"] for row in rows])
+        origin = np.floor(centres.min(axis=0))
+        views = []
+        for row, centre in zip(rows, centres - origin, strict=True):
+            turn = [[float(row[f"r{i}{j}"]) for j in (1, 2, 3)] for i in (1, 2, 3)]
+            lens = Intrinsics(
+                "OPENCV",
+                int(row["width"]),
+                int(row["height"]),
+                tuple(float(row[name]) for name in MODELS["OPENCV"]),
+            )
+            rotation = np.array(turn)
+            views.append(View(row["name"], lens, rotation, -rotation @ centre))
+        x, y, z = (int(value) for value in origin)
+        return Cameras(tuple(views), sample_photos(), (x, y, z), "EPSG:32633", True)
+    except (KeyError, ValueError, TypeError) as error:
+        raise InputError(Finding("sample.damaged"), file=path) from error
+
+
+def read_picks(path: Path | None = None) -> SamplePicks:
+    """Raises InputError where the file is damaged."""
+    path = path or resource(FOLDER, "picks.csv")
+    rows = _rows(path)
+    try:
+        names = [row["pick"] for row in rows]
+        starts = [i for i, name in enumerate(names) if i == 0 or name != names[i - 1]]
+        return SamplePicks(
+            tuple(names[i] for i in starts),
+            tuple(rows[i]["kind"] for i in starts),
+            tuple(rows[i]["set"] for i in starts),
+            tuple(rows[i]["horizon"] for i in starts),
+            np.array([[float(row[axis]) for axis in "xyz"] for row in rows]),
+            np.array([*starts, len(rows)], dtype=np.int64),
+        )
+    except (KeyError, ValueError, TypeError) as error:
+        raise InputError(Finding("sample.damaged"), file=path) from error
+
+
+def read_truth(path: Path | None = None) -> SampleTruth:
+    """Raises InputError where the file is damaged."""
+    path = path or resource(FOLDER, "truth.csv")
+    try:
+        rows = {row["name"]: row for row in _rows(path)}
+
+        def line(name: str) -> Line:
+            return Line(float(rows[name]["trend_deg"]), float(rows[name]["plunge_deg"]))
+
+        return SampleTruth(
+            {
+                name: Plane(float(row["dip_direction_deg"]), float(row["dip_deg"]))
+                for name, row in rows.items()
+                if row["dip_deg"]
+            },
+            line("fold axis"),
+            line("bedding and fault"),
+            float(rows["displacement"]["length_m"]),
+        )
+    except (KeyError, ValueError, TypeError) as error:
+        raise InputError(Finding("sample.damaged"), file=path) from error
+
+
+def _rows(path: Path) -> list[dict[str, str]]:
+    lines = read_small_text(path).splitlines()
+    return list(csv.DictReader(line for line in lines if not line.startswith("#")))

@@ -1,0 +1,39 @@
+"""What is selected: one thing in net, table, tree and 3-D. View state, not undone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from vomstudio.core.signals import Signal
+
+
+class Selection:
+    def __init__(self) -> None:
+        self.changed: Signal[tuple[str, ...]] = Signal()
+        self._ids: tuple[str, ...] = ()
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """In the order in which they were chosen; the last one is the current one."""
+        return self._ids
+
+    @property
+    def current(self) -> str | None:
+        return self._ids[-1] if self._ids else None
+
+    def set(self, ids: Iterable[str]) -> None:
+        new = tuple(dict.fromkeys(ids))
+        if new != self._ids:
+            self._ids = new
+            self.changed.emit(new)
+
+    def toggle(self, id_: str) -> None:
+        if id_ in self._ids:
+            self.set(i for i in self._ids if i != id_)
+        else:
+            self.set((*self._ids, id_))
+
+    def keep(self, ids: Iterable[str]) -> None:
+        """Forget whatever is not among `ids` any more."""
+        known = set(ids)
+        self.set(i for i in self._ids if i in known)

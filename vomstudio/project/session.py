@@ -1,0 +1,224 @@
+"""One way in (`Session.apply`), one way to be told (`changed`)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any, TypeVar
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.signals import Signal, telling
+from vomstudio.project.codec import encode_edit
+from vomstudio.project.edit import Edit, change
+from vomstudio.project.journal.replay import Draft, Journal, RowKind, replay
+from vomstudio.project.record_map import RecordMap
+from vomstudio.project.records import DEFAULT_TYPES, Feature, FeatureType, Record
+
+T = TypeVar("T")
+
+
+class Session:
+    """The records of one open project, their history and their journal.
+
+    A row is committed to the journal before anyone is told of its effect. `settings` returns the
+    settings that affect results; they are written beside every edit.
+    """
+
+    def __init__(self, journal: Journal, settings: Callable[[], Mapping[str, Any]] = dict) -> None:
+        self.changed: Signal[Edit] = Signal()
+        self.history_changed: Signal[None] = Signal()
+        self._journal = journal
+        self._settings = settings
+        played = replay(journal.rows())
+        self._records = RecordMap(played.records)
+        self._done = played.done
+        self._undone = played.undone
+        self._saved = played.saved
+        self._saved_top = played.saved_top
+        self.problems: tuple[Finding, ...] = tuple(played.problems)
+        self.draft: Draft | None = played.draft
+        self.recovered = self.dirty and bool(self._done)
+        if not played.done and not played.undone and not played.records:
+            self._begin()
+        elif not self.of(FeatureType):
+            # The journal's first row is damaged: without feature types nothing can be picked.
+            types: dict[str, Record | None] = {kind.id: kind for kind in DEFAULT_TYPES}
+            self._write(change(self._records, "Restore the feature types", types), "do")
+
+    def _begin(self) -> None:
+        first = change({}, "New project", {kind.id: kind for kind in DEFAULT_TYPES})
+        self._write(first, "do")
+        self._journal.append("save")
+        self._saved, self._saved_top = dict(self._records), self.top
+
+    @property
+    def records(self) -> RecordMap:
+        """The records of now, also after further edits: who keeps those of a moment copies them."""
+        return self._records
+
+    def features(self) -> list[Feature]:
+        """Everything measured, in the order in which it came."""
+        return self._records.of(Feature)
+
+    def of(self, cls: type[T]) -> list[T]:
+        """The records of one class, in the order in which they came."""
+        return self._records.of(cls)
+
+    def ever_held(self, *classes: type[Any]) -> bool:
+        """A record of these classes is or was in the project, as far as the history reaches."""
+        return any(
+            isinstance(record, classes)
+            for _, edit in (*self._done, *self._undone)
+            for record in (*edit.before.values(), *edit.after.values())
+        )
+
+    # --- edits -------------------------------------------------------------------------------
+    def apply(self, edit: Edit, *, finishes_draft: bool = False, joins: int | None = None) -> int:
+        """joins: the number of the newest edit, as this call returned it, with which it shall be
+        one step of the history; where that is not the newest any more, it becomes its own.
+
+        Returns the number of the edit. Raises DocumentError where the edit no longer fits or cannot
+        be written; then nothing has changed.
+        """
+        # Amending what is saved would take the save back with it.
+        amends = joins is not None and joins == self.top and self.dirty
+        self._write(edit, "amend" if amends else "do", finishes_draft=finishes_draft)
+        self._tell(edit)
+        return self.top
+
+    def _write(self, edit: Edit, kind: RowKind, *, finishes_draft: bool = False) -> None:
+        edit.check(self._records)
+        before, after = encode_edit(edit)
+        of_seq = self.draft.seq if finishes_draft and self.draft else None
+        seq = self._journal.append(
+            kind,
+            of_seq=self.top if kind == "amend" else of_seq,
+            label=edit.label,
+            before=before,
+            after=after,
+            settings=self._settings(),
+        )
+        if finishes_draft:
+            self.draft = None
+        self._records.take(edit.after)
+        if kind == "amend":
+            edit = self._done.pop()[1].followed_by(edit)
+        self._done.append((seq, edit))
+        self._undone.clear()
+
+    def _tell(self, edit: Edit) -> None:
+        with telling():
+            self.changed.emit(edit)
+            self.history_changed.emit(None)
+
+    # --- history -----------------------------------------------------------------------------
+    @property
+    def top(self) -> int:
+        return self._done[-1][0] if self._done else 0
+
+    @property
+    def saved_top(self) -> int:
+        """The number of the newest edit at the last save."""
+        return self._saved_top
+
+    @property
+    def saved(self) -> Mapping[str, Record]:
+        """The records at the last save."""
+        return MappingProxyType(self._saved)
+
+    @property
+    def undo_label(self) -> str | None:
+        """What would be undone; None where there is nothing (the project's birth stays)."""
+        return self._done[-1][1].label if len(self._done) > 1 else None
+
+    @property
+    def redo_label(self) -> str | None:
+        return self._undone[-1][1].label if self._undone else None
+
+    def undo(self) -> None:
+        if self.undo_label is None:
+            return
+        seq, edit = self._done[-1]
+        self._journal.append("undo", of_seq=seq, label=edit.label)
+        self._done.pop()
+        self._undone.append((seq, edit))
+        inverse = edit.inverse()
+        inverse.check(self._records)
+        self._records.take(inverse.after)
+        self._tell(inverse)
+
+    def redo(self) -> None:
+        if self.redo_label is None:
+            return
+        seq, edit = self._undone[-1]
+        self._journal.append("redo", of_seq=seq, label=edit.label)
+        self._undone.pop()
+        self._done.append((seq, edit))
+        edit.check(self._records)
+        self._records.take(edit.after)
+        self._tell(edit)
+
+    # --- saving ------------------------------------------------------------------------------
+    @property
+    def dirty(self) -> bool:
+        return self.top != self._saved_top
+
+    def save(self) -> None:
+        self._journal.append("save")
+        self.mark_saved()
+
+    def mark_saved(self) -> None:
+        """The journal ends with a save of the present state."""
+        self._saved, self._saved_top = dict(self._records), self.top
+        self.recovered = False
+        self.history_changed.emit(None)
+
+    def discard_unsaved(self) -> None:
+        """Back to the last save, by an edit that can itself be undone."""
+        ids = {
+            id_
+            for id_ in {*self._records, *self._saved}
+            if self._records.get(id_) != self._saved.get(id_)
+        }
+        if not any(isinstance(record, FeatureType) for record in self._saved.values()):
+            # Types that were restored after damage are no work that could be put aside.
+            ids = {id_ for id_ in ids if not isinstance(self._records.get(id_), FeatureType)}
+        edit = change(
+            self._records, "Discard unsaved changes", {id_: self._saved.get(id_) for id_ in ids}
+        )
+        self._write(edit, "discard")
+        self._journal.append("save")
+        self._saved, self._saved_top = dict(self._records), self.top
+        self.recovered = False
+        self._tell(edit)
+
+    # --- drafts ------------------------------------------------------------------------------
+    def set_draft(self, state: Mapping[str, Any] | None) -> None:
+        """The clicks of an unfinished tool; None once it is cancelled."""
+        if state is None and self.draft is None:
+            return
+        seq = self._journal.append("draft", after=state)
+        self.draft = None if state is None else Draft(seq, dict(state))
+
+    def use_journal(self, journal: Journal, numbers: Mapping[int, int] | None = None) -> Journal:
+        """Go on in another journal, which holds the same steps; returns the one left. numbers: of
+        its rows by those of the one left, where they differ."""
+        old, self._journal = self._journal, journal
+        if numbers:
+            self._done = [(numbers[seq], edit) for seq, edit in self._done]
+            self._undone = [(numbers[seq], edit) for seq, edit in self._undone]
+            self._saved_top = numbers.get(self._saved_top, self._saved_top)
+            if self.draft is not None:
+                self.draft = Draft(numbers[self.draft.seq], self.draft.state)
+        return old
+
+    def done_steps(self) -> list[tuple[int, Edit]]:
+        """Row number and edit of what can be undone, the oldest first."""
+        return list(self._done)
+
+    def undone_steps(self) -> list[tuple[int, Edit]]:
+        """Row number and edit of what can be done again, the next one last."""
+        return list(self._undone)
+
+    def close(self) -> None:
+        self._journal.close()

@@ -1,0 +1,108 @@
+"""The figures of a slip: the line in its plane, which way the hanging wall moved, and the plane
+itself. They belong to the catalogue, whose table has them in the order of `SLIP`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from vomstudio.core.words import to_translate as _
+from vomstudio.core.words import tr
+from vomstudio.geology.slip import CONFIDENCES, SENSES
+from vomstudio.project.figures import Subject, figure_in_degrees, text_figure
+from vomstudio.project.records import Feature
+
+
+def _sense(s: Subject) -> str | None:
+    return getattr(s.feature, "slip", None) or None
+
+
+def _sense_text(s: Subject) -> str:
+    sense = _sense(s)
+    return "" if sense is None else tr({str(code): words for code, words in SENSES}[sense])
+
+
+def _confidence(s: Subject) -> str | None:
+    """Of a sense only; what is left of it where the sense was taken back says nothing."""
+    return getattr(s.feature, "slip_confidence", None) or None if _sense(s) else None
+
+
+def _confidence_text(s: Subject) -> str:
+    found = _confidence(s)
+    return "" if found is None else tr({str(code): words for code, words in CONFIDENCES}[found])
+
+
+def _on_plane(s: Subject) -> str | None:
+    """The name of the plane; the id of one without a name."""
+    host = s.records.get(getattr(s.feature, "plane_id", ""))
+    return (host.name or host.id) if isinstance(host, Feature) else None
+
+
+def _of_plane(name: str) -> Callable[[Subject], Any]:
+    return lambda s: None if s.measured.on_plane is None else getattr(s.measured.on_plane, name)
+
+
+RAKE = figure_in_degrees(
+    "rake_deg",
+    _("Rake"),
+    _("Rake of a line in its plane: 0 to 180 from the right-hand-rule strike, 90 down the dip"),
+    lambda s: s.measured.rake_deg,
+    "angle",
+    short="rake",
+    words=("rake",),
+)
+SLIP_RAKE = figure_in_degrees(
+    "slip_rake_deg",
+    _("Slip rake"),
+    _("Rake of the hanging wall's movement: -180 to 180, positive where reverse, 0 sinistral"),
+    lambda s: s.measured.slip_rake_deg,
+    "angle",
+    short="slip_rake",
+    words=("slip_rake",),
+)
+SLIP_SENSE = text_figure(
+    "slip_sense",
+    _("Slip"),
+    _("Sense of slip as seen on the plane: normal, reverse, sinistral or dextral"),
+    _sense,
+    short="slip_sense",
+    words=("slip",),
+    shown=_sense_text,
+)
+SLIP_CONFIDENCE = text_figure(
+    "slip_confidence",
+    _("Slip is"),
+    _("How sure the sense of slip is: certain, probable or supposed"),
+    _confidence,
+    short="slip_conf",
+    words=("slip_confidence",),
+    shown=_confidence_text,
+)
+ON_PLANE = text_figure(
+    "on_plane",
+    _("On plane"),
+    _("Plane on which the line lies"),
+    _on_plane,
+    short="on_plane",
+    words=("on_plane",),
+)
+ON_PLANE_DIP_DIRECTION = figure_in_degrees(
+    "on_plane_dip_direction_deg",
+    _("Its dip dir."),
+    _("Dip direction of the plane on which the line lies"),
+    _of_plane("dip_direction_deg"),
+    "azimuth",
+    short="onplane_dd",
+)
+ON_PLANE_DIP = figure_in_degrees(
+    "on_plane_dip_deg",
+    _("Its dip"),
+    _("Dip of the plane on which the line lies"),
+    _of_plane("dip_deg"),
+    "angle",
+    short="onplanedip",
+)
+
+SLIP = (
+    RAKE, SLIP_RAKE, SLIP_SENSE, SLIP_CONFIDENCE, ON_PLANE, ON_PLANE_DIP_DIRECTION, ON_PLANE_DIP,
+)  # fmt: skip

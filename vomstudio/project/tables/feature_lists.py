@@ -1,0 +1,62 @@
+"""What is interpreted without an orientation (stations, contact lines, rock areas) as tables of
+text, one for each kind, with its place as well-known text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.files.spreadsheet_cells import head_line
+from vomstudio.core.version import __version__
+from vomstudio.project.figures import Subject
+from vomstudio.project.kind import Kind
+from vomstudio.project.kinds import KINDS, kind_of
+from vomstudio.project.measurement_cache import Measurements
+from vomstudio.project.records import Feature, Record
+from vomstudio.project.tables.orientation_table import csv_cell
+from vomstudio.project.tables.project_table import ProjectTable
+
+_FORMS = {"point": "POINT Z", "line": "LINESTRING Z", "ring": "POLYGON Z"}
+WKT = "wkt"
+
+
+def listed_tables(
+    records: Mapping[str, Record], table: ProjectTable, measurements: Measurements
+) -> dict[str, str]:
+    """The CSV of each such kind that has features, by the name of its layer, in World."""
+    features = [r for r in records.values() if isinstance(r, Feature) and kind_of(r).listed]
+    measured = measurements.of(records, [f.id for f in features])
+    own: dict[Kind, list[Subject]] = {}
+    for f in features:
+        own.setdefault(kind_of(f), []).append(Subject(f, measured[f.id], records))
+    return {
+        kind.layer.name: _text(kind, own[kind], table)
+        for kind in KINDS
+        if kind in own and kind.layer is not None
+    }
+
+
+def _text(kind: Kind, subjects: list[Subject], table: ProjectTable) -> str:
+    assert kind.layer is not None
+    names = {f.name for f in kind.figures}
+    figures = [*kind.figures, *(f for f in kind.layer.figures if f.name not in names)]
+    head = [
+        f"VOM Studio {__version__}, {kind.layer.name}",
+        f"CRS: {table.crs or 'none declared, coordinates as given'}",
+        f"units: {table.axes.description}",
+    ]
+    lines = [head_line(line).rstrip("\n") for line in head]
+    lines.append(",".join([*(f.name for f in figures), WKT]))
+    for subject in subjects:
+        shape = kind.layer.shape(subject)
+        cells = [csv_cell(f.value(subject)) for f in figures]
+        lines.append(",".join([*cells, "" if shape is None else _wkt(kind.layer.geometry, shape)]))
+    return "\n".join(lines) + "\n"
+
+
+def _wkt(form: str, points: npt.NDArray[np.float64]) -> str:
+    ring = np.vstack([points, points[:1]]) if form == "ring" else points
+    told = ", ".join(" ".join(f"{value:.12g}" for value in point) for point in ring.tolist())
+    return f'"{_FORMS[form]} ({f"({told})" if form == "ring" else told})"'

@@ -1,0 +1,96 @@
+"""Planes fitted to groups of points, as rows of the orientation table: what `vomstudio fit`
+prints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy.typing as npt
+
+from vomstudio.core.progress import Progress, Silent
+from vomstudio.core.words import tr
+from vomstudio.geology.orientation import Plane
+from vomstudio.geology.plane_bands import PlaneBand, band_of
+from vomstudio.geology.profiles import DEFAULTS, Thresholds
+from vomstudio.geology.quality import judge
+from vomstudio.geometry.plane_figures import Method
+from vomstudio.geometry.planes import Axis, fit_planes
+from vomstudio.project.tables.orientation_table import Row, plane_row
+
+NO_WORDS: Mapping[str, Mapping[Any, str]] = MappingProxyType({})
+_STEP = 100
+AS_GIVEN = "as given"
+"""The frame of points that name none."""
+
+
+@dataclass(frozen=True)
+class FittedPlanes:
+    """Planes of groups of points.
+
+    Parameters
+    ----------
+    rows : list of Row
+        Rows of the orientation table.
+    skipped : list of dict
+        ``id`` and ``reason`` (a finding) of each group without a plane.
+    bands : mapping of PlaneBand
+        Bands of the planes that a straight group allows, by its id.
+    """
+
+    rows: list[Row]
+    skipped: list[dict[str, Any]]
+    bands: Mapping[Any, PlaneBand]
+
+
+def fitted_planes(
+    ids: Sequence[Any],
+    points: npt.ArrayLike,
+    offsets: npt.ArrayLike,
+    *,
+    method: Method = "pca",
+    axis: Axis = "auto",
+    resolution_m: float | None = None,
+    thresholds: Thresholds = DEFAULTS,
+    words: Mapping[str, Mapping[Any, str]] = NO_WORDS,
+    progress: Progress | None = None,
+) -> FittedPlanes:
+    """Fit and judge a plane to each group of points.
+
+    points : (n, 3), m; group i is points[offsets[i]:offsets[i + 1]] and is called ids[i]
+    axis : the coordinate that a regression minimises; "auto" takes for each group the one that is
+        nearest the normal of its plane by least squares of distances
+    resolution_m : of the model that the points were taken from, where it is known
+    thresholds : of the profile by which the planes are judged
+    words : what else is known of the groups, by column of the table and by id
+    """
+    progress = progress or Silent()
+    progress.stage(tr("Fitting planes"))
+    batch = fit_planes(points, offsets, method=method, axis=axis)
+    fits = batch.rows()
+    rows: list[Row] = []
+    skipped: list[dict[str, Any]] = []
+    bands: dict[Any, PlaneBand] = {}
+    # All at once: single vectors cost a hundred times as much.
+    planes = iter(Plane.from_normals([fit.normal for fit in fits if fit.error is None]))
+    progress.stage(tr("Judging planes"), len(fits))
+    for number, (name, fit) in enumerate(zip(ids, fits, strict=True)):
+        if number % _STEP == 0:
+            progress.step(number)
+        if fit.error is not None:
+            skipped.append({"id": name, "reason": fit.error})
+            continue
+        band = band_of(fit, resolution_m=resolution_m)
+        if band is not None:
+            bands[name] = band
+        verdict = judge(fit, resolution_m=resolution_m, outcrop_normal=None, thresholds=thresholds)
+        own: dict[str, Any] = {column: known.get(name) or None for column, known in words.items()}
+        rows.append(
+            plane_row(
+                fit, verdict, id=name, frame=AS_GIVEN, resolution_m=resolution_m,
+                plane=next(planes), **own,
+            )
+        )  # fmt: skip
+    return FittedPlanes(rows, skipped, bands)

@@ -1,0 +1,43 @@
+"""Lines on a surface as a table: a row for each vertex."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.files.atomic import write_bytes
+from vomstudio.core.files.spreadsheet_cells import guarded, head_line
+from vomstudio.core.version import __version__
+
+Array = npt.NDArray[np.float64]
+
+COLUMNS = ("line", "x", "y", "z")
+
+
+def write_line_table(
+    path: str | Path,
+    lines: Sequence[tuple[str, Array]],
+    *,
+    crs: str | None,
+    north_known: bool = True,
+    source: str = "",
+    force: bool = False,
+) -> None:
+    """CSV with `line, x, y, z` in World, metres. lines : names and (n, 3) points. Raises
+    TargetError."""
+    file = io.StringIO()
+    file.write(head_line(f"VOM Studio {__version__}, lines of {source}"))
+    axes = "x East, y North, z Up" if north_known else "x, y, z of a frame without north"
+    file.write(head_line(f"CRS: {crs or 'local'}; {axes}, metres"))
+    out = csv.writer(file, lineterminator="\n")
+    out.writerow(COLUMNS)
+    for name, points in lines:
+        out.writerows(
+            [guarded(name), f"{x:.6f}", f"{y:.6f}", f"{z:.6f}"] for x, y, z in points.tolist()
+        )
+    write_bytes(path, file.getvalue().encode("utf-8"), force=force)

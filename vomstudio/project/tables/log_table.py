@@ -1,0 +1,51 @@
+"""A log as a table: a row for each interval, from the oldest up."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+
+from vomstudio.core.files.atomic import write_bytes
+from vomstudio.core.files.spreadsheet_cells import guarded, head_line
+from vomstudio.core.version import __version__
+from vomstudio.core.words import tr
+from vomstudio.geology.beds.bed_log import BedLog
+from vomstudio.geology.beds.lithologies import FIELDS
+from vomstudio.geology.notation import format_attitude, format_plane
+from vomstudio.geology.orientation import Plane
+from vomstudio.geometry.units import Axes, columns_of
+
+COLUMNS = (
+    "number", "base", "top", "base_m", "top_m", "thickness_m", "thickness_error95_m", "lithology",
+    *FIELDS, "notes",
+)  # fmt: skip
+
+
+def write_log(
+    path: str | Path, log: BedLog, *, about: str = "", metric: bool = True, force: bool = False
+) -> None:
+    """CSV. about : for the head, on what the thicknesses rest; metric : lengths are in metres, else
+    in units of a model whose scale is not known. Raises TargetError."""
+    file = io.StringIO()
+    file.write(head_line(f"VOM Studio {__version__}, log; {about}"))
+    unit = Axes(metric=metric).unit
+    file.write(f"# {unit} across the bedding, errors 95 %, from the oldest bed up\n")
+    out = csv.writer(file, lineterminator="\n")
+    out.writerow(columns_of(COLUMNS, metric=metric))
+    for each in log.intervals:
+        error = each.thickness_m.error95
+        words = [each.lithology, *(each.strabospot.get(f, "") for f in FIELDS), each.notes]
+        out.writerow([
+            each.number, guarded(each.base), guarded(each.top), f"{each.base_m:.4f}",
+            f"{each.top_m:.4f}", f"{each.thickness_m.value:.4f}",
+            "" if error is None else f"{error:.4f}", *map(guarded, words),
+        ])  # fmt: skip
+    write_bytes(path, file.getvalue().encode("utf-8"), force=force)
+
+
+def about_log(bed: Plane, error95_deg: float) -> str:
+    """On what the thicknesses of a log rest, for its head."""
+    if not error95_deg:
+        return tr("bedding {bed}, its error not known", bed=format_plane(bed, decimals=1))
+    return tr("bedding {bed} (95 %)", bed=format_attitude(bed, error95_deg))

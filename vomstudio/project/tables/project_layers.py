@@ -1,0 +1,88 @@
+"""A project's features as layers of points, lines and rings with attributes, in World: what a GIS
+or CAD file holds of them, whatever its format."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.io.gis.layers import Layer
+from vomstudio.project import catalogue
+from vomstudio.project.figures import Figure, Form, Subject
+from vomstudio.project.kind import GisLayer, Kind, color_of
+from vomstudio.project.kinds import KINDS, kind_of
+from vomstudio.project.measurement_cache import Measurements
+from vomstudio.project.records import Feature, Record
+from vomstudio.project.repeated_features import firsts
+from vomstudio.project.tables.grid_layer import LAYER as GRIDS
+from vomstudio.project.tables.grid_layer import grid_cells
+from vomstudio.project.tables.orientation_table import plain
+from vomstudio.project.tables.project_table import ProjectTable
+
+_POINTS = {"plane": "planes", "line": "lines"}
+"""The layers of points, one for each nature of an orientation."""
+
+
+def project_layers(
+    records: Mapping[str, Record], table: ProjectTable, measurements: Measurements
+) -> list[Layer]:
+    """The layers of the kinds, without repeats, each after the points of its orientations, and the
+    cells of grids. Those that would be empty are left out, but for `planes` and `traces`. A compass
+    reading without a place is in the table only."""
+    features = firsts((r for r in records.values() if isinstance(r, Feature)), records)
+    measured = measurements.of(records, [f.id for f in features])
+    own: dict[Kind, list[Subject]] = {}
+    for f in features:
+        own.setdefault(kind_of(f), []).append(Subject(f, measured[f.id], records))
+    layers: dict[str, Layer] = {}
+    for kind in KINDS:
+        for nature in kind.orientations:
+            if (name := _POINTS[nature]) not in layers:
+                layers[name] = _points(name, nature, table)
+        if kind.layer is not None:
+            layers[kind.layer.name] = _layer(kind.layer, own.get(kind, []))
+    shapes, columns, colors = grid_cells(records)
+    layers[GRIDS] = Layer(GRIDS, "ring", shapes, columns, by="found", colors=colors)
+    return [la for la in layers.values() if la.shapes or la.main or la.name == _POINTS["plane"]]
+
+
+def _points(name: str, nature: str, table: ProjectTable) -> Layer:
+    table = table.without_repeats()
+    rows = [row for row in table.rows if row["x"] is not None and row["element"] == nature]
+    places = [np.array([[row[c] for c in "xyz"]], np.float64) for row in rows]
+    # The layer's own key is `fid`, so `id` stays the record's.
+    columns = {f.name: _array([row[f.name] for row in rows], f.form) for f in catalogue.ORIENTATION}
+    return Layer(name, "point", places, columns)
+
+
+def _layer(layer: GisLayer, subjects: Sequence[Subject]) -> Layer:
+    drawn = [(s, shape) for s in subjects if (shape := layer.shape(s)) is not None]
+    columns = {}
+    for figure in layer.figures:
+        values = [plain(figure.value(subject)) for subject, _ in drawn]
+        if layer.sparse and figure.form != "text" and all(v is None for v in values):
+            continue
+        columns[figure.name] = _column(values, figure)
+    shapes = [shape for _, shape in drawn]
+    colors = [color_of(s.feature, s.records) for s, _ in drawn]
+    return Layer(layer.name, layer.geometry, shapes, columns, layer.main, layer.by, colors)
+
+
+def _column(values: list[Any], figure: Figure) -> npt.NDArray[Any]:
+    """No text is an empty one here, and counts are whole numbers."""
+    if figure.form == "text":
+        return _array([value or "" for value in values], "text")
+    if figure.form == "count":
+        return np.array(values, dtype=np.int32)
+    return _array(values, figure.form)
+
+
+def _array(values: list[Any], form: Form) -> npt.NDArray[Any]:
+    if form == "text":
+        return np.array(values, dtype=object)
+    if form == "flag":
+        return np.array([bool(value) for value in values], dtype=bool)
+    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)

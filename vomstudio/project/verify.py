@@ -1,0 +1,73 @@
+"""Whether a project is whole: every row what was written, every file that a row names there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from vomstudio.core.errors import InputError
+from vomstudio.core.findings import Finding, finding_of
+from vomstudio.project.assets import asset_path, is_sound
+from vomstudio.project.edit import Edit
+from vomstudio.project.journal.database import read_schema_and_replay
+from vomstudio.project.journal.replay import Replay
+from vomstudio.project.records import Asset, Feature, Mask, Model, Record
+
+
+@dataclass(frozen=True)
+class Verification:
+    """schema: of the journal; steps: that can be undone; sound: there are no problems."""
+
+    schema: int
+    steps: int
+    models: int
+    features: int
+    assets: int
+    problems: tuple[Finding, ...]
+
+    @property
+    def sound(self) -> bool:
+        return not self.problems
+
+
+def verify(folder: Path) -> Verification:
+    """Read everything and change nothing; the project may be open in a window. Raises InputError
+    where it is none, or a newer one."""
+    schema, played = read_schema_and_replay(folder)
+    records = played.records.values()
+    named = named_assets(played)
+    problems = [*played.problems]
+    for asset in named:
+        try:
+            path = asset_path(folder, asset)
+            if not is_sound(path):
+                problems.append(Finding("asset.damaged", path=path))
+        except InputError as error:
+            problems.append(finding_of(error))
+        except OSError as error:
+            problems.append(Finding("asset.unreadable", path=asset.path, reason=error))
+    return Verification(
+        schema,
+        len(played.done),
+        sum(isinstance(r, Model) for r in records),
+        sum(isinstance(r, Feature) for r in records),
+        len(named),
+        tuple(problems),
+    )
+
+
+def named_assets(played: Replay) -> list[Asset]:
+    """Every file that undoing, doing again or discarding can come to."""
+    steps = [edit for _, edit in (*played.done, *played.undone)]
+    return assets_of(played.records.values(), played.saved.values(), steps)
+
+
+def assets_of(now: Iterable[Record], saved: Iterable[Record], steps: Iterable[Edit]) -> list[Asset]:
+    """The files that records name which are there, were saved, or come with a step."""
+    found: dict[str, Asset] = {}
+    changed = (r for edit in steps for r in (*edit.before.values(), *edit.after.values()))
+    for record in (*now, *saved, *changed):
+        if isinstance(record, Mask):
+            found[record.file.path] = record.file
+    return list(found.values())

@@ -1,0 +1,104 @@
+"""Points in two groups far apart, as in two zones, and which group is at the model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.findings import Finding
+from vomstudio.registration.selection import selected
+from vomstudio.registration.similarity import fit_similarity
+
+Array = npt.NDArray[np.float64]
+Which = npt.NDArray[np.bool_]
+
+# Times what points are usually apart: in another place altogether.
+_FAR = 30.0
+# Of the reach: points in two places that are right fit better.
+_FITS = 0.05
+_MOST = 2000
+# Numbers of degrees beside numbers of metres.
+_NO_DEGREES = 1000.0
+
+
+def two_places(model: Array, world: Array) -> Which | None:
+    """Return a mask (n,) of the larger of two groups of points (n, 3) that are far apart.
+
+    None if there is one group, or if the groups are far apart on the model too.
+    """
+    from scipy.cluster.hierarchy import fcluster, linkage
+
+    if not 4 <= len(world) <= _MOST:
+        return None
+    tree = linkage(world - world.mean(axis=0), "single")
+    gaps = tree[:, 2]
+    limit = _FAR * max(float(np.median(gaps)), 1e-9)
+    if gaps[-1] <= limit or fit_as_they_are(model, world):
+        return None
+    numbers = fcluster(tree, limit, "distance")
+    largest = int(np.bincount(numbers).argmax())
+    return np.asarray(numbers == largest)
+
+
+def fit_as_they_are(model: Array, world: Array) -> bool:
+    """Return whether the distances of points on the model (n, 3) and in World (n, 3) agree."""
+    local = world - world.mean(axis=0)
+    try:
+        fit = fit_similarity(model, local)
+    except GeometryError:
+        return False
+    miss = float(((fit(model) - local) ** 2).sum())
+    return miss < _FITS**2 * float((local**2).sum())
+
+
+def degrees_among_metres(model: Array, world: Array) -> Which:
+    """Return a mask (n,) of the points in degrees, if the others are in metres."""
+    flat = np.abs(world[:, :2])
+    small = (flat.max(axis=1) <= 180.0) & (flat.min(axis=1) <= 90.0) & (flat.max(axis=1) > 0.0)
+    large = flat.max(axis=1) > _NO_DEGREES
+    both = small.any() and int(large.sum()) > 1 and (small | large).all()
+    # A site is less than a degree across, which few are in metres.
+    both = both and float(np.ptp(world[small, :2], axis=0).max()) < 1.0
+    return small if both and not fit_as_they_are(model, world) else np.zeros(len(world), bool)
+
+
+def where_the_model_is(model: Array, world: Array, which: Which, inside: Which) -> Which | None:
+    """Return a mask (n,) of the correct one of two groups, None if it is not clear.
+
+    which : (n,) mask of one group; inside : (n,) in the area of the CRS, False without one
+    """
+    for own in (inside, _near_own(model, world)):
+        first, second = float(own[which].mean()), float(own[~which].mean())
+        if first > 0.5 > second or second > 0.5 > first:
+            return which if first > second else ~which
+    count = int(which.sum())
+    if 2 * count == len(world):
+        return None
+    return which if 2 * count > len(world) else ~which
+
+
+def _near_own(model: Array, world: Array) -> Which:
+    """Return a mask of points whose World coordinates are close to those on the model."""
+    reach = float(np.linalg.norm(np.ptp(model, axis=0)))
+    away = np.linalg.norm(world[:, :2] - model[:, :2], axis=1)
+    far_out = np.linalg.norm(model[:, :2], axis=1) > _FAR * reach
+    return np.asarray(far_out & (away < _FAR * reach))
+
+
+def separate_group_findings(labels: Sequence[str], world: Array, which: Which) -> list[Finding]:
+    """Return a finding about two groups of points, when it is not clear which is correct."""
+    middles = [np.median(world[rows], axis=0) for rows in (which, ~which)]
+    names = [selected(labels, rows) for rows in (which, ~which)]
+    off = float(np.linalg.norm(middles[0] - middles[1]))
+    if float(np.linalg.norm(middles[0] - middles[1][[1, 0, 2]])) < off / _FAR:
+        return [Finding("control.group-swapped", first=names[0], second=names[1])]
+    return [Finding("control.apart", first=names[0], second=names[1], distance_m=off)]
+
+
+def mixed_degree_findings(labels: Sequence[str], which: Which) -> list[Finding]:
+    """Return the finding about points in degrees among others in metres."""
+    names = [labels[int(row)] for row in np.flatnonzero(which)]
+    return [Finding("control.some-in-degrees", labels=names)]

@@ -1,0 +1,56 @@
+"""Untitled projects that were closed without saving: when, and what was in them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+from vomstudio.core.errors import InputError
+from vomstudio.core.words import tr, tr_n
+from vomstudio.project.folder import untitled_projects
+from vomstudio.project.journal.database import read_replay
+from vomstudio.project.records import Feature, Model
+
+_MOST = 20
+
+
+@dataclass(frozen=True)
+class DiscardedWork:
+    """folder : of the project; time : when it was closed, of this machine; models : their names"""
+
+    folder: Path
+    time: datetime
+    features: int
+    models: tuple[str, ...]
+
+    def describe(self) -> str:
+        """Date, features and models, as a menu shows them."""
+        when = self.time.strftime("%Y-%m-%d %H:%M")
+        count = tr_n("{count} feature", "{count} features", self.features)
+        if not self.models:
+            return tr("{date}: {features}", date=when, features=count)
+        return tr(
+            "{date}: {features} on {models}",
+            date=when,
+            features=count,
+            models=", ".join(self.models[:2]) + (" …" if len(self.models) > 2 else ""),
+        )
+
+
+def discarded_works() -> list[DiscardedWork]:
+    """The newest first, 20 at most. What is looked at is the step that discarded the rest, which
+    undo takes back."""
+    found = []
+    for folder in untitled_projects(finished=True)[:_MOST]:
+        try:
+            played = read_replay(folder)
+        except InputError:
+            continue
+        gone = played.done[-1][1].before.values() if played.done else ()
+        records = [r for r in (*played.records.values(), *gone) if r is not None]
+        features = {r.id for r in records if isinstance(r, Feature)}
+        models = {r.id: r.name for r in records if isinstance(r, Model)}
+        time = datetime.fromtimestamp((folder / "journal.sqlite").stat().st_mtime)
+        found.append(DiscardedWork(folder, time, len(features), tuple(models.values())))
+    return found

@@ -1,0 +1,276 @@
+"""Traces on a model from lines that were drawn on an orthophoto of it in another program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import DocumentError, GeometryError, UsageError
+from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.identifiers import new_id
+from vomstudio.core.words import tr, tr_n
+from vomstudio.geometry import transform
+from vomstudio.geometry.brush import PaintSurface
+from vomstudio.geometry.matrices import Point
+from vomstudio.products.ortho.back_projection import off_surface_findings
+from vomstudio.project import edits
+from vomstudio.project.edit import Edit, change
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.records import SURROUNDINGS_RULE, FeatureType, Model, Record, get
+from vomstudio.studio.drawing_comparison import compare_drawing, merge_vertices, pixels_of
+from vomstudio.studio.jobs.drawing_tasks import DrawnLine, DrawnLines, Picture
+from vomstudio.studio.tools.local_surface import around
+
+Array = npt.NDArray[np.float64]
+MAX_NAMED = 5
+
+
+@dataclass(frozen=True)
+class DrawnTraces:
+    """Traces from a drawing.
+
+    Parameters
+    ----------
+    traces : tuple of Trace
+        New ones, which are not in the project yet.
+    edited : tuple of Trace
+        Traces of the project with the vertices that the drawing has.
+    unchanged : tuple of str
+        Ids of features that the drawing shows as they are.
+    skipped : tuple of (name, reason)
+        Lines that give no trace.
+    warnings : tuple of Finding
+    """
+
+    traces: tuple[Trace, ...]
+    edited: tuple[Trace, ...]
+    unchanged: tuple[str, ...]
+    skipped: tuple[tuple[str, Finding], ...]
+    warnings: tuple[Finding, ...]
+
+    @property
+    def edited_findings(self) -> tuple[Finding, ...]:
+        """What to report about edited traces that are not updated."""
+        if not self.edited:
+            return ()
+        names = ", ".join(trace.name for trace in self.edited[:MAX_NAMED])
+        return (Finding("drawing.edited", count=len(self.edited), names=names),)
+
+    @property
+    def messages(self) -> tuple[Finding, ...]:
+        """Everything to report, with the lines that give no trace."""
+        left_out = (
+            Finding("feature.left-out", feature=name, reason=reason)
+            for name, reason in self.skipped
+        )
+        return (*self.warnings, *left_out)
+
+
+@dataclass(frozen=True)
+class DrawingTarget:
+    """Where the lines of a drawing go.
+
+    Parameters
+    ----------
+    model : Model
+        On which they were drawn.
+    surface : PaintSurface or None
+        Its surface, for resolution and face.
+    type_id : str or None
+        Feature type of new lines. None if each must name its own.
+    set_name : str
+        Set of new lines without an attribute `set`.
+    is_type_fixed : bool
+        True ignores the types that lines name by their attribute `kind` or their layer.
+    """
+
+    model: Model
+    surface: PaintSurface | None
+    type_id: str | None
+    set_name: str = ""
+    is_type_fixed: bool = False
+
+
+def trace_through(
+    name: str,
+    points: Array,
+    model: Model,
+    type_id: str,
+    set_name: str,
+    surface: PaintSurface | None,
+) -> Trace:
+    """points : (n, 3) in the frame of the model's file; surface : for resolution and face"""
+    vertices: tuple[Point, ...] = tuple((float(x), float(y), float(z)) for x, y, z in points)
+    trace = Trace(
+        id=new_id("trace"), name=name, type_id=type_id, model_id=model.id,
+        model_hash=model.content_hash, vertices=vertices, set_name=set_name, axis="auto",
+    )  # fmt: skip
+    if surface is None:
+        return trace
+    resolution, normal = around(surface, vertices)
+    return replace(trace, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE)
+
+
+def update_traces(records: Mapping[str, Record], edited: Sequence[Trace], drawing: str) -> Edit:
+    """Return the edit that gives traces the vertices that a drawing has.
+
+    Raises
+    ------
+    DocumentError
+        If a trace is not in the project any more.
+    """
+    label = tr_n(
+        "Update {count} trace from {drawing}",
+        "Update {count} traces from {drawing}",
+        len(edited),
+        drawing=drawing,
+    )
+    after: dict[str, Record | None] = {}
+    for trace in edited:
+        current = get(records, trace.id, Trace)
+        if current is None:
+            raise DocumentError(Finding("record.missing", id=trace.id, kind="trace"))
+        after[trace.id] = replace(
+            current,
+            vertices=trace.vertices,
+            resolution=trace.resolution,
+            outcrop_normal=trace.outcrop_normal,
+            rule=trace.rule,
+        )
+    return change(records, label, after)
+
+
+def type_of_layer(layer: str, types: Iterable[FeatureType]) -> FeatureType | None:
+    """Return the feature type with the name or id of a layer, in upper or lower case."""
+    wanted = layer.strip().casefold()
+    for kind in types:
+        if wanted and wanted in (kind.id.casefold(), kind.name.casefold()):
+            return kind
+    return None
+
+
+def drawn_traces(
+    found: DrawnLines,
+    drawing: Path,
+    sidecar: Path,
+    target: DrawingTarget,
+    records: Mapping[str, Record],
+) -> DrawnTraces:
+    """Compare the lines of a drawing with a project, and make traces of new and edited ones.
+
+    Raises
+    ------
+    UsageError
+        If a new line names no feature type, and none is given.
+    GeometryError
+        If there are only lines that give no trace.
+    """
+    model = target.model
+    warnings = list(found.warnings)
+    if found.content_hash not in (None, model.content_hash):
+        warnings.append(Finding("drawing.orthophoto-of-other-file", model=model.name))
+    note = tr("Drawn on the orthophoto {picture}, in {drawing}.", picture=sidecar.stem,
+              drawing=drawing.name)  # fmt: skip
+    traces: list[Trace] = []
+    edited: list[Trace] = []
+    unchanged: list[str] = []
+    skipped: list[tuple[str, Finding]] = []
+    off_surface = 0
+    comparisons = compare_drawing(found, records)
+    types = iter(
+        _types_of(
+            [
+                line
+                for line, comparison in zip(found.lines, comparisons, strict=True)
+                if comparison.state == "new"
+            ],
+            target,
+            records,
+        )
+    )
+    for line, comparison in zip(found.lines, comparisons, strict=True):
+        if comparison.state == "unchanged":
+            unchanged.append(comparison.id)
+            continue
+        try:
+            if comparison.state == "edited":
+                edited.append(_edited_trace(line, comparison.id, found.picture, target, records))
+                continue
+            type_id = next(types)
+            # A line without a name was given its number; the project has names of its own.
+            name = "" if line.name.isdecimal() and not line.is_named else line.name
+            points = np.array(line.on_surface).reshape(-1, 3)
+            off_surface += len(line.points) - len(points)
+            trace = trace_through(
+                name, points, model, type_id, line.set or target.set_name, target.surface
+            )
+            trace = replace(trace, notes=note)
+            edits.add_trace(records, trace)
+            traces.append(trace)
+        except GeometryError as error:
+            skipped.append((line.name, cause_of(error)))
+    if skipped and not traces and not edited and not unchanged:
+        name, reason = skipped[0]
+        raise GeometryError(
+            Finding("drawing.no-plane", name=name, reason=reason),
+            file=drawing,
+        )
+    warnings += off_surface_findings(off_surface, 0)
+    if unchanged:
+        warnings.append(Finding("drawing.unchanged", count=len(unchanged)))
+    return DrawnTraces(
+        tuple(traces), tuple(edited), tuple(unchanged), tuple(skipped), tuple(warnings)
+    )
+
+
+def _types_of(
+    lines: Sequence[DrawnLine], target: DrawingTarget, records: Mapping[str, Record]
+) -> list[str]:
+    """Return the feature type of each new line. Raises UsageError."""
+    types = [record for record in records.values() if isinstance(record, FeatureType)]
+    found = []
+    for line in lines:
+        named = type_of_layer(line.kind, types) or type_of_layer(line.layer, types)
+        is_named = named is not None and not target.is_type_fixed
+        found.append(named.id if named is not None and is_named else target.type_id)
+    missing = [line.layer for line, type_id in zip(lines, found, strict=True) if type_id is None]
+    if missing:
+        layers = ", ".join(layer or "0" for layer in list(dict.fromkeys(missing))[:MAX_NAMED])
+        raise UsageError(
+            Finding("drawing.unknown-type", layers=layers),
+            field="--type",
+        )
+    return [type_id for type_id in found if type_id is not None]
+
+
+def _edited_trace(
+    line: DrawnLine,
+    feature_id: str,
+    picture: Picture,
+    target: DrawingTarget,
+    records: Mapping[str, Record],
+) -> Trace:
+    """Return a trace of the project with the vertices of a line. Raises GeometryError."""
+    model = target.model
+    trace = get(records, feature_id, Trace)
+    if trace is None:
+        raise GeometryError(Finding("drawing.not-a-trace"))
+    if trace.model_id != model.id:
+        raise GeometryError(Finding("feature.on-other-model", model=model.name, feature=trace.name))
+    stored = np.array(trace.vertices, np.float64)
+    in_world = transform.apply(transform.matrix(model.to_world), stored)
+    vertices = merge_vertices(
+        np.array(line.pixels),
+        [None if point is None else np.array(point) for point in line.points],
+        pixels_of(in_world, picture),
+        stored,
+    )
+    drawn = trace_through(
+        trace.name, vertices, model, trace.type_id, trace.set_name, target.surface
+    )
+    edits.add_trace(records, drawn)
+    return replace(drawn, id=trace.id)

@@ -1,0 +1,205 @@
+"""Jobs on lines that were drawn on an orthophoto in another program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import tr
+from vomstudio.studio.jobs.job import Job, Lane
+from vomstudio.studio.jobs.placed_model import StandingModel, read_standing
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from vomstudio.products.ortho.back_projection import Brought, Sidecar
+
+Point = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class DrawingFile:
+    """sidecar : of the picture on which it was drawn, None where that is to be found"""
+
+    path: Path
+    sidecar: Path | None
+
+
+@dataclass(frozen=True)
+class FittingPictures:
+    """sidecars : of the pictures on which it can have been drawn; content_hashes : of the model
+    that each shows, "" where that is not said"""
+
+    sidecars: tuple[Path, ...]
+    content_hashes: tuple[str, ...]
+
+
+def _find_pictures(asked: DrawingFile, progress: Progress) -> FittingPictures:
+    from vomstudio.core.errors import InputError
+    from vomstudio.products.ortho.back_projection import fitting_sidecars, read_sidecar
+
+    chosen = asked.sidecar
+    found = fitting_sidecars(asked.path, progress) if chosen is None else [chosen]
+    hashes = []
+    for path in found:
+        try:
+            hashes.append(read_sidecar(path).content_hash or "")
+        except InputError:
+            # It is said when the lines are read.
+            hashes.append("")
+    return FittingPictures(tuple(found), tuple(hashes))
+
+
+FIND_PICTURES = Job("find_pictures", Lane.PRODUCTS, DrawingFile, FittingPictures, _find_pictures)
+"""Look which orthophotos of its folder a drawing can have been made on."""
+
+
+@dataclass(frozen=True)
+class DrawingOrder:
+    """The lines of `drawing`, made on the picture of `sidecar`, on the surface of a model."""
+
+    drawing: Path
+    sidecar: Path
+    model: StandingModel
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Size of an orthophoto, and the matrix from its pixels to World."""
+
+    width: int
+    height: int
+    matrix: tuple[tuple[float, ...], ...]
+
+    @classmethod
+    def of(cls, sidecar: Sidecar) -> Picture:
+        """Return the picture of a sidecar."""
+        rows = tuple(tuple(float(value) for value in row) for row in sidecar.matrix)
+        return cls(sidecar.width, sidecar.height, rows)
+
+
+@dataclass(frozen=True)
+class DrawnLine:
+    """Line that was brought back to the surface.
+
+    Parameters
+    ----------
+    name : str
+    is_named : bool
+        Whether the drawing states the name.
+    layer : str
+    pixels : tuple of (column, row)
+        Vertices on the picture.
+    points : tuple of (x, y, z) or None
+        The same on the surface, in the frame of the model's file; None for those that meet none.
+    id, kind, set : str
+        Attributes of the shape, "" if the drawing has none.
+    """
+
+    name: str
+    is_named: bool
+    layer: str
+    pixels: tuple[tuple[float, float], ...]
+    points: tuple[Point | None, ...]
+    id: str
+    kind: str
+    set: str
+
+    @property
+    def on_surface(self) -> tuple[Point, ...]:
+        """Those of its points that meet the surface."""
+        return tuple(point for point in self.points if point is not None)
+
+
+@dataclass(frozen=True)
+class DrawnLines:
+    """Lines of a drawing on the surface of a model.
+
+    Parameters
+    ----------
+    lines : tuple of DrawnLine
+    content_hash : str or None
+        Of the model that the picture shows, None if the sidecar states none.
+    picture : Picture
+        The picture on which the lines were drawn.
+    warnings : tuple of Finding
+        About reading the drawing.
+    """
+
+    lines: tuple[DrawnLine, ...]
+    content_hash: str | None
+    picture: Picture
+    warnings: tuple[Finding, ...]
+
+
+def collect_lines(
+    brought: Brought,
+    names: Iterable[str],
+    sidecar: Sidecar,
+    warnings: Iterable[Finding],
+    to_file: npt.NDArray[np.float64] | None = None,
+) -> DrawnLines:
+    """Return lines that were brought back as plain data.
+
+    names : those that the drawing states; to_file : (4, 4) from their frame to that of the model's
+    file, None if it is the same
+    """
+    from vomstudio.geometry import transform
+
+    stated = {name.strip() for name in names}
+    lines = []
+    for line in (*brought.lines, *brought.skipped):
+        points = line.points
+        if to_file is not None and len(points):
+            points = transform.apply(to_file, points)
+        places = iter(points.tolist())
+        lines.append(
+            DrawnLine(
+                name=line.name,
+                is_named=line.name in stated,
+                layer=line.layer,
+                pixels=tuple((float(x), float(y)) for x, y in line.pixels),
+                points=tuple(_point(next(places)) if met else None for met in line.is_met),
+                id=line.words.id,
+                kind=line.words.kind,
+                set=line.words.set,
+            )
+        )
+    return DrawnLines(tuple(lines), sidecar.content_hash, Picture.of(sidecar), tuple(warnings))
+
+
+def _point(place: Sequence[float]) -> Point:
+    x, y, z = place
+    return x, y, z
+
+
+def _read_lines(asked: DrawingOrder, progress: Progress) -> DrawnLines:
+    from vomstudio.core.errors import InputError
+    from vomstudio.products.ortho.back_projection import (
+        bring_back,
+        in_frame,
+        read_drawing,
+        read_sidecar,
+    )
+
+    picture = read_sidecar(asked.sidecar)
+    progress.stage(tr("Reading {file}", file=asked.drawing.name))
+    lines, messages = read_drawing(asked.drawing, picture, progress)
+    data = read_standing(asked.model, progress).data
+    progress.stage(tr("Projecting {count} lines onto the surface", count=len(lines)))
+    try:
+        brought = bring_back(lines, in_frame(picture, asked.model.to_world), data)
+    except InputError as error:
+        raise error.of_file(asked.drawing) from error
+    return collect_lines(brought, (line.name for line in lines), picture, messages)
+
+
+READ_DRAWN_LINES = Job("read_drawn_lines", Lane.PRODUCTS, DrawingOrder, DrawnLines, _read_lines)
+"""Bring the lines of a drawing back to the surface that its picture shows."""
+
+JOBS = (FIND_PICTURES, READ_DRAWN_LINES)

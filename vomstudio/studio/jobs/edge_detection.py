@@ -1,0 +1,41 @@
+"""Edges found by a network of the user's, in a worker: its file is a stranger's."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from vomstudio.core.progress import CancelToken, Progress
+from vomstudio.extraction.proposals.edge_pictures import Find
+from vomstudio.studio.jobs.proposal_tasks import FIND_EDGES, EdgesOrder
+from vomstudio.studio.jobs.run_job import run_job
+
+
+@contextmanager
+def edges_by(
+    network: str | None, progress: Progress, cancel: CancelToken | None = None
+) -> Iterator[tuple[Find, Path] | None]:
+    """Yield the edge finder of a network and a temporary folder for pictures.
+
+    Parameters
+    ----------
+    network : str, optional
+        File of the network; None yields None.
+    progress : Progress
+        Receives the steps of the search.
+    cancel : CancelToken, optional
+        Stops the search.
+    """
+    if network is None:
+        yield None
+        return
+    file = Path(network).resolve()
+
+    def find(pictures: Sequence[Path], folder: Path) -> Sequence[Path]:
+        order = EdgesOrder(file, tuple(path.resolve() for path in pictures), folder)
+        return run_job(FIND_EDGES, order, progress, cancel).pictures
+
+    with tempfile.TemporaryDirectory(prefix="vomstudio-edges-") as name:
+        yield find, Path(name)

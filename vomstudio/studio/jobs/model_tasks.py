@@ -1,0 +1,335 @@
+"""Jobs on models: reading, preview, copying, export."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress
+from vomstudio.core.words import to_translate
+from vomstudio.geometry.registrations import Registration
+from vomstudio.geometry.units import WORLD, Axes
+from vomstudio.studio.jobs.job import Job, Lane, Nothing
+
+_TILES = to_translate("Divide the model into tiles, or close other programs.")
+
+Matrix = tuple[tuple[float, ...], ...]
+"""Rows of 4 x 4, as a model's `to_world` is written down."""
+
+
+def _warm(asked: Nothing, progress: Progress) -> Nothing:
+    import laspy  # noqa: F401
+    import lazrs  # noqa: F401
+    import pyproj  # noqa: F401
+    import scipy.spatial  # noqa: F401
+
+    from vomstudio.io.models.formats.obj import warm_up
+
+    warm_up()
+    return Nothing()
+
+
+IMPORT_LIBRARIES = Job("warm", Lane.MODELS, Nothing, Nothing, _warm)
+"""Import what reading a model needs, so that the first model opens at once."""
+
+
+_PACKAGE = Path(__file__).resolve().parents[2]
+
+
+def _compile_kernels(asked: Nothing, progress: Progress) -> Nothing:
+    import importlib
+    import os
+    import pkgutil
+
+    from vomstudio.geometry.kernels import compilation_state
+    from vomstudio.geometry.kernels.jit import make_ready
+
+    if hasattr(os, "nice"):
+        os.nice(10)
+    for module in pkgutil.walk_packages([str(_PACKAGE)], "vomstudio."):
+        if module.name.endswith("_kernels"):
+            progress.step(0)
+            make_ready(importlib.import_module(module.name))
+    compilation_state.note()
+    return Nothing()
+
+
+COMPILE_KERNELS = Job("compile_kernels", Lane.PHOTOS, Nothing, Nothing, _compile_kernels)
+"""Make all kernels ready: those that were never used on this machine are compiled now, for seconds
+each, and not when somebody waits for them."""
+
+
+@dataclass(frozen=True)
+class ModelFile:
+    """path : of the model; cache : the folder below which it is kept at hand"""
+
+    path: Path
+    cache: Path
+
+
+@dataclass(frozen=True)
+class CachedModel:
+    """folder : in the cache, from where it is read; crs and content_hash : the file's own;
+    resolution : usual spacing, None where there is none"""
+
+    folder: Path
+    kind: Literal["mesh", "cloud"]
+    crs: str | None
+    content_hash: str
+    warnings: tuple[Finding, ...]
+    resolution: float | None
+
+
+def _load_model(asked: ModelFile, progress: Progress) -> CachedModel:
+    from vomstudio.io.models import model_cache
+    from vomstudio.io.models.opening import resolution
+
+    kept = model_cache.folder_of(asked.path, asked.cache)
+    loaded, folder = model_cache.load_into(asked.path, kept, progress)
+    spacing = loaded.resolution
+    if spacing is None:
+        spacing = resolution(loaded.data)
+    return CachedModel(
+        folder,
+        loaded.kind,
+        loaded.crs,
+        loaded.content_hash,
+        tuple(loaded.warnings),
+        spacing if spacing == spacing else None,
+    )
+
+
+LOAD_MODEL = Job("load_model", Lane.MODELS, ModelFile, CachedModel, _load_model, _TILES)
+"""Read a model into a cache folder, from where the window reads it."""
+
+
+@dataclass(frozen=True)
+class PreviewOrder:
+    """out : the file into which the points go"""
+
+    path: Path
+    out: Path
+
+
+@dataclass(frozen=True)
+class PreviewPoints:
+    """points : how many, 0 where the file has no quick look"""
+
+    points: int
+
+
+def _preview_model(asked: PreviewOrder, progress: Progress) -> PreviewPoints:
+    import numpy as np
+
+    from vomstudio.io.models.preview import preview
+
+    cloud = preview(asked.path)
+    if cloud is None:
+        return PreviewPoints(0)
+    arrays: dict[str, Any] = {"points": cloud.points}
+    if cloud.colors is not None:
+        arrays["colors"] = cloud.colors
+    for name, values in cloud.fields.items():
+        if "intensity" in name.lower():
+            arrays["intensity"] = values
+    np.savez(asked.out, **arrays)
+    return PreviewPoints(len(cloud.points))
+
+
+PREVIEW_MODEL = Job(
+    "preview_model", Lane.MODELS, PreviewOrder, PreviewPoints, _preview_model, _TILES
+)
+"""Write points spread over a cloud as arrays."""
+
+
+@dataclass(frozen=True)
+class ModelCopy:
+    """Request to copy a model with its companion files.
+
+    folder : parent folder of the copy; cameras : file of its cameras, None for the one beside it
+    photos : whether photos are copied too; registration : registration in its project
+    """
+
+    path: Path
+    folder: Path
+    cameras: Path | None = None
+    photos: bool = False
+    registration: Registration | None = None
+
+
+@dataclass(frozen=True)
+class CopiedModel:
+    """path : path of the copy"""
+
+    path: Path
+
+
+def _copy_model(request: ModelCopy, progress: Progress) -> CopiedModel:
+    from vomstudio.io.models.model_copy import copy_model
+
+    copy = copy_model(
+        request.path,
+        request.folder,
+        progress,
+        cameras=request.cameras,
+        photos=request.photos,
+        registration=request.registration,
+    )
+    return CopiedModel(copy)
+
+
+COPY_MODEL = Job("copy_model", Lane.FILES, ModelCopy, CopiedModel, _copy_model, _TILES)
+
+
+@dataclass(frozen=True)
+class ModelConversion:
+    """Request to write a model in another CRS into a folder."""
+
+    path: Path
+    folder: Path
+    to_crs: str
+
+
+@dataclass(frozen=True)
+class ConvertedModel:
+    """path : path of the copy"""
+
+    path: Path
+    warnings: tuple[Finding, ...]
+
+
+def _convert_model(request: ModelConversion, progress: Progress) -> ConvertedModel:
+    from vomstudio.io.gate.frame_options import FrameOptions
+    from vomstudio.io.models.converted_copy import write_converted
+
+    options = FrameOptions(to_crs=request.to_crs)
+    return ConvertedModel(*write_converted(request.path, request.folder, options, progress))
+
+
+CONVERT_MODEL = Job(
+    "convert_model", Lane.FILES, ModelConversion, ConvertedModel, _convert_model, _TILES
+)
+"""Write a copy of a model in another CRS."""
+
+
+@dataclass(frozen=True)
+class ModelExport:
+    """Request to write the model `path`, cached under `cache`, to `out` in World.
+
+    to_world : matrix from the file; crs : CRS of World, None for a local frame; registration :
+    registration in its project
+    """
+
+    path: Path
+    cache: Path
+    to_world: Matrix
+    crs: str | None
+    out: Path
+    axes: Axes = WORLD
+    registration: Registration | None = None
+
+
+@dataclass(frozen=True)
+class ExportedModel:
+    """warnings : messages about content that the format cannot store"""
+
+    warnings: tuple[Finding, ...]
+
+
+def _export_model(request: ModelExport, progress: Progress) -> ExportedModel:
+    from vomstudio.geometry.model_transform import moved
+    from vomstudio.geometry.registration_frames import change_file_frame
+    from vomstudio.io.models import model_cache
+    from vomstudio.io.models.model_copy import companions
+    from vomstudio.io.models.writing import choose_writer, write_model
+
+    choose_writer(request.out)
+    folder = model_cache.folder_of(request.path, request.cache)
+    data = moved(model_cache.load(request.path, folder, progress).data, request.to_world)
+    registration = request.registration
+    if registration is not None:
+        registration = change_file_frame(registration, request.to_world)
+    warnings = write_model(
+        data,
+        request.crs,
+        request.out,
+        force=True,
+        inputs=[request.path, *companions(request.path)],
+        progress=progress,
+        axes=request.axes,
+        registration=registration,
+    )
+    return ExportedModel(tuple(warnings))
+
+
+EXPORT_MODEL = Job("export_model", Lane.PRODUCTS, ModelExport, ExportedModel, _export_model, _TILES)
+
+
+@dataclass(frozen=True)
+class ModelCut:
+    """Request to write selected faces or points of a model as a new model.
+
+    path, cache : model file and cache folder; content_hash : hash of the file of the selection
+    bits : .npy file with the packed selection mask; folder, name : of the new model
+    crs : CRS of the file, None if it states none; registration : registration in its project
+    """
+
+    path: Path
+    cache: Path
+    content_hash: str
+    bits: Path
+    crs: str | None
+    folder: Path
+    name: str
+    registration: Registration | None = None
+
+
+@dataclass(frozen=True)
+class CutModel:
+    """path : path of the piece; warnings : messages about content that the format cannot store"""
+
+    path: Path
+    warnings: tuple[Finding, ...]
+
+
+def _cut_model(request: ModelCut, progress: Progress) -> CutModel:
+    import numpy as np
+
+    from vomstudio.core.files.regular import open_regular
+    from vomstudio.io.models import model_cache
+    from vomstudio.io.models.piece_writing import write_piece
+
+    loaded = model_cache.load(
+        request.path, model_cache.folder_of(request.path, request.cache), progress
+    )
+    with open_regular(request.bits) as file:
+        bits = np.load(file, allow_pickle=False)
+    path, warnings = write_piece(
+        loaded,
+        bits,
+        request.path,
+        request.content_hash,
+        request.crs,
+        request.folder,
+        request.name,
+        progress,
+        request.registration,
+    )
+    return CutModel(path, tuple(warnings))
+
+
+CUT_MODEL = Job("cut_model", Lane.FILES, ModelCut, CutModel, _cut_model, _TILES)
+"""Write a piece of a model as a model of its own."""
+
+JOBS = (
+    IMPORT_LIBRARIES,
+    COMPILE_KERNELS,
+    LOAD_MODEL,
+    PREVIEW_MODEL,
+    COPY_MODEL,
+    CONVERT_MODEL,
+    EXPORT_MODEL,
+    CUT_MODEL,
+)

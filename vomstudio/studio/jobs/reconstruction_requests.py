@@ -1,0 +1,112 @@
+"""Orders of reconstructions from the options of the command or function."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vomstudio.core.errors import InputError, UsageError
+from vomstudio.core.files.containment import check_in_project
+from vomstudio.core.findings import Finding
+from vomstudio.io.control.control_files import find_control, marks_beside
+from vomstudio.io.control.points import MARKS
+from vomstudio.io.gis.crs import typed_crs
+from vomstudio.io.photos.reading import photo_names
+from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
+from vomstudio.studio.jobs.reconstruction_tasks import ReconstructionOrder
+
+NO_CONTROL = "none"
+
+
+def order_reconstruction(
+    photos: str | Path,
+    output: str | Path,
+    options: ReconstructOptions,
+) -> tuple[ReconstructionOrder, list[Finding]]:
+    """Return the order of a reconstruction, and findings about tables that are not used.
+
+    Raises
+    ------
+    InputError, UsageError
+    """
+    folder, out = Path(photos), Path(output)
+    if not folder.is_dir():
+        raise InputError(Finding("folder.not-of-photos"), file=folder)
+    check_in_project(out)
+    if out.resolve() == folder.resolve():
+        raise UsageError(
+            Finding("folder.of-photos"),
+            field="--output",
+        )
+    crs = None if options.crs is None else _crs(options.crs)
+    points, marks, findings = _tables(folder, options.gcp, options.marks)
+    order = ReconstructionOrder(
+        folder.resolve(),
+        out.resolve(),
+        quality=options.quality,
+        crs=crs,
+        control=points,
+        marks=marks,
+        threads=options.threads,
+        seed=options.seed,
+        scheduler=options.scheduler,
+        device=options.device,
+        region=options.box,
+    )
+    return order, findings
+
+
+def _crs(text: str) -> str:
+    crs, metres = typed_crs(text)
+    if metres != 1.0:
+        raise UsageError(
+            Finding("frame.not-in-metres", crs=crs),
+            field="--crs",
+        )
+    return crs
+
+
+def _tables(
+    photos: Path, gcp: str | Path | None, marks_option: str | Path | None
+) -> tuple[Path | None, Path | None, list[Finding]]:
+    """Return the tables of control points and of marks, and findings about them."""
+    from vomstudio.photogrammetry.georeferencing.mark_prediction import usable_tables
+
+    chosen_marks = None if marks_option is None else Path(marks_option).resolve()
+    photos = photos.resolve()
+    photo_marks = photos / MARKS
+    if gcp is None or str(gcp).casefold() == NO_CONTROL:
+        found, marks = find_control(photos) or (
+            None,
+            photo_marks if photo_marks.is_file() else None,
+        )
+        marks = chosen_marks or marks
+        _require_file(marks, "--marks")
+        if gcp is not None:
+            return None, marks, []
+        names = [] if found is None else photo_names(photos)
+        control, marks, why_not = usable_tables(found, marks, names)
+        reasons = [
+            Finding(
+                "reconstruct.tables-unused", file=found, reason=each.message, reason_code=each.code
+            )
+            for each in why_not
+        ]
+        return control, marks, reasons
+    control = Path(gcp).resolve()
+    marks = chosen_marks
+    _require_file(control, "--gcp")
+    if marks is None and photo_marks.is_file() and not marks_beside(control).is_file():
+        marks = photo_marks
+    if marks is None and not (marks := marks_beside(control)).is_file():
+        raise InputError(
+            Finding("control.marks-missing"),
+            file=marks,
+            field="--marks",
+        )
+    _require_file(marks, "--marks")
+    return control, marks, []
+
+
+def _require_file(path: Path | None, field: str) -> None:
+    if path is not None and not path.is_file():
+        raise InputError(Finding("file.missing"), file=path, field=field)

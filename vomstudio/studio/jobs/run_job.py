@@ -1,0 +1,61 @@
+"""One job in a worker process, waited for."""
+
+from __future__ import annotations
+
+import contextlib
+import queue
+
+from vomstudio.core.errors import Cancelled, from_dict
+from vomstudio.core.progress import CancelToken, Progress
+from vomstudio.studio.jobs.events import Done, Event, Failed, Stage
+from vomstudio.studio.jobs.job import Job, Request, Result
+from vomstudio.studio.jobs.supervisor import Worker
+
+# How often it is asked whether the job is still wanted.
+_LOOK_S = 0.1
+
+
+def run_job(
+    job: Job[Request, Result],
+    request: Request,
+    progress: Progress,
+    cancel: CancelToken | None = None,
+) -> Result:
+    """Do a job in a process of its own and return its result.
+
+    A native crash ends that process only, and is a WorkerError here. Ctrl+C, a progress that raises
+    Cancelled, or a token that is set from another thread, stops the job and raises Cancelled.
+    Raises what the job failed with.
+    """
+    events: queue.SimpleQueue[Event] = queue.SimpleQueue()
+    worker = Worker()
+    try:
+        number = worker.submit(job, request, events.put)
+        try:
+            while True:
+                event = _next(events, cancel)
+                if isinstance(event, Done):
+                    result: Result = event.result
+                    return result
+                if isinstance(event, Failed):
+                    raise from_dict(event.error, event.exit_code)
+                if isinstance(event, Stage):
+                    progress.stage(event.name, event.total)
+                else:
+                    progress.step(event.done)
+        except (KeyboardInterrupt, Cancelled) as error:
+            worker.cancel(number)
+            while not isinstance(events.get(), Done | Failed):
+                pass
+            raise Cancelled() from error
+    finally:
+        worker.close()
+
+
+def _next(events: queue.SimpleQueue[Event], cancel: CancelToken | None) -> Event:
+    """The next event; raises Cancelled once the token is set."""
+    while cancel is not None:
+        cancel.check()
+        with contextlib.suppress(queue.Empty):
+            return events.get(timeout=_LOOK_S)
+    return events.get()

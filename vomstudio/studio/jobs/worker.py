@@ -1,0 +1,121 @@
+"""The worker process: tasks in, events out.
+
+Commands come as JSON lines on stdin, events leave as JSON lines on what was stdout. Libraries print
+to descriptor 1, so it is pointed at stderr first. End of file on stdin ends the process, so that
+none outlives a killed window.
+"""
+
+from __future__ import annotations
+
+import json
+import locale
+import os
+import queue
+import signal
+import sys
+import threading
+import traceback
+from typing import Any, TextIO
+
+from vomstudio.core.errors import VomError, WorkerError
+from vomstudio.core.failures import crashes, exception_hooks
+from vomstudio.core.failures.error_collector import ERRORS
+from vomstudio.core.failures.lifeline import end_with_parent
+from vomstudio.core.files import memory_limit
+from vomstudio.core.findings import Finding
+from vomstudio.core.progress import CancelToken
+from vomstudio.core.threads import start_thread
+from vomstudio.core.words import tr
+from vomstudio.studio.jobs.events import Done, Event, Failed, Fault, Stage, Step, to_line
+from vomstudio.studio.jobs.job import Job
+from vomstudio.studio.jobs.tasks import task_of
+from vomstudio.studio.jobs.worker_exits import short_of_memory
+
+
+class _Reporter:
+    """A Progress that writes events."""
+
+    def __init__(self, job: int, token: CancelToken, send: Any) -> None:
+        self._job, self._token, self._send = job, token, send
+
+    def stage(self, name: str, total: int | None = None) -> None:
+        self._token.check()
+        self._send(Stage(self._job, name, total))
+
+    def step(self, done: int) -> None:
+        self._token.check()
+        self._send(Step(self._job, done))
+
+
+def main() -> int:
+    """Serve jobs until stdin ends; the exit status."""
+    # What ends the window or the command may reach every process: that one decides what it ends.
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
+    end_with_parent()
+    memory_limit.take_charge()
+    # A comma locale makes some native readers misread decimal points.
+    locale.setlocale(locale.LC_NUMERIC, "C")
+    out = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    lock = threading.Lock()
+
+    def send(event: Event | Fault) -> None:
+        with lock:
+            out.write(to_line(event))
+            out.flush()
+
+    job = 0
+    exception_hooks.install(crashes.WORKER)
+    ERRORS.listen(lambda failure: send(Fault(job, failure.what)))
+    jobs: queue.SimpleQueue[tuple[int, str, dict[str, Any], CancelToken]] = queue.SimpleQueue()
+    start_thread(_listen, sys.stdin, jobs, name="commands")
+    while True:
+        job = 0
+        task: Job[Any, Any] | None = None
+        job, name, args, token = jobs.get()
+        try:
+            token.check()
+            task = task_of(name)
+            if task is None:
+                raise WorkerError(Finding("job.unknown-task", task=name))
+            with memory_limit.limited_to_what_is_free():
+                done = task.carry_out(args, _Reporter(job, token, send))
+            send(Done(job, done))
+        except VomError as error:
+            send(Failed(job, error.to_dict(), error.exit_code))
+        except BrokenPipeError:
+            exception_hooks.uninstall()
+            return 0
+        except Exception as error:  # noqa: BLE001  a worker answers for every job it was given
+            if task is not None and memory_limit.is_shortage(error):
+                fault = short_of_memory(task)
+                send(Failed(job, fault.to_dict(), fault.exit_code))
+                continue
+            traceback.print_exc(file=sys.stderr)
+            ERRORS.report(error, tr("in the task {task}", task=name))
+            fault = WorkerError(
+                Finding("job.failed", task=name, type=type(error).__name__, error=error)
+            )
+            send(Failed(job, fault.to_dict(), fault.exit_code))
+
+
+def _listen(stdin: TextIO, jobs: queue.SimpleQueue[Any]) -> None:
+    tokens: dict[int, CancelToken] = {}
+    for line in stdin:
+        try:
+            command = json.loads(line)
+            if "cancel" in command:
+                if token := tokens.get(command["cancel"]):
+                    token.cancel()
+                continue
+            job = (command["job"], command["task"], command["args"])
+        except (ValueError, KeyError, TypeError) as error:
+            # This thread must live: it is the one that hears the window's end.
+            print(f"not a command: {line[:80]!r} ({error})", file=sys.stderr)
+            continue
+        token = tokens[job[0]] = CancelToken()
+        jobs.put((*job, token))
+    exception_hooks.uninstall()
+    os._exit(0)

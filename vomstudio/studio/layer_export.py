@@ -1,0 +1,97 @@
+"""The GIS layers of a project, updated by a worker process while nobody edits."""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path
+
+from vomstudio.core.errors import VomError
+from vomstudio.core.findings import Finding
+from vomstudio.core.signals import Signal
+from vomstudio.core.words import tr
+from vomstudio.studio.jobs.events import Failed
+from vomstudio.studio.jobs.job import Lane
+from vomstudio.studio.jobs.layer_tasks import WRITE_LAYERS, LayersOrder
+from vomstudio.studio.notices import Notices
+from vomstudio.studio.owner_thread import Later
+from vomstudio.studio.projects import Projects
+from vomstudio.studio.running_jobs import Jobs
+
+LAYERS = "project.gpkg"
+_IDLE_S = 2.0
+_AGAIN_S = 30.0
+_PATIENCE_S = 10.0
+
+
+def written_layers(folder: Path, has_features: bool) -> list[Finding]:
+    """Update the layers of a project at once, and report if they could not be."""
+    if not has_features:
+        remove_layers(folder)
+        return []
+    from vomstudio.project.exports.export import export_project
+
+    try:
+        export_project(folder, "gpkg", folder / LAYERS, with_map=False, force=True)
+    except VomError as error:
+        return [Finding("project.layers-outdated", reason=error, reason_code=error.code)]
+    return []
+
+
+def remove_layers(folder: Path) -> None:
+    """Delete the layers: outdated ones would be worse than none."""
+    with contextlib.suppress(OSError):
+        (folder / LAYERS).unlink(missing_ok=True)
+
+
+class GisLayers:
+    """written : the file, or an empty text where it could not be updated"""
+
+    def __init__(self, projects: Projects, jobs: Jobs, notices: Notices, later: Later) -> None:
+        self.written: Signal[str] = Signal()
+        self._projects, self._jobs, self._notices = projects, jobs, notices
+        self._timer = later(_IDLE_S, self.write)
+
+    def write_soon(self) -> None:
+        """After an edit, once it is quiet; an untitled project has no layers."""
+        if not self._projects.project.untitled:
+            self._timer.start()
+
+    def write_pending(self) -> None:
+        """Write the edits of the last moment, discarded ones included; `finish` waits for it."""
+        if self._timer.active:
+            self.write()
+
+    def finish(self) -> None:
+        """Wait for the layers that are being written."""
+        self._jobs.finish(Lane.FILES, _PATIENCE_S)
+
+    def write(self) -> None:
+        """Start a job that writes the layers now."""
+        self._timer.stop()
+        if self._projects.project.untitled or not self._projects.kept:
+            return
+        folder = self._projects.project.folder
+        path = folder / LAYERS
+        if not self._projects.session.features():
+            remove_layers(folder)
+            return
+
+        def failed(event: Failed) -> None:
+            self.written.emit("")
+            self._notices.warn(
+                Finding(
+                    "project.layers-outdated",
+                    reason=event.message,
+                    reason_code=event.to_error().code,
+                )
+            )
+            self._timer.start(_AGAIN_S)
+
+        self._jobs.submit(
+            WRITE_LAYERS,
+            LayersOrder(folder),
+            title=tr("Writing GIS layers"),
+            on_done=lambda _: self.written.emit(str(path)),
+            on_failed=failed,
+            quiet=True,
+        )

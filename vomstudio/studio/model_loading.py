@@ -1,0 +1,288 @@
+"""Loading of models: a worker process reads the file, a thread reads its cache."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from vomstudio.core.errors import VomError
+from vomstudio.core.files.arrays import open_arrays
+from vomstudio.core.findings import Finding
+from vomstudio.core.signals import Signal
+from vomstudio.core.threads import lower_priority, start_thread
+from vomstudio.core.words import tr
+from vomstudio.geometry.brush import CloudSurface, MeshSurface
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.geometry.streaming.octree import POINT_BUDGET
+from vomstudio.geometry.streaming.surfaces import surface_of
+from vomstudio.io.models import copc, model_cache
+from vomstudio.io.models.opening import file_hash
+from vomstudio.studio.background import Background, Request
+from vomstudio.studio.jobs.events import Failed
+from vomstudio.studio.jobs.model_tasks import (
+    LOAD_MODEL,
+    PREVIEW_MODEL,
+    CachedModel,
+    ModelFile,
+    PreviewOrder,
+    PreviewPoints,
+)
+from vomstudio.studio.owner_thread import PICTURE_FIRST_S, Later
+from vomstudio.studio.running_jobs import Jobs, RunningJob
+
+
+@dataclass(eq=False)
+class OpenModel:
+    """The data of a model that has been read. crs and content_hash are the file's."""
+
+    data: Mesh | PointCloud
+    surface: MeshSurface | CloudSurface
+    warnings: tuple[Finding, ...]
+    resolution: float | None
+    crs: str | None
+    content_hash: str
+
+    @property
+    def kind(self) -> Literal["mesh", "cloud"]:
+        """Whether it is a mesh or a point cloud."""
+        return "mesh" if isinstance(self.data, Mesh) else "cloud"
+
+    def give_fields(self, fields: Mapping[str, np.ndarray]) -> bool:
+        """Values that were worked out for its points, (n,) each, beside those of its file. Who
+        shows the model sees them too, since it holds the same data. False where they are of another
+        number of points, as those of a streamed cloud are."""
+        data = self.data
+        count = len(data.vertices) if isinstance(data, Mesh) else len(data.points)
+        own = data.fields
+        if not isinstance(own, dict) or any(len(values) != count for values in fields.values()):
+            return False
+        own.update(fields)
+        return True
+
+    def drop_fields(self, names: Iterable[str]) -> None:
+        """Forget values that were given by `give_fields`."""
+        own = self.data.fields
+        if isinstance(own, dict):
+            for name in names:
+                own.pop(name, None)
+
+
+Then = Callable[[OpenModel], None]
+
+
+PREVIEW_SUFFIXES = (".las", ".laz")
+PREVIEW_BYTES = 8_000_000
+"""Smaller files are read before a preview would be."""
+
+
+class ModelLoader:
+    """Loads models. `problem` reports what could not be opened; `convertible` gives the
+    file of a model that is not metric, a CRS in which it would be, and the sentence.
+
+    `previewed` gives the key of a large cloud that is being read and some of its points, which may
+    stand for it until `ended` names the key: read, given up, or not to be read.
+    """
+
+    def __init__(
+        self,
+        jobs: Jobs,
+        background: Background,
+        streams: Background,
+        later: Later,
+        budget: Callable[[], int] = lambda: POINT_BUDGET,
+    ) -> None:
+        """
+        Parameters
+        ----------
+        background : Background
+            Reads the caches of models; the process waits for it.
+        streams : Background
+            Begins to stream clouds. The threads that unpack points later have its priority.
+        budget : callable
+            Maximum number of points of a cloud in memory; a larger COPC file is streamed.
+        """
+        self.problem: Signal[Finding | VomError] = Signal()
+        self.convertible: Signal[Path, str, VomError] = Signal()
+        self.previewed: Signal[str, PointCloud] = Signal()
+        self.ended: Signal[str] = Signal()
+        self._jobs, self._background, self._streams = jobs, background, streams
+        self._budget = budget
+        self._running: dict[str, RunningJob | None] = {}
+        self._unbuilt: list[MeshSurface | CloudSurface] = []
+        self._building = later(PICTURE_FIRST_S, self._build)
+
+    @property
+    def busy(self) -> bool:
+        """Whether a model is being loaded."""
+        return bool(self._running)
+
+    def load(self, key: str, path: Path, cache: Path, then: Then) -> None:
+        """Read a file and call `then` in the owner's thread, unless the key is being loaded."""
+        if key in self._running:
+            return
+
+        if copc.points_in(path) > self._budget():
+            self._stream(key, path, then)
+            return
+
+        def failed(event: Failed) -> None:
+            self._running.pop(key, None)
+            self.ended.emit(key)
+            if event.cancelled:
+                return
+            if crs := event.error.get("suggested_crs"):
+                self.convertible.emit(path, str(crs), event.to_error())
+            else:
+                self.problem.emit(event.to_error())
+
+        self._preview(key, path, cache)
+        self._running[key] = self._jobs.submit(
+            LOAD_MODEL,
+            ModelFile(path, cache),
+            title=tr("Opening {file}", file=path.name),
+            on_done=lambda result: self._fetch(key, path, result, then),
+            on_failed=failed,
+        )
+
+    def _stream(self, key: str, path: Path, then: Then) -> None:
+        """Show the first levels at once; the others are read when the camera needs them."""
+        self._running[key] = None
+
+        def read(request: Request[OpenModel]) -> OpenModel:
+            cloud = copc.stream(path, self._budget())
+            request.deliver(partial(self.previewed.emit, key, cloud.overview()))
+            # The hash that identifies the file is computed while its picture is looked at.
+            content_hash = file_hash(path, lambda: not request.is_stale)
+            crs, warnings = copc.crs_of(path)
+            request.check()
+            surface = surface_of(cloud)
+            surface.build()
+            spacing = cloud.store.usual_spacing
+            return OpenModel(cloud, surface, warnings, spacing, crs, content_hash)
+
+        self._streams.run_request(
+            read,
+            partial(self._hand_over, key, then),
+            lambda error: self._refuse(key, error),
+        )
+
+    def _preview(self, key: str, path: Path, cache: Path) -> None:
+        """Request some points of a large cloud before all of them are read."""
+        if (
+            path.suffix.lower() not in PREVIEW_SUFFIXES
+            or model_cache.folder_of(path, cache).exists()
+        ):
+            return
+        try:
+            if path.stat().st_size < PREVIEW_BYTES:
+                return
+            descriptor, name = tempfile.mkstemp(".npz", "vomstudio-")
+        except OSError:
+            # Reading the file says what is wrong.
+            return
+        os.close(descriptor)
+        out = Path(name)
+
+        def ready(preview: PreviewPoints) -> None:
+            if not preview.points or key not in self._running:
+                out.unlink(missing_ok=True)
+                return
+            self._background.run(
+                partial(_read_preview, out),
+                lambda cloud: self._show_preview(key, cloud),
+                lambda _: None,
+                expected=(OSError, ValueError, KeyError),
+            )
+
+        self._jobs.submit(
+            PREVIEW_MODEL,
+            PreviewOrder(path, out),
+            title=tr("Previewing {file}", file=path.name),
+            on_done=ready,
+            on_failed=lambda _: out.unlink(missing_ok=True),
+            quiet=True,
+        )
+
+    def _show_preview(self, key: str, cloud: PointCloud) -> None:
+        if key in self._running:
+            self.previewed.emit(key, cloud)
+
+    def forget_all(self) -> None:
+        """Cancel everything that is being loaded."""
+        for key in self._running:
+            self.ended.emit(key)
+        self._background.cancel_all()
+        self._streams.cancel_all()
+        self._building.stop()
+        self._unbuilt.clear()
+        for job in self._running.values():
+            if job is not None:
+                self._jobs.cancel(job)
+        self._running.clear()
+
+    def _fetch(self, key: str, path: Path, cached: CachedModel, then: Then) -> None:
+        if key not in self._running:
+            return
+        # Reading a large cache takes its time: not in the owner's thread.
+        self._running[key] = None
+
+        def read() -> OpenModel:
+            data = model_cache.hand_over(cached.folder).data
+            # The owner's thread needs them often: 0.1 s for ten million points.
+            _ = data.bounds
+            return OpenModel(
+                data,
+                surface_of(data),
+                cached.warnings,
+                cached.resolution,
+                cached.crs,
+                cached.content_hash,
+            )
+
+        def refuse(error: VomError) -> None:
+            finding = Finding(
+                "model.not-cached", file=path.name, reason=error, reason_code=error.code
+            )
+            self._refuse(key, finding)
+
+        self._background.run(read, partial(self._hand_over, key, then), refuse)
+
+    def _hand_over(self, key: str, then: Then, opened: OpenModel) -> None:
+        del self._running[key]
+        then(opened)
+        self._unbuilt.append(opened.surface)
+        self._building.start()
+        self.ended.emit(key)
+
+    def _refuse(self, key: str, reason: Finding | VomError) -> None:
+        del self._running[key]
+        self.problem.emit(reason)
+        self.ended.emit(key)
+
+    def _build(self) -> None:
+        surfaces, self._unbuilt = self._unbuilt, []
+        start_thread(_build_all, surfaces, name="surfaces", daemon=False)
+
+
+def _read_preview(path: Path) -> PointCloud:
+    try:
+        with open_arrays(path) as arrays:
+            colors = arrays.get("colors")
+            fields = {"intensity": arrays["intensity"]} if "intensity" in arrays else {}
+            return PointCloud(arrays["points"], colors, fields=fields)
+    finally:
+        path.unlink(missing_ok=True)
+
+
+def _build_all(surfaces: list[MeshSurface | CloudSurface]) -> None:
+    lower_priority(19)
+    for surface in surfaces:
+        surface.build()

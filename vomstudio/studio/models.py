@@ -1,0 +1,308 @@
+"""The models of the open project: adding, locating, copying, and the data of the open ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Literal
+
+from vomstudio.core.errors import InputError, VomError
+from vomstudio.core.files.regular import is_folder, is_there
+from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
+from vomstudio.core.signals import Signal
+from vomstudio.core.words import tr
+from vomstudio.geometry.brush import PaintSurface
+from vomstudio.geometry.frames import Frame
+from vomstudio.geometry.registrations import Registration
+from vomstudio.io.gis.crs import world_crs
+from vomstudio.io.models.frames import (
+    bounds_in_world,
+    check_frame,
+    frame_of_file,
+    registration_beside,
+)
+from vomstudio.io.photos import cameras_file
+from vomstudio.project import edits
+from vomstudio.project.folder import is_project
+from vomstudio.project.photo_edits import reconstruction_in, registration_by
+from vomstudio.project.reconstructions import RECONSTRUCTIONS
+from vomstudio.project.records import Model, Record
+from vomstudio.project.registration_frames import registration_in_project
+from vomstudio.studio.editing import Editing
+from vomstudio.studio.jobs.model_tasks import (
+    CONVERT_MODEL,
+    COPY_MODEL,
+    ConvertedModel,
+    CopiedModel,
+    ModelConversion,
+    ModelCopy,
+)
+from vomstudio.studio.jobs.placed_model import StandingModel
+from vomstudio.studio.model_loading import ModelLoader, OpenModel
+from vomstudio.studio.notices import CONVERT, Notice, Notices
+from vomstudio.studio.preferences import Preferences
+from vomstudio.studio.projects import Projects
+from vomstudio.studio.running_jobs import Jobs
+
+
+class Models:
+    """open : the data of the models that have been read, by id
+
+    loaded : a model has been read; frame_wanted : a model was added whose file states no frame
+    """
+
+    def __init__(
+        self,
+        projects: Projects,
+        editing: Editing,
+        loader: ModelLoader,
+        jobs: Jobs,
+        preferences: Preferences,
+        notices: Notices,
+    ) -> None:
+        self.loaded: Signal[str] = Signal()
+        self.frame_wanted: Signal[str] = Signal()
+        self.open: dict[str, OpenModel] = {}
+        self.convertible: tuple[Path, str] | None = None
+        """The model that was refused last because it is not metric, and a CRS in which it is."""
+        self._projects, self._editing, self._loader = projects, editing, loader
+        self._jobs, self._preferences, self._notices = jobs, preferences, notices
+        loader.convertible.connect(self._offer_conversion)
+
+    def surface(self, model_id: str) -> PaintSurface | None:
+        """The surface of an open model; None while it is not loaded."""
+        found = self.open.get(model_id)
+        return found.surface if found else None
+
+    def open_path(self, path: Path) -> None:
+        """Open a project folder or a model file; where it is neither, the reason is shown."""
+        path = path.expanduser()
+        if not is_there(path):
+            self._notices.warn(Finding("file.missing", file=path), "error")
+        elif is_project(path) or (is_folder(path) and path.suffix == ".vom"):
+            try:
+                self._projects.open(path)
+            except VomError as error:
+                self._notices.fail(error)
+        else:
+            self.open_model(path)
+
+    def open_model(
+        self,
+        path: Path,
+        name: str | None = None,
+        like: str | None = None,
+        then: Callable[[str], None] = lambda _: None,
+        label: str = "",
+    ) -> None:
+        """name: of its record; None for that of the file. like: a model whose frame it shares.
+        then: called with its id once it is there. label: of the edit, "" for the usual one."""
+        path = path.resolve()
+        self._loader.load(
+            str(path),
+            path,
+            self._projects.project.cache,
+            lambda opened: self._add(path, opened, name or name_of(path), like, then, label),
+        )
+
+    def load(self, model: Model) -> None:
+        """Read the data of a model of the project."""
+        path = self._projects.project.find_model(model)
+        if path is None:
+            finding = Finding("model.file-missing", model=model.name, file=model.path)
+            self._notices.tell(Notice(finding, "warning", "locate"))
+            return
+
+        def arrived(opened: OpenModel) -> None:
+            if model.id not in self._projects.records:
+                return
+            if opened.content_hash != model.content_hash:
+                self._notices.warn(Finding("model.changed", file=path, model=model.name))
+                return
+            self._attach(model.id, path, opened)
+
+        self._loader.load(model.id, path, self._projects.project.cache, arrived)
+
+    def locate(self, model_id: str, path: Path) -> None:
+        """Read a model from the file that the user has chosen for it."""
+
+        def arrived(opened: OpenModel) -> None:
+            stored = self._projects.project.model_path(path)
+            if self._editing.attempt(edits.relocate_model, model_id, stored, opened.content_hash):
+                self._attach(model_id, path, opened)
+
+        self._loader.load(model_id, path, self._projects.project.cache, arrived)
+
+    def copy(
+        self,
+        model_id: str,
+        cameras: Path | None = None,
+        photos: bool = False,
+        then: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Bring a model's files into the project's folder, with the cameras of its photos (None for
+        those beside it) and, where wanted, the photos. then: called before the model moves."""
+        project = self._projects.project
+        model = self._projects.records.get(model_id)
+        path = project.find_model(model) if isinstance(model, Model) else None
+        if path is None or not isinstance(model, Model):
+            return
+
+        def arrived(copy: CopiedModel) -> None:
+            if self._projects.project is not project:
+                return
+            then()
+            stored = project.model_path(copy.path)
+            if self._editing.attempt(edits.relocate_model, model_id, stored, model.content_hash):
+                self._notices.info(Finding("model.copied", model=model.name))
+
+        self._jobs.submit(
+            COPY_MODEL,
+            ModelCopy(path, project.folder / "models", cameras, photos, model.registration),
+            title=tr("Copying {model}", model=model.name),
+            on_done=arrived,
+            on_failed=lambda event: self._notices.warn(event.to_error(), "error"),
+        )
+
+    def _offer_conversion(self, path: Path, crs: str, error: VomError) -> None:
+        """Report that a model is not metric, and offer to convert it."""
+        self.convertible = path, crs
+        self._notices.tell(Notice(error, "error", CONVERT))
+
+    def convert(self) -> None:
+        """Open the model that was refused last as a copy in a metric CRS."""
+        if self.convertible is None:
+            return
+        (path, crs), project = self.convertible, self._projects.project
+
+        finding = Finding("model.converted", file=path.name, crs=crs)
+
+        def converted(copy: ConvertedModel) -> None:
+            if self._projects.project is project:
+                self.convertible = None
+                self.open_model(copy.path, path.stem, then=lambda _: self._notices.info(finding))
+
+        self._jobs.submit(
+            CONVERT_MODEL,
+            ModelConversion(path, project.folder / "models", crs),
+            title=tr("Converting {file} to {crs}", file=path.name, crs=crs),
+            on_done=converted,
+            on_failed=lambda event: self._notices.warn(event.to_error(), "error"),
+        )
+
+    def _add(
+        self,
+        path: Path,
+        opened: OpenModel,
+        name: str,
+        like: str | None,
+        then: Callable[[str], None],
+        label: str,
+    ) -> None:
+        models = self._projects.of(Model)
+        same = [m for m in models if m.content_hash == opened.content_hash]
+        if same:
+            if same[0].id not in self.open:
+                self._attach(same[0].id, path, opened)
+            self._notices.info(Finding("model.already-open", file=path.name))
+            return
+        stored = self._projects.project.model_path(path)
+        other = self._projects.records.get(like or "")
+        findings: tuple[Finding, ...] = ()
+        try:
+            if isinstance(other, Model):
+                placement = other.placement
+            else:
+                placement, findings = self._placement(path, stored, opened)
+        except InputError as error:
+            if crs := error.values.get("suggested_crs"):
+                self._offer_conversion(path, str(crs), error)
+            else:
+                self._notices.fail(error)
+            return
+        self._warn_of(path, findings)
+        model = new_model(name, stored, opened.kind, opened.content_hash, placement)
+        # The data first: an edit that brings a model without data would read the file again.
+        self.open[model.id] = opened
+        if not self._editing.attempt(edits.add_model, model, label):
+            del self.open[model.id]
+            return
+        self._preferences.remember(path)
+        self._attach(model.id, path, opened)
+        if model.frame.kind == "undeclared" and not isinstance(other, Model):
+            self.frame_wanted.emit(model.id)
+        then(model.id)
+
+    def _placement(
+        self, path: Path, stored: str, opened: OpenModel
+    ) -> tuple[Frame | Registration, tuple[Finding, ...]]:
+        """Return the placement of a file that joins the project.
+
+        It is the registration of the reconstruction in whose folder the file lies, else that
+        beside the file, else the frame that the file states. Raises InputError.
+        """
+        records, bounds = self._projects.records, opened.data.bounds
+        made_here = registration_of_file(records, stored)
+        if made_here is not None:
+            return made_here, check_frame(
+                made_here.frame, bounds_in_world(bounds, made_here.matrix), file=path.name
+            )
+        found = registration_beside(path, opened.content_hash, opened.crs)
+        if found.registration is not None:
+            registration = registration_in_project(records, found.registration)
+            placed = bounds_in_world(bounds, registration.matrix)
+            return registration, check_frame(registration.frame, placed, file=path.name)
+        frame = frame_of_file(path, opened.crs)
+        return frame, (*found.findings, *check_frame(frame, bounds, file=path.name))
+
+    def _attach(self, model_id: str, path: Path, opened: OpenModel) -> None:
+        self.open[model_id] = opened
+        self._warn_of(path, opened.warnings)
+        self.loaded.emit(model_id)
+
+    def _warn_of(self, path: Path, findings: Sequence[Finding]) -> None:
+        """Show the findings about a file in one notice."""
+        if findings:
+            first, *others = (each.of_file(path.name) for each in findings)
+            self._notices.tell(Notice(first, "warning", more=tuple(others)))
+
+
+def new_model(
+    name: str,
+    stored: str,
+    kind: Literal["mesh", "cloud"],
+    content_hash: str,
+    placement: Frame | Registration,
+) -> Model:
+    """The record of a model that is not in the project yet; stored : its path as it is kept."""
+    return Model(new_id("model"), name, stored, kind, content_hash, placement)
+
+
+def standing_model(projects: Projects, model_id: str) -> StandingModel | None:
+    """A model of the project as jobs are told of it; None where it or its file is not there."""
+    record = projects.records.get(model_id)
+    path = projects.project.find_model(record) if isinstance(record, Model) else None
+    if path is None or not isinstance(record, Model):
+        return None
+    crs = world_crs(record.frame.crs, record.frame.unit_m) if record.frame.crs else None
+    return StandingModel(
+        record.name, path, projects.project.cache, record.to_world, crs, record.registration
+    )
+
+
+def registration_of_file(records: Mapping[str, Record], stored: str) -> Registration | None:
+    """The registration of the reconstruction in whose folder a model lies."""
+    parts = Path(stored).parts
+    if len(parts) != 3 or parts[0] != RECONSTRUCTIONS:
+        return None
+    made = reconstruction_in(records, parts[1])
+    return None if made is None else registration_by(records, made.id)
+
+
+def name_of(path: Path) -> str:
+    """The name for a model's record: that of its file, or of its folder where it was reconstructed
+    from photos, as those files all have the same name."""
+    if not path.with_name(cameras_file.FILE_NAME).is_file():
+        return path.stem
+    return path.parent.name if path.stem == "model" else f"{path.parent.name} {path.stem}"

@@ -1,0 +1,341 @@
+"""The operations of the program.
+
+A new operation gets an options class beside its computation and an entry here; parsers, forms,
+copied commands, option tables of the documentation and the checks of the Python interface follow.
+"""
+
+from __future__ import annotations
+
+from vomstudio.core.operations import Door, Operation
+from vomstudio.extraction.facet_options import FacetOptions
+from vomstudio.extraction.measurable_options import MeasurableOptions, MeasurableTarget
+from vomstudio.extraction.trace_options import (
+    DrawnTraceOptions,
+    FollowOptions,
+    ProposalOptions,
+    TraceSource,
+)
+from vomstudio.geology.beds.log_options import LogLine, LogOptions
+from vomstudio.geology.coverage.repeat_options import RepeatOptions
+from vomstudio.geology.faults.displacement_options import DisplacementOptions, ThreePointOptions
+from vomstudio.geology.fold_options import FoldOptions
+from vomstudio.geology.fractures.fracture_options import FractureOptions
+from vomstudio.geology.populations.statistics_options import StatisticsOptions
+from vomstudio.geology.rose_options import RoseOptions
+from vomstudio.geology.sets.set_options import SetOptions
+from vomstudio.geology.slope_options import SlopeFaces, SlopeOptions
+from vomstudio.photogrammetry.survey.survey_options import (
+    CheckOptions,
+    CheckScene,
+    FrameOptions,
+    PlanOptions,
+)
+from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
+from vomstudio.products.net.figure_options import (
+    RoseFigure,
+    SetColors,
+    StereonetFigure,
+    StereonetOptions,
+)
+from vomstudio.products.ortho.ortho_options import OrthoDrawing, OrthoOptions
+from vomstudio.products.sample.demo_options import DemoOptions
+from vomstudio.products.section.extend_options import ExtendOptions
+from vomstudio.products.section.section_options import SectionFeatures, SectionOptions
+from vomstudio.products.surface.surface_options import SurfaceOptions
+from vomstudio.project.exports.export_options import ExportFormat
+from vomstudio.project.tables.fit_options import FitOptions, FitTogether
+from vomstudio.registration.distances.compare_options import CompareOptions
+from vomstudio.registration.register_options import RegisterOptions
+from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
+
+_OF_MODELS: dict[Door, str] = {
+    "project method": "the function takes a model of a project",
+    "project command": "`--project` of the command places the model",
+}
+
+_OF_FILES: dict[Door, str] = {
+    "project method": "the command reads files, not a project",
+    "project command": "the command reads files, not a project",
+}
+
+_OF_TABLES: dict[Door, str] = {
+    "project method": "the function takes the planes of a project",
+    "project command": "the command reads an exported table",
+}
+
+_OF_PHOTOS: dict[Door, str] = {
+    "project method": "a project needs no photos before the reconstruction",
+    "project command": "the command reads photos, not a project",
+}
+
+OPERATIONS: tuple[Operation, ...] = (
+    Operation(
+        "plan",
+        (PlanOptions,),
+        function="plan",
+        window="survey.planner_dialog.PlannerDialog",
+        missing=_OF_PHOTOS,
+    ),
+    Operation(
+        "check",
+        (CheckOptions,),
+        command_options=(CheckScene,),
+        function="check",
+        window="photos.photos_panel.PhotosPanel",
+        missing=_OF_PHOTOS,
+    ),
+    Operation(
+        "frames",
+        command_options=(FrameOptions,),
+        window="survey.video_dialog.VideoDialog",
+        missing=_OF_PHOTOS | {"function": "`vs.check` and `vs.reconstruct` take the folder"},
+    ),
+    Operation(
+        "facets",
+        (FacetOptions,),
+        function="facets",
+        window="surface.facets_panel.FacetsPanel",
+        missing={
+            "project method": "`vs.facets` takes a model of a project",
+            "project command": "`facets --project` places the model; the window adds facets",
+        },
+    ),
+    Operation(
+        "dem",
+        (DemOptions,),
+        command_options=(DemFiles,),
+        function="dem",
+        window="sections.elevation_panel.ElevationPanel",
+        missing=_OF_MODELS,
+    ),
+    Operation(
+        "section",
+        (SectionOptions,),
+        command_options=(SectionFeatures,),
+        function="section",
+        window="sections.section_panel.SectionPanel",
+        missing=_OF_MODELS,
+    ),
+    Operation(
+        "reconstruct",
+        (ReconstructOptions,),
+        function="reconstruct",
+        window="survey.reconstruct_dialog.ReconstructDialog",
+        missing={
+            "project method": "`Project.add_model` takes the model",
+            "project command": "`add-model` takes the model",
+        },
+    ),
+    Operation(
+        "register",
+        (RegisterOptions,),
+        function="register",
+        window="interpret.tool_panels.control.ControlPanel",
+        action="register",
+        missing={"project method": "`vs.register` takes the path of a model"},
+    ),
+    Operation(
+        "compare",
+        (CompareOptions,),
+        function="compare",
+        window="registration.compare_panel.ComparePanel",
+        missing=_OF_MODELS,
+    ),
+    Operation(
+        "measurable",
+        (MeasurableOptions,),
+        command_options=(MeasurableTarget,),
+        function="measurable",
+        window="surface.fields_panel.FieldsPanel",
+        missing=_OF_MODELS,
+    ),
+    Operation(
+        "sets",
+        (SetOptions,),
+        function="sets",
+        window="analyse.sets_panel.SetsPanel",
+        missing={
+            "project method": "`vs.sets` takes the planes of a project",
+            "project command": "`set` writes the sets of features",
+        },
+    ),
+    Operation(
+        "repeats",
+        (RepeatOptions,),
+        function="repeats",
+        window="analyse.repeats_panel.RepeatsPanel",
+        missing={
+            "project method": "`vs.repeats` takes the folder of a project",
+            "project command": "`repeats` reads a project",
+        },
+    ),
+    Operation(
+        "slip",
+        function="slip",
+        missing=_OF_TABLES | {"window": "the net shows the axes of each fault"},
+    ),
+    Operation(
+        "fractures",
+        (FractureOptions,),
+        function="fractures",
+        window="sections.fractures_panel.FracturesPanel",
+        missing={
+            "project method": "`vs.fractures` takes the traces of a project",
+            "project command": "`fractures` reads the exported traces",
+        },
+    ),
+    Operation(
+        "fit",
+        (FitOptions,),
+        command_options=(FitTogether,),
+        function="fit_planes",
+        method="fit",
+        action="fit",
+        missing={"window": "planes are fitted while they are picked"},
+    ),
+    Operation(
+        "stats",
+        (StatisticsOptions,),
+        function="stats",
+        window="analyse.statistics_panel.StatisticsPanel",
+        missing={
+            "project method": "`vs.stats` takes the planes of a project",
+            "project command": "`stats` reads a project",
+        },
+    ),
+    Operation(
+        "fold",
+        (FoldOptions,),
+        function="fold",
+        window="common.fold_box.FoldBox",
+        missing={
+            "project method": "`vs.fold` takes the planes of a project",
+            "project command": "`fold` reads a project",
+        },
+    ),
+    Operation(
+        "slope",
+        (SlopeOptions,),
+        command_options=(SlopeFaces,),
+        function="slope",
+        window="analyse.slopes_panel.SlopesPanel",
+        missing={
+            "project method": "`vs.slope` takes the planes of a project",
+            "project command": "`slope` reads a project",
+        },
+    ),
+    Operation(
+        "threepoint",
+        (ThreePointOptions,),
+        function="threepoint",
+        window="sections.three_points_panel.ThreePointsPanel",
+        missing={
+            "project method": "`vs.threepoint` takes points of a project",
+            "project command": "`threepoint` reads a table of points",
+        },
+    ),
+    Operation(
+        "displacement",
+        (DisplacementOptions,),
+        function="displacement",
+        window="sections.displacement_panel.DisplacementPanel",
+        missing={
+            "project method": "`vs.displacement` takes cut-offs of a project",
+            "project command": "`displacement` reads a table of cut-offs",
+        },
+    ),
+    Operation(
+        "log",
+        (LogOptions,),
+        command_options=(LogLine,),
+        function="log",
+        window="sections.bed_log_panel.BedLogPanel",
+        missing={
+            "project method": "`vs.log` takes boundaries of a project",
+            "project command": "`log` reads a project",
+        },
+    ),
+    Operation(
+        "extend",
+        (ExtendOptions,),
+        function="extend",
+        window="analyse.surfaces.extend_dialog.ExtendDialog",
+        missing=_OF_MODELS | {"project command": "the command extends planes of tables"},
+    ),
+    Operation(
+        "surface",
+        (SurfaceOptions,),
+        function="surface",
+        window="analyse.surfaces.surface_dialog.SurfaceDialog",
+        missing=_OF_MODELS | {"project command": "the command reads the patch as a model"},
+    ),
+    Operation(
+        "trace",
+        (FollowOptions,),
+        command_options=(TraceSource, DrawnTraceOptions),
+        function="follow",
+        window="common.follow_box.FollowBox",
+        missing=_OF_MODELS | {"project command": "`trace --into` adds drawn lines to a project"},
+    ),
+    Operation(
+        "propose traces",
+        (ProposalOptions,),
+        function="propose_traces",
+        command="trace",
+        window="surface.traces_panel.TracesPanel",
+        missing=_OF_MODELS,
+    ),
+    Operation(
+        "stereonet",
+        (StereonetOptions, StereonetFigure),
+        command_options=(SetColors,),
+        function="stereonet",
+        window="analyse.stereonet_panel.StereonetPanel",
+        missing=_OF_TABLES,
+    ),
+    Operation(
+        "rose",
+        (RoseOptions,),
+        command_options=(RoseFigure, SetColors),
+        function="rose",
+        window="analyse.stereonet_panel.StereonetPanel",
+        missing=_OF_TABLES,
+    ),
+    Operation(
+        "info",
+        missing=_OF_FILES
+        | {
+            "function": "`vs.read` returns what the file contains",
+            "window": "the outline shows what a model contains",
+        },
+    ),
+    Operation(
+        "convert",
+        window="shell.project_files.Files",
+        missing=_OF_FILES | {"function": "`vs.read` and `.save` of a model"},
+    ),
+    Operation(
+        "export",
+        command_options=(ExportFormat,),
+        window="shell.project_files.Files",
+        method="export",
+        missing={
+            "function": "`Project.export` is a method",
+            "project command": "`export` reads a project",
+        },
+    ),
+    Operation(
+        "demo",
+        command_options=(DemoOptions,),
+        missing=_OF_FILES
+        | {"function": "`vs.sample` returns the files", "window": "*Open sample outcrop*"},
+    ),
+    Operation(
+        "ortho",
+        (OrthoOptions,),
+        command_options=(OrthoDrawing,),
+        function="orthophoto",
+        window="analyse.ortho_dialog.OrthoDialog",
+        missing=_OF_MODELS,
+    ),
+)

@@ -1,0 +1,126 @@
+"""Paths over open models, searched for in a thread."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import InputError, VomError
+from vomstudio.core.findings import Finding, finding_of
+from vomstudio.extraction.path_costs import COSTS, OF_COLOURS
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.studio.background import Background
+from vomstudio.studio.models import Models
+from vomstudio.studio.photo_path_finding import PhotoPaths
+from vomstudio.studio.photos import ModelPhotos
+from vomstudio.studio.tools.followed_line import Answer, Way
+from vomstudio.studio.tools.interaction_types import Point
+
+if TYPE_CHECKING:
+    from vomstudio.extraction.surface_graph import SurfaceGraph
+
+Array = npt.NDArray[np.float64]
+_LIVE = "live"
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    data: Any
+    cost: str
+    ends: tuple[Point, Point]
+    live: bool
+    photo: str
+    photos: ModelPhotos | None
+
+
+class PathFinding:
+    """Searches one path after the other, and keeps the graph of the last model.
+
+    Parameters
+    ----------
+    background : Background
+        With one thread.
+    """
+
+    def __init__(
+        self,
+        models: Models,
+        background: Background,
+        photos_of: Callable[[str], ModelPhotos | None] = lambda model_id: None,
+    ) -> None:
+        self._models, self._background, self._photos_of = models, background, photos_of
+        self._in_photos = PhotoPaths()
+        self._surface: SurfaceGraph | None = None
+
+    def costs(self, model_id: str) -> tuple[str, ...]:
+        """As `studio.tools.followed_line.PathFinder` has it."""
+        opened = self._models.open.get(model_id)
+        data = None if opened is None else opened.data
+        coloured = data is not None and (
+            data.colors is not None
+            or (isinstance(data, Mesh) and data.uv is not None
+                and any(m.texture is not None for m in data.materials))
+        )  # fmt: skip
+        return COSTS if coloured else tuple(cost for cost in COSTS if cost not in OF_COLOURS)
+
+    def follow(
+        self,
+        model_id: str,
+        cost: str,
+        ends: tuple[Point, Point],
+        *,
+        photo: str = "",
+        live: bool,
+        answer: Answer,
+    ) -> None:
+        """As `studio.tools.followed_line.PathFinder` has it."""
+        opened = self._models.open.get(model_id)
+        photos = self._photos_of(model_id) if photo else None
+        data = None if opened is None else opened.data
+        search = _Search(data, cost, ends, live, photo, photos)
+        # A newer search for the cursor replaces the one for its last position.
+        self._background.run(
+            partial(self._find, search),
+            answer,
+            lambda error: answer(finding_of(error)),
+            key=_LIVE if live else None,
+        )
+
+    def forget(self) -> None:
+        """Drop all searches and the graph: another project is opened."""
+        self._background.cancel_all()
+        self._surface = None
+        self._in_photos = PhotoPaths()
+
+    # --- in the thread -----------------------------------------------------------------------
+    def _find(self, search: _Search) -> Way:
+        if search.data is None:
+            raise InputError(Finding("model.not-open"))
+        if search.photos is None:
+            return self._over_surface(search)
+        ends = np.asarray(search.ends)
+        try:
+            return self._in_photos.way(
+                search.photos, search.photo, search.cost, ends, live=search.live
+            )
+        except VomError as error:
+            # Over the surface if the photo gives no path, with the reason.
+            way = self._over_surface(search)
+            return replace(way, warnings=(finding_of(error),), final=not search.live)
+
+    def _over_surface(self, search: _Search) -> Way:
+        from vomstudio.extraction.following import Follower
+        from vomstudio.extraction.surface_graph import SurfaceGraph
+
+        surface = self._surface
+        if surface is None or surface.data is not search.data:
+            surface = SurfaceGraph(search.data)
+            surface.prepare()
+            self._surface = surface
+        path = Follower(surface, search.cost).follow(np.asarray(search.ends))
+        return Way(path.points, costs=path.costs)

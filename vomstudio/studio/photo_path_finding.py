@@ -1,0 +1,84 @@
+"""Paths in the pixels of photos of open models, thrown on these."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.files.regular import is_regular
+from vomstudio.core.findings import Finding
+from vomstudio.geometry import transform
+from vomstudio.studio.photos import ModelPhotos
+from vomstudio.studio.tools.followed_line import Way
+
+if TYPE_CHECKING:
+    from vomstudio.extraction.calibrated_photos import CalibratedPhotos
+    from vomstudio.extraction.photo_following import PhotoFollower
+
+Array = npt.NDArray[np.float64]
+
+
+class PhotoPaths:
+    """For one thread. The photo that was followed last is kept, with those that had a say."""
+
+    def __init__(self) -> None:
+        self._of: ModelPhotos | None = None
+        self._opened: CalibratedPhotos | None = None
+        self._follower: PhotoFollower | None = None
+
+    def forget(self) -> None:
+        """Keep no pictures."""
+        self._of = self._opened = self._follower = None
+
+    def way(self, photos: ModelPhotos, photo: str, cost: str, ends: Array, *, live: bool) -> Way:
+        """The path between two places (2, 3) of the model, in its file frame, as `Way`.
+
+        live : the other photos are not asked
+        Raises GeometryError where the photo does not show both; InputError, UsageError.
+        """
+        follower = self._followed_in(photos, photo, cost)
+        views, row = follower.photos.views, follower.photos.chosen
+        world = transform.apply(views.to_world, ends)
+        # What is only just hidden is at the edge of what was clicked.
+        if not views.shows(row, world, 4.0 * views.resolution).all():
+            raise GeometryError(Finding("photo.not-showing", photo=photo.rpartition("/")[2]))
+        path = follower.follow(views.pixels(row, world), alone=live)
+        points = transform.apply(transform.invert(views.to_world), path.points)
+        return Way(
+            points, photo, path.voters, path.judged, path.confirmed, () if live else path.warnings,
+            final=not live, costs=path.costs,
+        )  # fmt: skip
+
+    def _followed_in(self, photos: ModelPhotos, photo: str, cost: str) -> PhotoFollower:
+        from vomstudio.extraction.photo_following import PhotoFollower
+
+        if photos is not self._of or self._opened is None:
+            self.forget()
+            self._opened, self._of = _opened(photos), photos
+        follower, row = self._follower, photos.views.row(photo)
+        if follower is None or follower.photos.chosen != row:
+            self._follower = None
+            if row not in self._opened.files:
+                raise GeometryError(Finding("photo.file-missing", photo=photo))
+            follower = PhotoFollower(replace(self._opened, chosen=row), cost)
+            self._follower = follower
+        return follower.by(cost)
+
+
+def _opened(photos: ModelPhotos) -> CalibratedPhotos:
+    """With the cameras for the photos as they lie there, which may have been made smaller."""
+    from vomstudio.extraction.calibrated_photos import CalibratedPhotos, scaled
+    from vomstudio.io.photos.cameras_file import FILE_NAME
+    from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
+
+    views = photos.views
+    paths = {row: photos.path(row) for row in range(len(views.views))}
+    files = {row: path for row, path in paths.items() if path is not None and is_regular(path)}
+    near = tuple(scaled(view, files.get(row)) for row, view in enumerate(views.views))
+    cameras = replace(views.cameras, views=near)
+    own = PhotoViews(cameras, views.tree, views.to_world, views.resolution)
+    return CalibratedPhotos(own, 0, files, views.cameras.photos / FILE_NAME)

@@ -1,0 +1,72 @@
+"""Control points that are marked in photos of a model, as pairs of places."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.findings import Finding
+from vomstudio.io.control.observation_tables import Pairs
+from vomstudio.registration.evidence import Evidence
+
+
+def marked_pairs(
+    control: Path,
+    marks_file: Path | None,
+    evidence: Evidence,
+    crs: str | None,
+    messages: list[Finding],
+) -> tuple[Pairs, str | None]:
+    """Triangulate control points from their marks in photos, and add them to the pairs.
+
+    Returns the pairs and their CRS. Messages about unused points are appended to `messages`.
+
+    Raises
+    ------
+    UsageError, InputError
+    GeometryError
+        If marks are not in pixels of the photos.
+    """
+    from vomstudio.io.control.control_files import (
+        agreed_crs,
+        marks_beside,
+        read_control,
+        read_marks,
+    )
+    from vomstudio.registration.evidence import marked_places
+    from vomstudio.registration.marks.mark_checks import (
+        name_findings,
+        require_pixels_of_photos,
+    )
+
+    points = read_control(control)
+    crs = agreed_crs(control, crs)
+    path = marks_file or marks_beside(control)
+    marks = read_marks(path)
+    evidence.marks = [(m.label, m.photo, m.x, m.y) for m in marks]
+    known = {p.label: p.position for p in points}
+    if evidence.views:
+        try:
+            require_pixels_of_photos(evidence.marks, evidence.views, known)
+        except GeometryError as failure:
+            failure.file = str(path)
+            raise
+        messages += name_findings(list(known), evidence.marks, evidence.views)
+    used = [mark for mark in evidence.marks if mark[0] in known]
+    places = marked_places(evidence, used, messages)
+    triangulated = [p for p in points if p.label in places]
+    sigma = [[p.sigma_m or math.nan] * 3 for p in triangulated]
+    pairs = Pairs(
+        tuple(p.label for p in triangulated),
+        np.array([places[p.label][0] for p in triangulated]).reshape(-1, 3),
+        np.array([p.position for p in triangulated], np.float64).reshape(-1, 3),
+        np.array(sigma, np.float64).reshape(-1, 3),
+        np.array([p.check for p in triangulated], bool),
+        covariance=np.array([places[p.label][1] for p in triangulated]).reshape(-1, 3, 3),
+    )
+    if evidence.pairs is not None:
+        pairs = evidence.pairs.with_more(pairs)
+    return pairs, crs

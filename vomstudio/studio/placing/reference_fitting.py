@@ -1,0 +1,162 @@
+"""A model of a file fitted to a reference of another file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import InputError
+from vomstudio.core.findings import Finding
+from vomstudio.core.progress import Progress
+from vomstudio.core.results import FLAT, HIDDEN, Result
+from vomstudio.core.words import tr
+from vomstudio.geometry.registrations import Registration
+from vomstudio.io.models.frames import establish_frame
+from vomstudio.io.models.reader import LoadedModel
+from vomstudio.io.photos.cameras_file import scale_known
+from vomstudio.registration.by_model.reference import FittedToReference, fit_to_reference
+from vomstudio.registration.by_model.stable import POLYGONS, in_polygons, near_cloud
+from vomstudio.registration.by_model.starting import (
+    box_of,
+    points_and_spacing,
+    similarity_of,
+    with_scale,
+)
+from vomstudio.registration.overlap import crs_findings, refuse_apart
+from vomstudio.registration.results import Placed
+from vomstudio.registration.surface_points import points_of
+from vomstudio.studio.world_models import WorldModel, read_in_world
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class ReferenceFit(Result):
+    """Fit of a model to a reference.
+
+    name : name of the reference; fitted : result of the fit; crs : CRS of World
+    stable_m : distance from a mask cloud within which the reference is stable, None without one
+    scale_fitted : whether the scale was; reference : registration of the reference, None if it has
+    none
+    """
+
+    name: str = field(metadata=HIDDEN)
+    fitted: FittedToReference = field(metadata=FLAT)
+    crs: str | None = field(metadata=HIDDEN)
+    stable_m: float | None
+    scale_fitted: bool
+    warnings: tuple[Finding, ...] = field(metadata=HIDDEN)
+    reference: Registration | None = field(default=None, metadata=HIDDEN)
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Placement of a model before the fit.
+
+    to_world : (4, 4) from the file to World; crs : CRS of World; metric : whether its unit is known
+    scale_error : relative error of its registration, one sigma; None if not known
+    """
+
+    to_world: Any
+    crs: str | None
+    metric: bool
+    scale_error: float | None = None
+
+
+def _stated_placement(loaded: LoadedModel) -> Standing:
+    established = establish_frame(loaded)
+    frame, registration = established.frame, established.registration
+    if registration is not None:
+        return Standing(
+            established.to_world(), frame.crs, frame.has_metres, registration.scale_error
+        )
+    known = loaded.unit_m is not None or frame.crs is not None
+    return Standing(frame.to_world(), frame.crs, known or scale_known(loaded.path) is True)
+
+
+def fit_model(
+    loaded: LoadedModel,
+    reference: str | Path,
+    *,
+    near: Placed | None,
+    crs: str | None,
+    stable: str | Path | None = None,
+    stands: Standing | None = None,
+    progress: Progress,
+) -> ReferenceFit:
+    """Fit a model to a reference in another file.
+
+    Parameters
+    ----------
+    loaded : LoadedModel
+    reference : str or Path
+    near : Placed or None
+        Initial placement by other observations, None to start with the frames of the files.
+    crs : str or None
+        CRS of World, None for that of the reference.
+    stable : str or Path, optional
+        Mask of the stable part of the reference.
+    stands : Standing, optional
+        Placement of the model, by default as its file states.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError, Cancelled
+    """
+    target = read_in_world(reference, progress)
+    names = (loaded.path.name, Path(reference).name)
+    messages = list(target.warnings)
+    if crs is not None:
+        messages += crs_findings(crs, target.crs, ("--crs", names[1]))
+    stands = stands or _stated_placement(loaded)
+    similarity = similarity_of(stands.to_world)
+    scale = not stands.metric
+    points, spacing = points_and_spacing(loaded.data, loaded.path)
+    if near is None:
+        messages += crs_findings(stands.crs, target.crs, names)
+        start = similarity
+        refuse_apart(box_of(similarity(points)), box_of(points_of(target.data)), names)
+    else:
+        start = similarity_of(near.matrix)
+        if not scale:
+            start = with_scale(start, similarity.scale, points.mean(axis=0))
+    target_points, target_spacing = points_and_spacing(target.data, target.loaded.path)
+    flags, stable_m = None, None
+    if stable is not None:
+        flags, stable_m, more = _stable(target_points, target, Path(stable), progress)
+        messages += more
+    fitted = fit_to_reference(
+        points, target_points, start, spacing=(spacing * start.scale, target_spacing), scale=scale,
+        stable=flags, scale_error=stands.scale_error, progress=progress,
+    )  # fmt: skip
+    return ReferenceFit(
+        names[1], fitted, crs if crs is not None else target.crs, stable_m, scale,
+        (*messages, *fitted.warnings), target.registration,
+    )  # fmt: skip
+
+
+def _stable(
+    points: Array, target: WorldModel, path: Path, progress: Progress
+) -> tuple[npt.NDArray[np.bool_], float | None, list[Finding]]:
+    names = (tr("The mask"), tr("the reference"))
+    messages: list[Finding]
+    if path.suffix.lower() in POLYGONS:
+        reach = None
+        flags, about_layer = in_polygons(points, path, target.crs, progress)
+        messages = list(about_layer)
+    else:
+        mask = read_in_world(path, progress)
+        messages = list(crs_findings(mask.crs, target.crs, names))
+        places, spacing = points_and_spacing(mask.data, mask.loaded.path)
+        flags, reach = near_cloud(points, places, spacing)
+    if not flags.any():
+        raise InputError(
+            Finding("reference.mask-elsewhere"),
+            file=path,
+            field="--stable",
+        )
+    return flags, reach, messages

@@ -1,0 +1,478 @@
+"""Registration of a model by the files and options of the command `register`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vomstudio.core.errors import GeometryError, UsageError
+from vomstudio.core.findings import Finding, cause_of
+from vomstudio.core.progress import Progress
+from vomstudio.core.results import FLAT, HIDDEN, OPTIONAL, Result
+from vomstudio.geometry import transform
+from vomstudio.geometry.coordinate_limits import why_no_error
+from vomstudio.geometry.frames import UNDECLARED
+from vomstudio.geometry.matrices import IDENTITY
+from vomstudio.geometry.registration_frames import change_file_frame
+from vomstudio.geometry.registrations import ReadNorth, Registration
+from vomstudio.project.records import Model
+from vomstudio.registration.evidence import Evidence
+from vomstudio.registration.level_evidence import KnownDirection
+from vomstudio.registration.register_options import BESIDE, RegisterOptions
+from vomstudio.studio.placing.known_lines import photo_up
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from vomstudio.io.control.attitude_tables import AttitudeTable
+    from vomstudio.io.control.observation_tables import Positions
+    from vomstudio.io.models.reader import LoadedModel
+    from vomstudio.io.photos.own_cameras.result import OwnCameras
+    from vomstudio.registration.attitude_evidence import AttitudeMiss
+    from vomstudio.registration.compass_evidence import Segment
+    from vomstudio.registration.north import North
+    from vomstudio.registration.results import Placed
+    from vomstudio.studio.placing.reference_fitting import ReferenceFit
+
+# Survey formats, whose z is a height even if they state no CRS.
+_SURVEYED = (".las", ".laz", ".tif", ".tiff")
+
+
+@dataclass(frozen=True, eq=False)
+class Registered(Result):
+    """Result of a registration.
+
+    placed : placement with all warnings; attitudes : residuals of photo attitudes; loaded : the
+    model, None for the placement alone; crs : CRS of World; reference : fit to the reference;
+    registration : record as in a project, from the file of the model to World; None for the
+    placement alone
+    """
+
+    placed: Placed = field(metadata=FLAT)
+    attitudes: Sequence[AttitudeMiss] = field(metadata=OPTIONAL)
+    loaded: LoadedModel | None = field(metadata=HIDDEN)
+    crs: str | None = field(metadata=HIDDEN)
+    reference: ReferenceFit | None = field(metadata=OPTIONAL)
+    registration: Registration | None = field(default=None, metadata=HIDDEN)
+
+    @property
+    def registration_in_world(self) -> Registration | None:
+        """Registration of the model once written in World: identity, with the same errors."""
+        if self.registration is None:
+            return None
+        return change_file_frame(self.registration, self.registration.matrix)
+
+
+def register_model(model: str, options: RegisterOptions, progress: Progress) -> Registered:
+    """Register a model by observations.
+
+    Parameters
+    ----------
+    model : str
+        Path, or "-" for the placement alone.
+
+    Raises
+    ------
+    UsageError, InputError, GeometryError
+    """
+    from vomstudio.io.gis.crs import metric_crs
+    from vomstudio.registration.evidence import attitude_misses
+
+    crs = None if options.crs is None else metric_crs(options.crs, "--crs")
+    loaded = None
+    if model != "-":
+        from vomstudio.io.models.opening import read_model
+
+        loaded = read_model(Path(model), progress)
+    messages, unused = list[Finding](), list[Finding]()
+    record = None if loaded is None else _model_record(loaded, messages)
+    evidence, crs, read_north = _evidence(options, crs, loaded, messages, unused)
+    if record is not None and evidence.scale is not None and record.registration is not None:
+        evidence.scale = transform.scale_of(record.registration.matrix)
+        evidence.scale_error = record.registration.scale_error
+    evidence.up, evidence.crs = None if loaded is None else _up(loaded), crs
+    evidence.photo_up = None if loaded is None else photo_up(loaded.path)
+    fitted = _fitted(options, evidence, loaded, crs, progress)
+    if fitted is not None:
+        crs = fitted.crs
+        evidence.reference = fitted.fitted.observation
+        messages += fitted.warnings
+    try:
+        placed = _solved(evidence, loaded)
+    except GeometryError as failure:
+        if failure.file is None and failure.field is None:
+            failure.file = _pairs_file(options)
+        if unused:
+            raise _unused_marks_error(failure, unused, evidence) from failure
+        raise
+    registration = None
+    if record is not None:
+        registration = _registration(placed, evidence, record, crs, fitted, read_north, messages)
+    warnings = [*messages, *_relocation_findings(placed, loaded, crs), *placed.warnings]
+    for name, error in _bars_as_checks(evidence, placed):
+        warnings.append(Finding("scale.check-bar", name=name, error_m=error))
+    result = replace(placed, warnings=tuple(warnings))
+    misses = attitude_misses(evidence, placed)
+    return Registered(result, misses, loaded, crs, fitted, registration)
+
+
+def _model_record(loaded: LoadedModel, messages: list[Finding]) -> Model:
+    """Return the record of the model before the registration.
+
+    Findings about the registration file beside it are appended to `messages`.
+    """
+    from vomstudio.io.models.frames import frame_of_file, registration_beside
+
+    path = loaded.path
+    stored = registration_beside(path, loaded.content_hash, loaded.crs)
+    messages += stored.findings
+    placement = stored.registration or frame_of_file(path, loaded.crs)
+    return Model("", path.stem, str(path), loaded.kind, loaded.content_hash, placement)
+
+
+def _registration(
+    placed: Placed,
+    evidence: Evidence,
+    model: Model,
+    crs: str | None,
+    fitted: ReferenceFit | None,
+    read_north: ReadNorth | None,
+    messages: list[Finding],
+) -> Registration:
+    """Return the registration record of a placement, as the window creates it."""
+    from vomstudio.io.models.registration_file import registration_path
+    from vomstudio.studio.placing.registering import (
+        add_reference_error,
+        reference_findings,
+        registration_of,
+    )
+
+    if not placed.known.all and model.to_world != IDENTITY:
+        # Undetermined parameters keep their values in the file, which is not in World.
+        if model.registration is not None:
+            file = registration_path(model.path).name
+            messages.append(Finding("registration.incomplete", file=file))
+        model = replace(model, placement=UNDECLARED)
+    reference = "" if fitted is None else fitted.name
+    record = registration_of(placed, evidence.pairs, model, crs, reference, read_north)
+    if fitted is None or fitted.reference is None:
+        return record
+    record = add_reference_error(record, fitted.reference, scale_fitted=fitted.scale_fitted)
+    messages += reference_findings(record)
+    return record
+
+
+def _unused_marks_error(
+    failure: GeometryError, unused: Sequence[Finding], evidence: Evidence
+) -> GeometryError:
+    """Return the error of a registration that failed because of unused marks."""
+    finding = cause_of(failure)
+    if evidence.too_few_alone:
+        finding = Finding("registration.few-marked-points")
+    marks = " ".join(map(str, unused))
+    return GeometryError(
+        Finding("registration.marks-unused", marks=marks, reason=finding, reason_code=finding.code),
+        file=failure.file,
+        field=failure.field,
+    )
+
+
+def _pairs_file(options: RegisterOptions) -> str | None:
+    """Return the table of points, which errors of the registration refer to."""
+    return options.pairs or options.gcp
+
+
+def _bars_as_checks(evidence: Evidence, placed: Placed) -> list[tuple[str, float]]:
+    """Return the names of check scale bars, and the errors of their lengths in metres."""
+    pairs = evidence.pairs
+    if pairs is None:
+        return []
+    places = dict(zip(pairs.labels, pairs.model, strict=True))
+    return [
+        (
+            f"{bar.first} - {bar.second}",
+            float(placed.scale * np.linalg.norm(places[bar.second] - places[bar.first]))
+            - bar.length_m,
+        )
+        for bar in evidence.bars
+        if bar.check
+    ]
+
+
+def _fitted(
+    options: RegisterOptions,
+    evidence: Evidence,
+    loaded: LoadedModel | None,
+    crs: str | None,
+    progress: Progress,
+) -> ReferenceFit | None:
+    """Fit the model to the reference, starting with the placement by all other observations."""
+    if options.reference is None:
+        return None
+    from vomstudio.studio.placing.reference_fitting import fit_model
+
+    if loaded is None:
+        raise UsageError(Finding("option.needs-model", option="--reference"), field="MODEL")
+    # One or two points support the fit, but give no initial placement.
+    known = not (evidence.empty or evidence.too_few_alone)
+    near = _solved(evidence, loaded) if known else None
+    return fit_model(
+        loaded, options.reference, near=near, crs=crs, stable=options.stable, progress=progress
+    )
+
+
+def _solved(evidence: Evidence, loaded: LoadedModel | None) -> Placed:
+    from vomstudio.registration.evidence import register
+
+    return register(evidence, None if loaded is None else _extent(loaded))
+
+
+def _extent(loaded: LoadedModel) -> npt.NDArray[np.float64]:
+    from vomstudio.registration.surface_points import some_points
+
+    return some_points(loaded.data)
+
+
+def _up(loaded: LoadedModel) -> npt.NDArray[np.float64] | None:
+    """Return the up direction (3,) of the model, None if neither file nor format states it."""
+    from vomstudio.io.models.frames import frame_of_file
+
+    surveyed = loaded.path.suffix.casefold() in _SURVEYED
+    known = surveyed or frame_of_file(loaded.path, loaded.crs).has_up
+    return np.array([0.0, 0.0, 1.0]) if known else None
+
+
+def _relocation_findings(
+    placed: Placed, loaded: LoadedModel | None, crs: str | None
+) -> list[Finding]:
+    """Return a finding if the model is moved far from the coordinates in its file."""
+    from vomstudio.registration.coordinate_checks import relocation_findings
+
+    if loaded is None or loaded.crs is None or not placed.known.position:
+        return []
+    if crs is not None and crs != loaded.crs:
+        return []
+    extent = _extent(loaded)
+    return relocation_findings(extent, placed(extent), loaded.crs)
+
+
+def _evidence(
+    options: RegisterOptions,
+    crs: str | None,
+    loaded: LoadedModel | None,
+    messages: list[Finding],
+    unused: list[Finding],
+) -> tuple[Evidence, str | None, ReadNorth | None]:
+    """Return the observations, the CRS of World and the north reference of azimuths.
+
+    Messages are appended to `messages`; those about unused points and marks also to `unused`.
+    """
+    from vomstudio.io.control import observation_tables as tables
+    from vomstudio.registration.camera_positions import in_metres
+    from vomstudio.registration.coordinate_checks import check_area
+    from vomstudio.registration.north import default_north_sigma_deg, on_grid
+    from vomstudio.registration.surface_points import known_resolution
+    from vomstudio.studio.placing.marked_points import marked_pairs
+
+    evidence = Evidence(without=tuple(options.without), robust=options.robust)
+    evidence.scale = 1.0 if options.keep_scale else None
+    evidence.click_sigma_m = options.click_sigma_m
+    if loaded is not None:
+        evidence.resolution = known_resolution(loaded.data)
+    if options.north_sigma_deg is not None:
+        evidence.north_doubt_deg = evidence.compass_doubt_deg = options.north_sigma_deg
+        evidence.compass_doubt_stated = True
+    else:
+        evidence.compass_doubt_deg = default_north_sigma_deg(options.north)
+    photo_sources = (options.cameras, options.attitudes, options.horizon, options.gcp)
+    if any(each is not None for each in photo_sources):
+        cameras = _own_cameras(options, loaded)
+        evidence.views, evidence.centres = cameras.views, cameras.centres
+        messages += cameras.warnings
+    if options.pairs is not None:
+        evidence.pairs = tables.read_pairs(options.pairs, crs)
+        crs = crs or evidence.pairs.crs
+    if options.gcp is not None:
+        marks = None if options.marks is None else Path(options.marks)
+        evidence.pairs, crs = marked_pairs(Path(options.gcp), marks, evidence, crs, unused)
+        messages += unused
+    if options.scale_bars is not None:
+        evidence.bars = tables.read_scale_bars(options.scale_bars)
+    if options.horizon is not None:
+        evidence.level = tables.read_level_lines(options.horizon)
+    if options.orientations is not None:
+        evidence.compass = tables.read_compass(options.orientations)
+    place = None
+    if evidence.pairs is not None:
+        messages += check_area(evidence.pairs.world, crs)
+    if options.cameras is not None:
+        positions = _positions(options.cameras, cameras)
+        evidence.positions, crs, place = in_metres(positions, crs, messages)
+        messages += check_area(evidence.positions.places, crs, converted=place is not None)
+    north = _north(options, evidence, crs, place)
+    if options.attitudes is not None:
+        table = _attitudes(options.attitudes, options.north, cameras)
+        messages += table.notes
+        if table.photos:
+            evidence.attitudes = on_grid(table, north, messages)
+    evidence.lengths = [_segment(text, "--scale") for text in options.scale]
+    evidence.level_lines = [_known_direction(text, "--level") for text in options.level]
+    evidence.plumb_lines = [_known_direction(text, "--plumb") for text in options.plumb]
+    evidence.azimuths = [_segment(text, "--bearing") for text in options.bearing]
+    for line in evidence.azimuths:
+        if not -360.0 <= line.value <= 360.0:
+            raise UsageError(
+                Finding("option.out-of-range", value=line.value, minimum=-360, maximum=360),
+                field="--bearing",
+            )
+    read_north = _turn_to_grid(options, evidence, north, messages)
+    for line in evidence.lengths:
+        if not line.value > 0:
+            raise UsageError(Finding("number.not-positive", value=line.value), field="--scale")
+    if evidence.empty and options.reference is None:
+        for finding in messages:
+            if isinstance(finding, Finding) and finding.code == "photo.angles-not-measured":
+                raise UsageError(finding, field="--attitudes")
+        raise UsageError(Finding("registration.no-observations"))
+    return evidence, crs, read_north
+
+
+def _own_cameras(options: RegisterOptions, loaded: LoadedModel | None) -> OwnCameras:
+    """Read the cameras in the frame of the model."""
+    from vomstudio.io.photos.cameras_file import FILE_NAME
+    from vomstudio.io.photos.own_cameras.reading import find_own_cameras, read_own_cameras
+
+    if options.model_cameras is not None:
+        path = Path(options.model_cameras)
+    else:
+        if loaded is None:
+            raise UsageError(
+                Finding("option.needs-cameras"),
+                field="MODEL",
+            )
+        path = find_own_cameras(loaded.path) or loaded.path.with_name(FILE_NAME)
+    return read_own_cameras(path, None if loaded is None else loaded.data.bounds)
+
+
+def _positions(source: str | Path, cameras: OwnCameras) -> Positions:
+    """Read the positions of photos from a table or from the photos."""
+    from vomstudio.io.control.observation_tables import read_positions
+    from vomstudio.registration.photo_evidence import positions_in
+
+    if source == BESIDE or Path(source).is_dir():
+        return positions_in(_photos(source, cameras, "--cameras"))
+    return read_positions(source)
+
+
+def _attitudes(source: str | Path, north: str, cameras: OwnCameras) -> AttitudeTable:
+    """Read the attitudes of photos from a table or from the photos."""
+    from vomstudio.io.control.attitude_tables import read_attitudes
+    from vomstudio.registration.photo_evidence import attitudes_in
+
+    if source == BESIDE or Path(source).is_dir():
+        return attitudes_in(_photos(source, cameras, "--attitudes"), cameras.views)
+    return read_attitudes(source, north)
+
+
+def _north(
+    options: RegisterOptions,
+    evidence: Evidence,
+    crs: str | None,
+    place: tuple[float, float] | None,
+) -> North:
+    """Return the north reference, and the place and day of the readings."""
+    from vomstudio.registration.north import North, parse_day, place_of
+
+    known = [] if evidence.pairs is None else [evidence.pairs.world]
+    known += [] if evidence.positions is None else [evidence.positions.places]
+    if place is None and crs is not None and known:
+        place = place_of(crs, np.concatenate(known))
+    day = None if options.date is None else parse_day(options.date)
+    return North(crs, place, day, options.declination_deg)
+
+
+def _turn_to_grid(
+    options: RegisterOptions, evidence: Evidence, north: North, messages: list[Finding]
+) -> ReadNorth | None:
+    """Convert azimuths and compass readings to grid north.
+
+    Returns their north reference, None if there are no such readings.
+    """
+    if not (evidence.azimuths or evidence.compass):
+        return None
+    correction = north.required_correction(options.north, "--north")
+    if correction.finding is not None:
+        messages.append(correction.finding)
+        evidence.azimuths = [
+            line._replace(value=(line.value + correction.deg) % 360.0) for line in evidence.azimuths
+        ]
+        evidence.compass_turn_deg = correction.deg
+    return correction.read_north(evidence.compass_doubt_deg)
+
+
+def _photos(source: str | Path, cameras: OwnCameras, option: str) -> dict[str, Path]:
+    """Find the photos of the cameras, in the given folder or beside the model."""
+    from vomstudio.io.photos.own_cameras.photos import find_photos_of
+
+    photos = find_photos_of(cameras, None if source == BESIDE else Path(source))
+    if not photos:
+        raise UsageError(
+            Finding("photo.none-of-cameras", name=next(iter(cameras.centres))),
+            field=option,
+        )
+    return photos
+
+
+def _segment(text: str, option: str) -> Segment:
+    from vomstudio.registration.compass_evidence import Segment
+
+    cells = _numbers(text)
+    if len(cells) not in (7, 8):
+        raise UsageError(
+            Finding("line.not-seven-numbers", text=text[:60]),
+            field=option,
+        )
+    x1, y1, z1, x2, y2, z2, value, *sigma = cells
+    if sigma and not sigma[0] > 0:
+        raise UsageError(Finding("number.not-positive", value=sigma[0]), field=option)
+    _require_error(sigma, option)
+    return Segment((x1, y1, z1), (x2, y2, z2), value, sigma[0] if sigma else None)
+
+
+def _require_error(sigma: Sequence[float], option: str) -> None:
+    """Raise UsageError for an implausible error. sigma : at most one value"""
+    for value in sigma:
+        if (problem := why_no_error(value)) is not None:
+            raise UsageError(problem, field=option)
+
+
+def _numbers(text: str) -> list[float]:
+    """Return finite numbers separated by commas, an empty list if any other text occurs."""
+    try:
+        cells = [float(cell) for cell in text.split(",")]
+    except ValueError:
+        return []
+    return cells if all(map(math.isfinite, cells)) else []
+
+
+def _known_direction(text: str, option: str) -> KnownDirection:
+    cells = _numbers(text)
+    if len(cells) not in (6, 7):
+        raise UsageError(
+            Finding("line.not-six-numbers", text=text[:60]),
+            field=option,
+        )
+    x1, y1, z1, x2, y2, z2, *sigma = cells
+    if sigma and not sigma[0] > 0.0:
+        raise UsageError(Finding("number.not-positive", value=sigma[0]), field=option)
+    if sigma and sigma[0] > 45.0:
+        raise UsageError(
+            Finding("option.out-of-range", value=sigma[0], minimum=0, maximum=45), field=option
+        )
+    _require_error(sigma, option)
+    return KnownDirection((x1, y1, z1), (x2, y2, z2), sigma[0] if sigma else None)

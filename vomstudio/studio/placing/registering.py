@@ -1,0 +1,412 @@
+"""A model of the project placed by points that were found on it, as one edit that can be undone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial.transform import Rotation
+
+from vomstudio.core.errors import UsageError
+from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
+from vomstudio.core.words import tr, tr_n
+from vomstudio.geology.statistics import orientation_tensor
+from vomstudio.geometry import transform
+from vomstudio.geometry.coordinate_limits import why_no_error
+from vomstudio.geometry.matrices import Matrix, Point
+from vomstudio.geometry.registrations import Method, ReadNorth, Registration, RegistrationPoint
+from vomstudio.io.control.observation_tables import CompassTable, Pairs
+from vomstudio.project.edit import Edit, change
+from vomstudio.project.kinds.control_point import ControlPoint
+from vomstudio.project.kinds.known_line import KnownLine
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import FeatureType, Model, Record, Typed, get
+from vomstudio.registration.coordinate_checks import (
+    check_area,
+    relocation_findings,
+    require_on_model,
+)
+from vomstudio.registration.evidence import Evidence, register
+from vomstudio.registration.placing import with_warnings
+from vomstudio.registration.results import Placed, PointResidual
+from vomstudio.registration.similarity import jacobian
+from vomstudio.registration.turn_checks import worst_turn95_deg
+from vomstudio.studio.placing.known_lines import (
+    covariance_after,
+    frame_after,
+    placed_by_known,
+    up_of,
+    usable,
+)
+
+_SETS_TOLD = 5
+_Z95 = 1.959963984540054
+
+
+def parse_click_sigma(text: str, field: str) -> float:
+    """Return an error of the click on the model in metres, one sigma.
+
+    Raises
+    ------
+    UsageError
+        With `field` if it is not a number, negative, or not plausible.
+    """
+    try:
+        value = float(text.strip().removesuffix("m").replace(",", "."))
+    except ValueError:
+        value = np.nan
+    if np.isnan(value):
+        raise UsageError(Finding("number.not-a-length", text=text[:40]), field=field)
+    if value != 0.0 and (problem := why_no_error(value)) is not None:
+        raise UsageError(problem, field=field)
+    return value
+
+
+def take_in(
+    records: Mapping[str, Record], model: Model, pairs: Pairs, known: Sequence[ControlPoint]
+) -> Edit:
+    """Points of a file as control points of a model; those of `known`, which the model has already,
+    that have one of the labels are given these coordinates."""
+    there = {point.name: point for point in known}
+    after: dict[str, Record | None] = {}
+    for row, label in enumerate(pairs.labels):
+        before = there.get(label)
+        if before is None:
+            before = ControlPoint(new_id("control"), label, model.id, model.content_hash)
+        found = np.isfinite(pairs.model[row]).all()
+        sigma = pairs.sigma[row]
+        point = replace(
+            before,
+            position=_point(pairs.world[row]),
+            sigma_m=_point(sigma) if np.isfinite(sigma).all() else None,
+            check=bool(pairs.check[row]),
+            vertices=(_point(pairs.model[row]),) if found else before.vertices,
+        )
+        after[point.id] = point
+    return change(
+        records,
+        tr_n("Add {count} control point", "Add {count} control points", len(after)),
+        after,
+    )
+
+
+def pairs_of(points: Sequence[ControlPoint]) -> Pairs:
+    """Those that are found on the model and have coordinates."""
+    known = [p for p in points if p.vertices and p.position is not None]
+    nothing = (np.nan, np.nan, np.nan)
+    return Pairs(
+        tuple(p.name for p in known),
+        np.array([p.vertices[0] for p in known], np.float64).reshape(-1, 3),
+        np.array([p.position for p in known], np.float64).reshape(-1, 3),
+        np.array([p.sigma_m or nothing for p in known], np.float64).reshape(-1, 3),
+        np.array([p.check for p in known], bool),
+    )
+
+
+def expected(
+    points: Sequence[ControlPoint], placed: Placed | None, model: Model
+) -> dict[str, npt.NDArray[np.float64]]:
+    """Where points that have not been found should be, by a placement, or, without one, by two
+    points of a model whose vertical is known: (3,) in World as the model stands at present, by id.
+    """
+    left = [p for p in points if not p.vertices and p.position is not None]
+    back = _by_two(points, model) if placed is None else transform.invert(placed.matrix)
+    if not left or back is None:
+        return {}
+    world = np.array([p.position for p in left], np.float64)
+    there = transform.apply(back, world)
+    if placed is not None:
+        there = transform.apply(model.to_world, there)
+    return {p.id: place for p, place in zip(left, there, strict=True)}
+
+
+def _by_two(points: Sequence[ControlPoint], model: Model) -> npt.NDArray[np.float64] | None:
+    """4 x 4 from the coordinates of the points to the model as it stands: a turn about the
+    vertical, a scale and a shift, which two points determine that are not one above the other."""
+    pairs = pairs_of(points)
+    if len(pairs.labels) != 2 or not model.frame.has_up:
+        return None
+    here, there = transform.apply(model.to_world, pairs.model), pairs.world
+    (x, y, z), (u, v, w) = here[1] - here[0], there[1] - there[0]
+    level, long = np.hypot(u, v), np.linalg.norm([u, v, w])
+    if np.hypot(x, y) <= 0.1 * np.linalg.norm([x, y, z]) or level <= 0.1 * long:
+        return None
+    turn = np.arctan2(y, x) - np.arctan2(v, u)
+    back = np.eye(4)
+    back[:3, :3] = Rotation.from_rotvec([0.0, 0.0, turn]).as_matrix()
+    back[:3, :3] *= np.linalg.norm([x, y, z]) / long
+    back[:3, 3] = here.mean(axis=0) - back[:3, :3] @ there.mean(axis=0)
+    return back
+
+
+def placed_by_points(
+    pairs: Pairs,
+    bounds: npt.NDArray[np.float64] | None,
+    model: Model,
+    crs: str | None,
+    extent: npt.NDArray[np.float64] | None = None,
+    lines: Sequence[KnownLine] = (),
+    north_doubt_deg: float = 0.0,
+    compass: CompassTable | None = None,
+    turned_deg: float = 0.0,
+    *,
+    north_sigma_stated: bool = False,
+    photo_up: npt.NDArray[np.float64] | None = None,
+    keep_scale: bool = False,
+    click_sigma_m: float | None = None,
+    resolution: float | None = None,
+) -> Placed:
+    """Place a model by points, known lines and compass readings, and check the coordinates.
+
+    bounds : (2, 3) of the model in its file's frame, None if not known; crs : CRS of the points
+    extent : (n, 3) points all over the model, in its file's frame
+    compass : in the frame of the file; turned_deg : added to all azimuths; north_doubt_deg : common
+    error of the azimuths, one sigma; north_sigma_stated : whether that is not a default
+    photo_up : (3,) as of `Evidence`; keep_scale : whether the scale of the model is fixed
+    click_sigma_m : error of a click on the model, metres, None for half the `resolution` of the
+    model, which is in the unit of its file
+    Raises GeometryError, also for points that are far from the model.
+    """
+    require_on_model(pairs.model, bounds)
+    if not usable(lines) and compass is None:
+        evidence = Evidence(
+            pairs=pairs,
+            click_sigma_m=click_sigma_m,
+            resolution=resolution,
+            up=up_of(model),
+            crs=crs,
+        )
+        if keep_scale:
+            evidence.scale = transform.scale_of(model.to_world)
+            registration = model.registration
+            evidence.scale_error = None if registration is None else registration.scale_error
+        placed = register(evidence, extent)
+    else:
+        placed = placed_by_known(
+            pairs, lines, model, extent, north_doubt_deg, compass, turned_deg,
+            north_sigma_stated=north_sigma_stated, photo_up=photo_up, keep_scale=keep_scale,
+            click_sigma_m=click_sigma_m, resolution=resolution,
+        )  # fmt: skip
+    if not len(pairs.labels):
+        return placed
+    findings = check_area(pairs.world, crs)
+    # The position of a registered model is not that of its file.
+    by_file = model.registration is None and model.frame.crs == crs and placed.known.position
+    if bounds is not None and crs is not None and by_file:
+        shown = bounds if extent is None or not len(extent) else extent
+        findings += relocation_findings(transform.apply(model.to_world, shown), placed(shown), crs)
+    return with_warnings(placed, findings)
+
+
+def registration_of(
+    placed: Placed,
+    pairs: Pairs | None,
+    model: Model,
+    crs: str | None,
+    reference: str = "",
+    read_north: ReadNorth | None = None,
+) -> Registration:
+    """Return the registration record of a placement, in `crs` or in a local frame.
+
+    A model that was placed by the same method before keeps the id of its registration.
+
+    reference : name of the reference of a fit, "" for a placement by pairs and known lines
+    read_north : north reference of the azimuths, None if there are none
+    """
+    before = model.registration
+    has_points = pairs is not None and bool(len(pairs.labels))
+    method, name = _method(placed, model.name, reference, has_points=has_points)
+    id_ = before.id if before is not None and before.method == method else new_id("registration")
+    error = placed.rotation_error_deg
+    covariance = covariance_after(placed, before)
+    known = None
+    if (
+        error.about_up is not None
+        and error.about_east is not None
+        and error.about_north is not None
+    ):
+        known = (error.about_up, error.about_east, error.about_north)
+    return Registration(
+        id_,
+        name,
+        method,
+        frame_after(placed, model, crs),
+        _matrix(placed),
+        rotation_error_deg=known,
+        scale_error=float(np.sqrt(covariance[3, 3])),
+        rms_control_m=placed.rms_control_m,
+        rms_check_m=placed.rms_check_m,
+        control=() if pairs is None else _points(placed, pairs),
+        covariance=tuple(tuple(row) for row in covariance.tolist()),
+        centre=placed.centre,
+        reach_m=placed.reach_m,
+        normal=placed.normal,
+        # Angles and ratios: a similarity does not change them.
+        lens_bowing95_deg=None if before is None else before.lens_bowing95_deg,
+        lens_stretch95=None if before is None else before.lens_stretch95,
+        read_north=read_north,
+        observations=placed.observations,
+        click_sigma_m=placed.click_sigma_m,
+    )
+
+
+def _method(placed: Placed, model: str, reference: str, *, has_points: bool) -> tuple[Method, str]:
+    """Return the main method of a registration, and its name."""
+    if reference:
+        return "reference", tr("{model} fitted to {reference}", model=model, reference=reference)
+    if has_points:
+        return "points", tr("points on {model}", model=model)
+    kinds = {group.kind for group in placed.observations}
+    if "cameras" in kinds:
+        return "gps", tr("positions of the cameras of {model}", model=model)
+    if kinds & {"attitudes", "verticals"}:
+        return "attitudes", tr("attitudes of the cameras of {model}", model=model)
+    return "lines", tr("known lines and planes on {model}", model=model)
+
+
+def add_reference_error(
+    record: Registration, other: Registration | None, *, scale_fitted: bool
+) -> Registration:
+    """Add the error of the reference to the registration of a model that was fitted to it.
+
+    Parameters
+    ----------
+    record : Registration
+        Registration by the fit, without the errors of the reference.
+    other : Registration, optional
+        Registration of the reference; None if it has none.
+    scale_fitted : bool
+        Whether the model has the scale of the reference. Otherwise an error of that scale only
+        shifts the model.
+
+    Returns
+    -------
+    Registration
+        Unchanged if the errors of one of the two are not known.
+    """
+    if other is None or record.covariance is None or record.centre is None:
+        return record
+    shape = other.shape_covariance()
+    if shape is None:
+        return record
+    theirs, away = np.zeros((7, 7)), np.zeros(3)
+    theirs[:4, :4] = shape
+    if other.covariance is not None and other.centre is not None:
+        theirs = np.array(other.covariance, np.float64)
+        away = np.subtract(record.centre, other.centre)
+    # What turns and grows about its centre also shifts what lies elsewhere.
+    moves = np.eye(7)
+    moves[4:] = jacobian(away)
+    moves[3, 3] = 1.0 if scale_fitted else 0.0
+    total = np.array(record.covariance, np.float64) + moves @ theirs @ moves.T
+    east, north, up, scale = np.sqrt(np.diag(total)[:4]).tolist()
+    turns = np.degrees([up, east, north]).tolist()
+    return replace(
+        record,
+        covariance=tuple(tuple(row) for row in total.tolist()),
+        rotation_error_deg=(turns[0], turns[1], turns[2]),
+        scale_error=scale,
+    )
+
+
+def reference_findings(record: Registration) -> tuple[Finding, ...]:
+    """Return the finding on the errors of a fit together with those of its reference."""
+    turn, scale = worst_turn95_deg(record.rotation_covariance()), record.scale_error
+    if turn is None or scale is None:
+        return ()
+    values = {"rotation95_deg": turn, "scale95_percent": 100.0 * _Z95 * scale}
+    return (Finding("registration.reference-error", **values),)
+
+
+def turned_deg(before: Model, after: Model) -> float:
+    """By how much a model, and all that was measured on it, turned between two placements."""
+    return float(np.degrees(Rotation.from_matrix(_turn(before, after)).magnitude()))
+
+
+def sets_turned_deg(
+    records: Mapping[str, Record],
+    before: Model,
+    after: Model,
+    measured: Mapping[str, Measurement],
+) -> dict[str, float]:
+    """By how much the mean pole of each set of planes on a model turned between two placements: a
+    turn about its own pole changes nothing of a plane.
+
+    measured : the features of `records` as they lie after it. The name of a set is that of its
+    feature type, with its own.
+    """
+    poles: dict[str, list[npt.NDArray[np.float64]]] = {}
+    for id_, figures in measured.items():
+        feature = records.get(id_)
+        if (
+            figures.plane is None
+            or not isinstance(feature, Typed)
+            or getattr(feature, "model_id", "") != after.id
+        ):
+            continue
+        kind = get(records, feature.type_id, FeatureType)
+        name = feature.type_id if kind is None else kind.name
+        name = f"{name}: {feature.set_name}" if feature.set_name else name
+        poles.setdefault(name, []).append(figures.plane.normal())
+    back = _turn(before, after).T
+    found = {}
+    for name, own in poles.items():
+        mean = orientation_tensor(np.array(own))[1][0]
+        found[name] = float(np.degrees(np.arccos(min(1.0, abs(float(mean @ back @ mean))))))
+    return found
+
+
+def sets_turned_finding(turned: Mapping[str, float]) -> Finding | None:
+    """Return how far the mean planes of sets turned, the farthest first; None without sets."""
+    ordered = sorted(turned.items(), key=lambda each: -each[1])
+    said = [
+        tr("{set_name} by {turn:.1f}°", set_name=name, turn=turn)
+        for name, turn in ordered[:_SETS_TOLD]
+    ]
+    if len(ordered) > _SETS_TOLD:
+        said.append(tr("others by less"))
+    return Finding("registration.sets-turned", sets=said) if said else None
+
+
+def _turn(before: Model, after: Model) -> npt.NDArray[np.float64]:
+    """(3, 3) the rotation between two placements."""
+    first, second = (transform.matrix(m.to_world) for m in (before, after))
+    return np.asarray(
+        (second[:3, :3] / transform.scale_of(second))
+        @ (first[:3, :3] / transform.scale_of(first)).T
+    )
+
+
+def _matrix(placed: Placed) -> Matrix:
+    rows = [(row[0], row[1], row[2], row[3]) for row in placed.matrix.tolist()]
+    return (rows[0], rows[1], rows[2], rows[3])
+
+
+def _points(placed: Placed, pairs: Pairs) -> tuple[RegistrationPoint, ...]:
+    """In the order of the table."""
+    residuals: dict[str, PointResidual] = {
+        point.label: point for point in (*placed.control, *placed.check)
+    }
+    found = []
+    for row, label in enumerate(pairs.labels):
+        left = residuals[label]
+        sigma = pairs.sigma[row]
+        found.append(
+            RegistrationPoint(
+                label,
+                _point(pairs.model[row]),
+                _point(pairs.world[row]),
+                (left.dx, left.dy, left.dz),
+                _point(sigma) if np.isfinite(sigma).all() else None,
+                bool(pairs.check[row]),
+            )
+        )
+    return tuple(found)
+
+
+def _point(row: np.ndarray) -> Point:
+    x, y, z = (float(v) for v in row)
+    return (x, y, z)

@@ -1,0 +1,57 @@
+"""The user's settings, and how they are saved while the program runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vomstudio.core.errors import VomError
+from vomstudio.core.signals import Signal
+from vomstudio.io.settings import Settings, SettingsFile
+from vomstudio.studio.notices import Notices
+from vomstudio.studio.owner_thread import PICTURE_FIRST_S, Later, Post
+
+
+class Preferences:
+    """`changed` is not sent for the list of recent files, which has `recent_changed`."""
+
+    def __init__(self, settings: Settings, notices: Notices, post: Post, later: Later) -> None:
+        self.changed: Signal[()] = Signal()
+        self.recent_changed: Signal[()] = Signal()
+        self.settings = settings
+        self._notices = notices
+        self._file = SettingsFile(lambda error: post(lambda: notices.warn(error)))
+        self._recent = later(PICTURE_FIRST_S, self._write_soon)
+
+    def keep(self) -> None:
+        """Write the settings to their file at once."""
+        self._recent.stop()
+        try:
+            self._file.write(self.settings)
+        except VomError as error:
+            self._notices.warn(error)
+        self.changed.emit()
+
+    def remember(self, path: Path) -> None:
+        """Add to the list of recent files."""
+        self.settings.add_recent(path.resolve())
+        self.recent_changed.emit()
+        self._recent.start()
+
+    def keep_window(self, window: dict[str, str]) -> None:
+        """Remember place and panels of the window soon: a crash must not take them."""
+        if window != self.settings.window:
+            self.settings.window = window
+            self._write_soon()
+
+    def mark_open(self, folder: Path, is_open: bool) -> None:
+        """Note that a project is open, so that it is offered after a crash."""
+        name = str(folder.resolve())
+        kept = [path for path in self.settings.unclosed if path != name]
+        unclosed = [*kept, name] if is_open else kept
+        if unclosed != self.settings.unclosed:
+            self.settings.unclosed = unclosed
+            self._write_soon()
+
+    def _write_soon(self) -> None:
+        self._recent.stop()
+        self._file.write_soon(self.settings)

@@ -1,0 +1,132 @@
+"""Options of the actions of `vomstudio project`, shared by the command line and Python."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from vomstudio.core.errors import UsageError
+from vomstudio.core.findings import Finding
+from vomstudio.core.options import (
+    MAX_LENGTH_M,
+    Options,
+    check_requires,
+    declarations,
+    given_options,
+    option,
+)
+from vomstudio.core.words import to_translate
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelChoice(Options):
+    """Option that selects the model of an action."""
+
+    model: str | None = option(
+        None,
+        metavar="MODEL",
+        help=to_translate("name or id of the model"),
+        automatic=to_translate("the only one"),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlacementOptions(ModelChoice):
+    """Options that register a model of a project.
+
+    Raises
+    ------
+    UsageError
+        For a standard deviation outside its bounds, and for `stable` without `reference`.
+    """
+
+    reference: str | None = option(
+        None,
+        metavar="FILE",
+        help=to_translate("fit it to this mesh or cloud of the same rock, which is registered"),
+    )
+    stable: str | None = option(
+        None,
+        metavar="MASK",
+        help=to_translate("part of the reference that has not moved: polygons, or a cloud"),
+    )
+    crs: str | None = option(
+        None,
+        metavar="EPSG",
+        help=to_translate("projected coordinate reference system of the points"),
+        automatic=to_translate("local metres, x east, y north"),
+    )
+    click_sigma_m: float | None = option(
+        None,
+        minimum=0.0,
+        maximum=MAX_LENGTH_M,
+        help=to_translate("standard deviation of each coordinate of a click on the model, m"),
+        automatic=to_translate("half the resolution of the model"),
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_requires(self, "stable", "reference")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PickOptions(ModelChoice):
+    """Options of traces that are added to a project."""
+
+    type: str = option(metavar="TYPE", help=to_translate("feature type, such as bedding"))
+    by: str | None = option(
+        None,
+        metavar="COLUMN",
+        help=to_translate("name or number of the column that names the traces"),
+        automatic=to_translate("one trace"),
+    )
+    set: str | None = option(None, metavar="SET", help=to_translate("set of the traces"))
+    domain: str | None = option(
+        None,
+        metavar="DOMAIN",
+        help=to_translate("domain of the traces, such as a wall of a fault"),
+    )
+
+
+@dataclass(frozen=True)
+class FeatureValues(Options):
+    """New values of features; None keeps the present value.
+
+    Raises
+    ------
+    UsageError
+        If all values are None.
+    """
+
+    type: str | None = option(
+        None, metavar="TYPE", help=to_translate("feature type, such as bedding")
+    )
+    set: str | None = option(
+        None, metavar="SET", help=to_translate("set; an empty text removes it")
+    )
+    domain: str | None = option(
+        None, metavar="DOMAIN", help=to_translate("domain; an empty text removes it")
+    )
+    name: str | None = option(None, metavar="NAME", help=to_translate("name of a single feature"))
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not given_options(self):
+            flags = [each.flag for each in declarations(type(self))]
+            raise UsageError(Finding("option.none-given", options=flags), field=flags[0])
+
+
+@dataclass(frozen=True)
+class CompactOptions(Options):
+    """Options that compact the journal of a project."""
+
+    dry_run: bool = option(False, help=to_translate("only report what would be removed"))
+
+
+ACTION_OPTIONS: dict[str, type] = {
+    "register": PlacementOptions,
+    "add-picks": PickOptions,
+    "import": ModelChoice,
+    "set": FeatureValues,
+    "compact": CompactOptions,
+}
+"""Options class of each action of `vomstudio project`, by the name of the action."""

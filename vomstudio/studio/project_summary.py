@@ -1,0 +1,158 @@
+"""Summary of a project's contents; it may be open in a window meanwhile."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vomstudio.core.errors import InputError
+from vomstudio.core.findings import Finding
+from vomstudio.core.results import Result
+from vomstudio.geology.profiles import Thresholds
+from vomstudio.project.exports.export import thresholds_of
+from vomstudio.project.journal.database import read_replay, read_schema_and_replay
+from vomstudio.project.kinds import kind_of
+from vomstudio.project.measurement_cache import Measurements
+from vomstudio.project.records import Feature, FeatureType, Model, Record, Typed
+from vomstudio.project.tables.orientation_table import Row
+from vomstudio.project.tables.project_table import project_table
+
+
+@dataclass(frozen=True)
+class ModelFacts:
+    """features : how many were measured on it"""
+
+    id: str
+    name: str
+    path: str
+    kind: str
+    frame: str
+    crs: str | None
+    features: int
+
+
+@dataclass(frozen=True)
+class History:
+    """Steps that can be undone and done again, and the label of the next one each way."""
+
+    undo: int
+    redo: int
+    undo_label: str | None
+    redo_label: str | None
+
+
+@dataclass(frozen=True)
+class ProjectSummary(Result):
+    """features : of all kinds; kinds, types, sets : how many of each; sound : every row of the
+    journal is what was written, else `problems` says what is not; unsaved : there are changes since
+    the last save; draft : there is an unfinished feature"""
+
+    project: str
+    schema: int
+    sound: bool
+    problems: tuple[Finding, ...]
+    models: tuple[ModelFacts, ...]
+    features: int
+    kinds: dict[str, int]
+    types: dict[str, int]
+    sets: dict[str, int]
+    history: History
+    unsaved: bool
+    draft: bool
+
+
+def summarise(folder: Path) -> ProjectSummary:
+    """Read a project's journal. Raises InputError where it is no project, or a newer one."""
+    schema, played = read_schema_and_replay(folder)
+    records = played.records
+    features = [r for r in records.values() if isinstance(r, Feature)]
+    typed = [f for f in features if isinstance(f, Typed)]
+    names = {r.id: r.name for r in records.values() if isinstance(r, FeatureType)}
+    return ProjectSummary(
+        project=str(folder),
+        schema=schema,
+        sound=not played.problems,
+        problems=tuple(played.problems),
+        models=model_facts(records),
+        features=len(features),
+        kinds=dict(Counter(kind_of(f).name for f in features)),
+        types=dict(Counter(names.get(f.type_id, f.type_id) for f in typed)),
+        sets=dict(Counter(f.set_name for f in typed if f.set_name)),
+        history=History(
+            max(len(played.done) - 1, 0),
+            len(played.undone),
+            played.done[-1][1].label if len(played.done) > 1 else None,
+            played.undone[-1][1].label if played.undone else None,
+        ),
+        unsaved=played.top != played.saved_top,
+        draft=played.draft is not None,
+    )
+
+
+def model_facts(records: Mapping[str, Record]) -> tuple[ModelFacts, ...]:
+    """Describe the models of a project, in the order in which they were added."""
+    on = Counter(getattr(f, "model_id", None) for f in records.values() if isinstance(f, Feature))
+    return tuple(
+        ModelFacts(m.id, m.name, m.path, m.kind, m.frame.name(), m.frame.crs, on[m.id])
+        for m in records.values()
+        if isinstance(m, Model)
+    )
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """rows : columns of the orientation table; skipped : id, name and reason of each feature that
+    has no orientation; limits : by which the rows were judged"""
+
+    rows: tuple[Row, ...]
+    skipped: tuple[dict[str, Any], ...]
+    limits: Thresholds
+
+
+def fitted(folder: Path, names: Sequence[str] = ()) -> Fitted:
+    """The features of these ids or names, or all, as the window's table shows them. Raises
+    InputError where there is none of them."""
+    played = read_replay(folder)
+    return fitted_records(
+        played.records, Measurements(thresholds_of(played.settings)), folder, names
+    )
+
+
+def fitted_records(
+    records: Mapping[str, Record],
+    measurements: Measurements,
+    folder: Path,
+    names: Sequence[str] = (),
+) -> Fitted:
+    """The same of a project that is open. Raises as `fitted`."""
+    ids = matching_ids(records.values(), names, folder) if names else None
+    table = project_table(records, measurements)
+    return Fitted(
+        tuple(row for row in table.rows if ids is None or row["id"] in ids),
+        tuple(item for item in table.skipped if ids is None or item["id"] in ids),
+        table.limits,
+    )
+
+
+def matching_ids(records: Iterable[Record], names: Sequence[str], folder: Path) -> set[str]:
+    """Return the ids of the features with these ids or names.
+
+    Raises
+    ------
+    InputError
+        If no feature has one of them.
+    """
+    features = [r for r in records if isinstance(r, Typed)]
+    ids: set[str] = set()
+    for name in names:
+        matches = {f.id for f in features if name in (f.id, getattr(f, "name", None))}
+        if not matches:
+            raise InputError(
+                Finding("record.missing", id=name, kind="feature"),
+                file=folder,
+            )
+        ids |= matches
+    return ids

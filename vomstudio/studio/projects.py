@@ -1,0 +1,233 @@
+"""Creating, opening, saving and closing of projects."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any, TypeVar
+
+from vomstudio.core.files.regular import is_regular
+from vomstudio.core.files.user_folders import home_is_writable
+from vomstudio.core.findings import Finding
+from vomstudio.core.signals import Signal
+from vomstudio.project.edit import Edit
+from vomstudio.project.folder import Project, create_untitled, is_free, untitled_projects
+from vomstudio.project.garbage_collection import no_collection
+from vomstudio.project.journal.database import NAME as JOURNAL
+from vomstudio.project.journal.failures import is_lost
+from vomstudio.project.measurement_cache import Measurements
+from vomstudio.project.record_map import RecordMap
+from vomstudio.project.session import Session
+from vomstudio.studio.notices import SAVE_AS, Notice, Notices
+from vomstudio.studio.owner_thread import Aside, in_the_way
+from vomstudio.studio.preferences import Preferences
+
+T = TypeVar("T")
+_LARGE = 1_000_000
+"""Bytes of a journal above which reading it takes more than some tenths of a second."""
+
+
+class Projects:
+    """The open project; another one may replace it.
+
+    leaving : the open project is about to be closed; opened : another one has replaced it;
+    edited, history_changed : of whichever is open; saved : also under another name
+    """
+
+    def __init__(
+        self, preferences: Preferences, notices: Notices, aside: Aside = in_the_way
+    ) -> None:
+        self.leaving: Signal[()] = Signal()
+        self.opened: Signal[()] = Signal()
+        self.edited: Signal[Edit] = Signal()
+        self.history_changed: Signal[()] = Signal()
+        self.saved: Signal[()] = Signal()
+        self.measurements: Measurements | None = None
+        """Of the features of a project that has just been opened; None where they were not made."""
+        self._preferences, self._notices, self._aside = preferences, notices, aside
+        self._opening = False
+        self._project: Project | None = None
+        self._told = False
+
+    # --- the open one ------------------------------------------------------------------------
+    @property
+    def is_open(self) -> bool:
+        """Whether a project is open."""
+        return self._project is not None
+
+    @property
+    def project(self) -> Project:
+        """The open project."""
+        if self._project is None:
+            raise RuntimeError("no project is open yet")
+        return self._project
+
+    @property
+    def session(self) -> Session:
+        """Its session."""
+        return self.project.session
+
+    @property
+    def records(self) -> RecordMap:
+        """Its records by id."""
+        return self.session.records
+
+    def of(self, cls: type[T]) -> list[T]:
+        """The records of one class, in the order in which they came."""
+        return self.session.of(cls)
+
+    def name_of(self, id_: str) -> str:
+        """Return the name of a record, or its id if it has no name or is gone."""
+        return getattr(self.records.get(id_), "name", id_)
+
+    def view(self, key: str, default: Any = None) -> Any:
+        """View state that is kept with the project."""
+        journal = self.project.journal
+        return journal.view(key, default)
+
+    def keep_view(self, key: str, value: Any) -> None:
+        """Keep view state with the project."""
+        journal = self.project.journal
+        journal.set_view(key, value)
+
+    # --- coming and going --------------------------------------------------------------------
+    def new(self) -> None:
+        """Create an untitled project and open it."""
+        self._adopt(create_untitled(self._preferences.settings.affecting_results))
+        if not self._told and not home_is_writable():
+            self._told = True
+            self._notices.warn(
+                Finding("project.home-not-writable", folder=self.project.folder.parent)
+            )
+
+    def open(self, folder: Path) -> None:
+        """Raises VomError with the present project untouched."""
+        present = self._project
+        if present is not None and folder.resolve() == present.folder.resolve():
+            return
+        if self._opening:
+            self._notices.warn(Finding("project.opening"))
+            return
+        self._opening = True
+        try:
+            project, measurements = self._read(folder)
+        finally:
+            self._opening = False
+        self._adopt(project, measurements)
+        if not self.project.untitled:
+            self._preferences.remember(self.project.folder)
+
+    def _read(self, folder: Path) -> tuple[Project, Measurements | None]:
+        journal = folder / JOURNAL
+        if not is_regular(journal) or journal.stat().st_size < _LARGE:
+            return self._held(folder), None
+        read: list[tuple[Project, Measurements]] = []
+
+        def work() -> None:
+            project = self._held(folder)
+            try:
+                measurements = Measurements(self._preferences.settings.thresholds)
+                measurements.of(project.session.records, [f.id for f in project.session.features()])
+            except BaseException:
+                # Or nobody could open it again before the program ends.
+                project.close()
+                raise
+            read.append((project, measurements))
+
+        def whole() -> None:
+            with no_collection(stays=True):
+                work()
+
+        self._aside(whole)
+        return read[0]
+
+    def _held(self, folder: Path) -> Project:
+        settings = self._preferences.settings
+        return Project.open(folder, settings=settings.affecting_results, without_lock=True)
+
+    def unclosed(self, but: Collection[Path] = ()) -> list[Path]:
+        """Projects that a crash or a power cut has left open; none of `but`, which are opened
+        anyway."""
+        named = [Path(path) for path in self._preferences.settings.unclosed]
+        left = (*(f for f in named if is_free(f)), *untitled_projects(finished=False))
+        others = {path.resolve() for path in (self.project.folder, *but)}
+        return [f for f in left if not others & {f.resolve(), f.resolve() / JOURNAL}]
+
+    def _adopt(self, project: Project, measurements: Measurements | None = None) -> None:
+        if self._project is not None:
+            self.leave()
+        self._project, self.measurements = project, measurements
+        project.wait_in_memory(self._report_failure)
+        project.session.changed.connect(self.edited.emit)
+        project.session.history_changed.connect(lambda _: self.history_changed.emit())
+        self._mark_open(True)
+        self.opened.emit()
+
+    def leave(self) -> None:
+        """Close the project, which another window can open then, whatever fails of it."""
+        with ExitStack() as steps:
+            steps.callback(self.project.close)
+            steps.callback(self.leaving.emit)
+            steps.callback(self._mark_open, False)
+
+    def _mark_open(self, is_open: bool) -> None:
+        project = self.project
+        self._preferences.mark_open(project.folder, is_open and not project.untitled)
+
+    # --- where it cannot be written ----------------------------------------------------------
+    def _report_failure(self, failure: Finding | None) -> None:
+        if failure is None:
+            self._notices.tell(Notice(Finding("project.on-disk-again"), "warning"))
+            return
+        finding = Finding(
+            "project.steps-in-memory",
+            file=self.project.folder,
+            reason=failure.message,
+            reason_code=failure.code,
+        )
+        self._notices.tell(Notice(finding, "error", SAVE_AS))
+
+    @property
+    def kept(self) -> bool:
+        """Every step is on the disk, where the project was opened, and the next one can be."""
+        return self.project.write_failure is None
+
+    @property
+    def whole_on_disk(self) -> bool:
+        """Every step is on the disk, where the project was opened, though the next may not be."""
+        failure = self.project.write_failure
+        return failure is None or not (is_lost(failure) or self.project.journal.waits)
+
+    # --- keeping -----------------------------------------------------------------------------
+    def save(self) -> None:
+        """Mark the present state as saved. Raises VomError."""
+        self.session.save()
+        self.saved.emit()
+        self._notices.info(Finding("project.saved", project=self.project.name))
+
+    def save_as(self, folder: Path) -> None:
+        """Raises TargetError."""
+        self._mark_open(False)
+        try:
+            left_out = self.project.save_as(folder)
+        finally:
+            self._mark_open(True)
+        self._preferences.remember(folder)
+        # The same records under another name: no view has to be built anew.
+        self.history_changed.emit()
+        self.saved.emit()
+        self._notices.info(Finding("project.saved-as", folder=folder))
+        for finding in left_out:
+            self._notices.warn(finding)
+
+    def discard(self) -> None:
+        """Undo what was not saved; it stays in the history. Raises VomError."""
+        # What cannot be written stays on the disk as it is: unsaved, and restored next time.
+        if self.session.dirty and self.kept:
+            self.session.discard_unsaved()
+
+    @property
+    def unsaved_reconstructions(self) -> bool:
+        """The project is untitled and holds reconstructions."""
+        return self.project.untitled and self.project.has_reconstructions

@@ -1,0 +1,177 @@
+"""Running jobs: worker processes, and their events passed to the thread that owns them."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any, Literal
+
+from vomstudio.core.errors import WorkerError
+from vomstudio.core.failures.error_collector import ERRORS
+from vomstudio.core.findings import Finding
+from vomstudio.core.signals import Signal
+from vomstudio.core.words import tr
+from vomstudio.studio.jobs.events import Done, Event, Failed, Fault, Stage, Step
+from vomstudio.studio.jobs.job import Job, Lane, Request, Result
+from vomstudio.studio.jobs.supervisor import Worker
+from vomstudio.studio.owner_thread import Post
+
+
+@dataclass
+class RunningJob:
+    """A running job as it is shown. title, stage : translated; total, done : steps of the stage.
+    resumable : what it has done is kept when it is stopped, which is then a pause. outcome : empty
+    while it runs."""
+
+    number: int
+    title: str
+    worker: Worker
+    on_done: Callable[[Any], None]
+    on_failed: Callable[[Failed], None]
+    quiet: bool = False
+    resumable: bool = False
+    outcome: Literal["", "done", "stopped", "failed"] = ""
+    stage: str = ""
+    total: int | None = None
+    done: int = 0
+    faults: list[Fault] = field(default_factory=list)
+
+    def status(self) -> str:
+        """The stage, with its progress where that is known."""
+        if not self.total:
+            return self.stage
+        return tr(
+            "{stage}, {done:,} of {total:,}", stage=self.stage, done=self.done, total=self.total
+        )
+
+    def text(self) -> str:
+        """Title and status in one line."""
+        return f"{self.title}: {self.status()}" if self.stage else self.title
+
+
+class _Newest:
+    """Events of a job on their way to the owner. Of steps that come while the owner is busy only
+    the newest is passed on: hundreds in a moment, each shown, would keep it busy for a second."""
+
+    def __init__(self, post: Post, deliver: Callable[[Event], None]) -> None:
+        self._post, self._deliver = post, deliver
+        self._lock = threading.Lock()
+        self._waiting: list[Event] | None = None
+
+    def __call__(self, event: Event) -> None:
+        """From the worker's thread."""
+        with self._lock:
+            if isinstance(event, Step) and self._waiting is not None:
+                self._waiting[0] = event
+                return
+            passed = [event]
+            # A step that follows another event must not overtake it.
+            self._waiting = passed if isinstance(event, Step) else None
+        self._post(partial(self._pass_on, passed))
+
+    def _pass_on(self, passed: list[Event]) -> None:
+        with self._lock:
+            if self._waiting is passed:
+                self._waiting = None
+        self._deliver(passed[0])
+
+
+class Jobs:
+    """One worker process for each lane, started when it is first needed."""
+
+    def __init__(self, post: Post) -> None:
+        self.changed: Signal[()] = Signal()
+        self.closed: Signal[()] = Signal()
+        self._post = post
+        self.workers = {lane: Worker(partial(self._hand_over, lane)) for lane in Lane}
+        self.jobs: dict[tuple[Lane, int], RunningJob] = {}
+        self._refused = 0
+        self._closed = False
+
+    def submit(
+        self,
+        job: Job[Request, Result],
+        request: Request,
+        *,
+        title: str,
+        on_done: Callable[[Result], None],
+        on_failed: Callable[[Failed], None],
+        quiet: bool = False,
+        resumable: bool = False,
+    ) -> RunningJob:
+        """Start a job; on_done or on_failed is called in the owner's thread when it ends. After
+        `close` nothing is started and nothing called. quiet : it is not shown. resumable : the next
+        one like it goes on where this one is stopped."""
+        lane = job.lane
+        worker = self.workers[lane]
+        try:
+            number = worker.submit(job, request, _Newest(self._post, partial(self._deliver, lane)))
+        except WorkerError as error:
+            # Told like every other failure, once the caller has its job.
+            self._refused -= 1
+            number = self._refused
+            failed = Failed(number, error.to_dict(), error.exit_code)
+            self._post(lambda: self._deliver(lane, failed))
+        begun = RunningJob(number, title, worker, on_done, on_failed, quiet, resumable)
+        if not self._closed:
+            self.jobs[lane, number] = begun
+            self.changed.emit()
+        return begun
+
+    def cancel(self, job: RunningJob) -> None:
+        """Ask a job to stop; on_failed is called when it has."""
+        job.worker.cancel(job.number)
+
+    def visible(self) -> list[RunningJob]:
+        """The jobs that are shown, the oldest first."""
+        return [job for job in self.jobs.values() if not job.quiet]
+
+    def _hand_over(self, lane: Lane, fault: Fault) -> None:
+        self._post(lambda: self._deliver(lane, fault))
+
+    def _deliver(self, lane: Lane, event: Event | Fault) -> None:
+        job = self.jobs.get((lane, event.job))
+        if self._closed:
+            return
+        if job is None:
+            if isinstance(event, Fault):
+                _report(tr("Background work"), event)
+            return
+        if isinstance(event, Fault):
+            # What the job's owner says at its end comes first.
+            job.faults.append(event)
+            return
+        if isinstance(event, Stage):
+            job.stage, job.total, job.done = event.name, event.total, 0
+        elif isinstance(event, Step):
+            job.done = event.done
+        else:
+            del self.jobs[lane, event.job]
+            if isinstance(event, Done):
+                job.outcome = "done"
+                job.on_done(event.result)
+            else:
+                job.outcome = "stopped" if event.cancelled else "failed"
+                job.on_failed(event)
+            for fault in job.faults:
+                _report(job.title, fault)
+        self.changed.emit()
+
+    def finish(self, lane: Lane, timeout_s: float) -> None:
+        """Wait for what a lane is doing; its end is announced when the owner's loop runs."""
+        self.workers[lane].finish(timeout_s)
+
+    def close(self) -> None:
+        """Stop all workers; nothing is called any more."""
+        self._closed = True
+        with ExitStack() as steps:
+            steps.callback(self.closed.emit)
+            for worker in self.workers.values():
+                steps.callback(worker.close)
+
+
+def _report(title: str, fault: Fault) -> None:
+    ERRORS.tell(Finding("job.internal-error", job=title, error=fault.what), fault.what)

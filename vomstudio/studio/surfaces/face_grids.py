@@ -1,0 +1,152 @@
+"""What of the surface lies in the cells of the project's grids, computed in threads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.signals import Signal
+from vomstudio.geology.coverage.cells import CellGrid, Exposed, exposed_faces, exposed_points
+from vomstudio.geology.coverage.face_coverage import LookedAt, looked_at
+from vomstudio.geometry import transform
+from vomstudio.geometry.cloud import PointCloud
+from vomstudio.geometry.mesh import Mesh
+from vomstudio.project.edit import Edit
+from vomstudio.project.figures import Subject
+from vomstudio.project.grid_edits import marks_of
+from vomstudio.project.kinds import kind_of
+from vomstudio.project.measurement import Measurement, rows_of
+from vomstudio.project.records import FaceGrid, Model, OnAModel, Record, Typed, get
+from vomstudio.project.repeated_features import is_repeat
+from vomstudio.project.tables.grid_layer import file_grid
+from vomstudio.studio.background import Background
+from vomstudio.studio.models import Models
+from vomstudio.studio.projects import Projects
+
+Array = npt.NDArray[np.float64]
+Records = Mapping[str, Record]
+
+
+def world_grid(grid: FaceGrid, model: Model | None) -> CellGrid:
+    """In World, metres where the model has them."""
+    rows = rows_of(model)
+    scale = transform.scale_of(rows)
+    turn = rows[:3, :3] / scale
+    origin = transform.apply(rows, [grid.origin])[0]
+    right, up = turn @ np.array(grid.right), turn @ np.array(grid.up)
+    return CellGrid(origin, right, up, grid.cell * scale, grid.columns, grid.rows)
+
+
+def exposed_of(
+    grid: FaceGrid, data: Mesh | PointCloud, resolution: float | None, *, pieces: bool
+) -> Exposed:
+    """Of a model's data; areas in the square of the file's unit."""
+    if isinstance(data, Mesh) and len(data.faces):
+        return exposed_faces(file_grid(grid), data.vertices, data.faces, pieces=pieces)
+    points = data.vertices if isinstance(data, Mesh) else data.points
+    return exposed_points(file_grid(grid), points, resolution or 0.0)
+
+
+def lines_on(records: Records, measured: Mapping[str, Measurement], model_id: str) -> list[Array]:
+    """(k, 3) World of what was picked on a model: lines along their vertices, patches at their
+    middle."""
+    found = []
+    for id_, one in measured.items():
+        feature = records.get(id_)
+        if not (isinstance(feature, Typed) and isinstance(feature, OnAModel)):
+            continue
+        if feature.model_id != model_id or not len(one.points) or is_repeat(feature, records):
+            continue
+        layer = kind_of(feature).layer
+        shape = None
+        if layer is not None and layer.geometry == "line":
+            shape = layer.shape(Subject(feature, one, records))
+        found.append(one.points[:1] if shape is None else np.asarray(shape, np.float64))
+    return found
+
+
+def share_of(
+    grid: FaceGrid, model: Model | None, exposed: Exposed, lines: Iterable[Array]
+) -> LookedAt:
+    """lines : as of `lines_on`"""
+    in_world = world_grid(grid, model)
+    unit = (in_world.cell / grid.cell) ** 2
+    return looked_at(
+        in_world, marks_of(grid), unit * exposed.surface, unit * exposed.covered, list(lines)
+    )
+
+
+@dataclass(frozen=True)
+class _Geometry:
+    """A grid without its marks: the surface in its cells depends on nothing else."""
+
+    model_id: str
+    lattice: tuple[Any, ...]
+
+    @classmethod
+    def of(cls, grid: FaceGrid) -> _Geometry:
+        return cls(
+            grid.model_id,
+            (grid.origin, grid.right, grid.up, grid.cell, grid.columns, grid.rows),
+        )
+
+
+class FaceGrids:
+    """The surface in the cells of each grid; `changed` names a grid whose surface changed."""
+
+    def __init__(self, projects: Projects, models: Models, background: Background) -> None:
+        self.changed: Signal[str] = Signal()
+        self._projects, self._models, self._background = projects, models, background
+        self._known: dict[str, tuple[_Geometry, Exposed | None]] = {}
+        models.loaded.connect(self._loaded)
+
+    def all(self) -> list[FaceGrid]:
+        """Return the grids of the project in the order of their creation."""
+        return self._projects.of(FaceGrid)
+
+    def exposed(self, grid_id: str) -> Exposed | None:
+        """Return the surface in the cells of a grid; None if it is not known yet."""
+        grid = get(self._projects.records, grid_id, FaceGrid)
+        known = self._known.get(grid_id)
+        return known[1] if grid is not None and known and known[0] == _Geometry.of(grid) else None
+
+    def begin(self) -> None:
+        """Forget the grids of the previous project."""
+        self._background.cancel_all()
+        self._known.clear()
+
+    def edited(self, edit: Edit) -> None:
+        for id_, record in edit.after.items():
+            if isinstance(record, FaceGrid):
+                self._compute(record)
+            elif isinstance(edit.before[id_], FaceGrid):
+                self._background.cancel(id_)
+                self._known.pop(id_, None)
+                self.changed.emit(id_)
+
+    def _loaded(self, model_id: str) -> None:
+        for grid in self.all():
+            if grid.model_id == model_id:
+                self._compute(grid)
+
+    def _compute(self, grid: FaceGrid) -> None:
+        geometry, opened = _Geometry.of(grid), self._models.open.get(grid.model_id)
+        known = self._known.get(grid.id)
+        if opened is None or (known is not None and known[0] == geometry):
+            return
+        self._known[grid.id] = (geometry, None)
+
+        def store(exposed: Exposed | None) -> None:
+            self._known[grid.id] = (geometry, exposed)
+            self.changed.emit(grid.id)
+
+        self._background.run(
+            lambda: exposed_of(grid, opened.data, opened.resolution, pieces=True),
+            store,
+            lambda _: store(None),
+            key=grid.id,
+        )

@@ -1,0 +1,61 @@
+"""Coverage of the grids of a project, without a window."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from vomstudio.core.errors import VomError
+from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.results import FLAT, Result
+from vomstudio.geology.coverage.face_coverage import LookedAt
+from vomstudio.project.measurement_cache import Measurements
+from vomstudio.project.records import FaceGrid, Model, get
+from vomstudio.studio.headless_project import HeadlessProject
+from vomstudio.studio.surfaces.face_grids import exposed_of, lines_on, share_of
+
+
+@dataclass(frozen=True)
+class GridShare(Result):
+    """Coverage of a grid.
+
+    Parameters
+    ----------
+    id, name : str
+        Id and name of the grid.
+    model : str
+        Name of the model.
+    coverage : LookedAt
+        How much of the face was inspected.
+    """
+
+    id: str
+    name: str
+    model: str
+    coverage: LookedAt = field(metadata=FLAT)
+
+
+def shares_of(desk: HeadlessProject) -> tuple[list[GridShare], list[Finding]]:
+    """Return the coverage of each grid, and why grids are left out.
+
+    A grid is left out if its model cannot be read.
+    """
+    records = dict(desk.session.records)
+    shares: list[GridShare] = []
+    findings: list[Finding] = []
+    measurements = Measurements()
+    for grid in desk.session.of(FaceGrid):
+        model = get(records, grid.model_id, Model)
+        if model is None:
+            findings.append(Finding("grid.no-model", grid=grid.name))
+            continue
+        try:
+            read = desk.read_model(model)
+        except VomError as error:
+            findings.append(finding_of(error))
+            continue
+        exposed = exposed_of(grid, read.data, read.resolution, pieces=False)
+        own = [f.id for f in desk.session.features() if getattr(f, "model_id", "") == model.id]
+        lines = lines_on(records, measurements.of(records, own), model.id)
+        share = share_of(grid, model, exposed, lines)
+        shares.append(GridShare(grid.id, grid.name, model.name, share))
+    return shares, findings

@@ -1,0 +1,76 @@
+"""Pieces of models as models of their own. The original stays as it is."""
+
+from __future__ import annotations
+
+import tempfile
+from itertools import count
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr
+from vomstudio.geometry.streaming.octree import StreamedCloud
+from vomstudio.project.records import Model, get
+from vomstudio.studio.jobs.events import Failed
+from vomstudio.studio.jobs.model_tasks import CUT_MODEL, CutModel, ModelCut
+from vomstudio.studio.models import Models
+from vomstudio.studio.notices import Notices
+from vomstudio.studio.projects import Projects
+from vomstudio.studio.running_jobs import Jobs
+
+Mask = npt.NDArray[np.bool_]
+
+
+class ModelCutting:
+    def __init__(self, projects: Projects, models: Models, jobs: Jobs, notices: Notices) -> None:
+        self._projects, self._models = projects, models
+        self._jobs, self._notices = jobs, notices
+
+    def cut(self, model_id: str, mask: Mask) -> None:
+        """A model of the chosen faces or points (n,), in the project's folder and where the
+        original is, with its textures, colours and fields."""
+        model = get(self._projects.records, model_id, Model)
+        opened = self._models.open.get(model_id)
+        project = self._projects.project
+        path = None if model is None else project.find_model(model)
+        if model is None or opened is None or path is None:
+            self._notices.warn(Finding("model.not-open"))
+            return
+        if isinstance(opened.data, StreamedCloud):
+            self._notices.warn(Finding("model.cloud-too-large", model=model.name))
+            return
+        taken = {each.name for each in self._projects.of(Model)}
+        names = (tr("{model} piece {number}", model=model.name, number=k) for k in count(1))
+        name = next(each for each in names if each not in taken)
+        with tempfile.NamedTemporaryFile(prefix="vomstudio-", suffix=".npy", delete=False) as file:
+            np.save(file, np.packbits(mask))
+        bits = Path(file.name)
+        folder = project.folder / "models"
+        order = ModelCut(
+            path, project.cache, model.content_hash, bits, opened.crs, folder, name,
+            model.registration,
+        )  # fmt: skip
+
+        def done(cut: CutModel) -> None:
+            bits.unlink(missing_ok=True)
+            if self._projects.project is not project:
+                return
+            for warning in cut.warnings:
+                self._notices.warn(warning)
+            label = f"Cut {name} out of {model.name}"
+            self._models.open_model(cut.path, name, like=model_id, label=label)
+
+        self._jobs.submit(
+            CUT_MODEL,
+            order,
+            title=tr("Cutting {name} out", name=name),
+            on_done=done,
+            on_failed=lambda event: self._failed(bits, event),
+        )
+
+    def _failed(self, bits: Path, event: Failed) -> None:
+        bits.unlink(missing_ok=True)
+        if not event.cancelled:
+            self._notices.warn(event.to_error(), "error")

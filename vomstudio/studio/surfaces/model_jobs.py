@@ -1,0 +1,170 @@
+"""Jobs on an open model whose result is then read in a worker thread."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Generic, Protocol, TypeVar
+
+from vomstudio.core.errors import VomError
+from vomstudio.core.findings import Finding, finding_of
+from vomstudio.core.signals import Signal
+from vomstudio.project.edit import Edit
+from vomstudio.project.records import Model
+from vomstudio.studio.background import Background
+from vomstudio.studio.jobs.events import Failed
+from vomstudio.studio.jobs.placed_model import StandingModel
+from vomstudio.studio.models import standing_model
+from vomstudio.studio.projects import Projects
+from vomstudio.studio.running_jobs import Jobs, RunningJob
+
+Result = TypeVar("Result")
+
+
+class ModelWork:
+    """Base of the work on an open model. It runs one job at a time; a new job replaces it.
+
+    Parameters
+    ----------
+    projects : Projects
+    jobs : Jobs
+    background : Background
+        Runs the functions that read results.
+
+    Attributes
+    ----------
+    running : RunningJob or None
+        The current job.
+    findings : tuple of Finding
+        Why the job failed or stopped, or warnings about its result.
+    changed : Signal
+        Emitted when `running` or `findings` changes.
+    """
+
+    def __init__(self, projects: Projects, jobs: Jobs, background: Background) -> None:
+        self.changed: Signal[()] = Signal()
+        self._projects, self._jobs, self._background = projects, jobs, background
+        self.running: RunningJob | None = None
+        self.findings: tuple[Finding, ...] = ()
+
+    def stop(self) -> None:
+        """Stop the current job and report that it was stopped."""
+        if self._cancel():
+            self._report(Finding("job.stopped"))
+
+    def _cancel(self) -> bool:
+        """Cancel the current job, and return whether one was running."""
+        self._background.cancel_all()
+        job, self.running = self.running, None
+        if job is not None:
+            self._jobs.cancel(job)
+        return job is not None
+
+    def _model(self, model_id: str) -> tuple[StandingModel, Model] | None:
+        """Return a model as jobs read it, with its record.
+
+        None, with a message, if its file is missing.
+        """
+        standing, record = standing_model(self._projects, model_id), None
+        if standing is not None:
+            record = self._projects.records.get(model_id)
+        if standing is None or not isinstance(record, Model):
+            self._report(Finding("model.file-missing", model=self._projects.name_of(model_id)))
+            return None
+        return standing, record
+
+    def _submit(
+        self,
+        job: Any,
+        order: Any,
+        title: str,
+        then: Callable[[Any], None],
+        *,
+        quiet: bool = False,
+    ) -> None:
+        def done(result: Any) -> None:
+            if self.running is begun:
+                then(result)
+
+        def failed(event: Failed) -> None:
+            if self.running is begun:
+                self.running = None
+                stopped = event.cancelled
+                self._report(Finding("job.stopped") if stopped else finding_of(event.to_error()))
+
+        begun = self._jobs.submit(
+            job, order, title=title, on_done=done, on_failed=failed, quiet=quiet
+        )
+        self.running, self.findings = begun, ()
+        self.changed.emit()
+
+    def _read(self, work: Callable[[], Result], show: Callable[[Result], None]) -> None:
+        """Run `work` in a worker thread, end the job, and pass the result to `show`."""
+
+        def end(result: Result) -> None:
+            self.running = None
+            show(result)
+
+        def fail(_: VomError) -> None:
+            self.running = None
+            self._report(Finding("cache.unreadable"))
+
+        self._background.run(work, end, fail, expected=(OSError, ValueError, KeyError))
+
+    def _report(self, *findings: Finding) -> None:
+        self.findings = findings
+        self.changed.emit()
+
+
+class ProposalsOnModel(Protocol):
+    """Proposals on a model, with the registration of the model at that time."""
+
+    @property
+    def model_id(self) -> str: ...
+
+    @property
+    def to_world(self) -> object: ...
+
+
+ProposalsT = TypeVar("ProposalsT", bound=ProposalsOnModel)
+
+
+class ProposalQueue(ModelWork, Generic[ProposalsT]):
+    """Work that proposes features. The project changes only when proposals are accepted.
+
+    Attributes
+    ----------
+    proposals : ProposalsT or None
+        The current proposals; None before the first job and after `drop`.
+    """
+
+    def __init__(self, projects: Projects, jobs: Jobs, background: Background) -> None:
+        super().__init__(projects, jobs, background)
+        self.proposals: ProposalsT | None = None
+
+    def drop(self, *reasons: Finding) -> None:
+        """Discard all proposals, and report why."""
+        self._cancel()
+        self._forget()
+        self.proposals = None
+        self._report(*reasons)
+
+    def _forget(self) -> None:
+        """Discard the decisions on the proposals."""
+        raise NotImplementedError
+
+    def edited(self, edit: Edit) -> None:
+        """Drop the proposals if an edit removed the model or changed its registration."""
+        proposals = self.proposals
+        if proposals is None:
+            return
+        model = self._projects.records.get(proposals.model_id)
+        if not isinstance(model, Model):
+            self.drop()
+        elif model.to_world != proposals.to_world:
+            self.drop(Finding("model.placed-anew"))
+        else:
+            self._update_open(edit)
+
+    def _update_open(self, edit: Edit) -> None:
+        """Reopen accepted proposals that an edit removed, and close those that it restored."""
+        raise NotImplementedError

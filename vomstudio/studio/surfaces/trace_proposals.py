@@ -1,0 +1,316 @@
+"""Traces of an open model as proposals: found in the background, judged like traces that were
+picked, and part of the project only where somebody accepts them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.files.arrays import open_arrays
+from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
+from vomstudio.core.signals import Signal
+from vomstudio.core.words import tr
+from vomstudio.extraction.trace_options import ProposalOptions
+from vomstudio.geology.profiles import Thresholds
+from vomstudio.geometry import transform
+from vomstudio.geometry.matrices import Point
+from vomstudio.project import edits
+from vomstudio.project.edit import Edit
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.measurement_cache import measure_all
+from vomstudio.project.records import SURROUNDINGS_RULE, FeatureType, Model
+from vomstudio.studio.background import Background
+from vomstudio.studio.editing import Editing
+from vomstudio.studio.jobs.proposal_tasks import PROPOSE_TRACES, FoundTraces, TracesOrder
+from vomstudio.studio.projects import Projects
+from vomstudio.studio.running_jobs import Jobs
+from vomstudio.studio.surfaces.model_jobs import ProposalQueue
+from vomstudio.studio.tools.tool_context import Tool
+from vomstudio.studio.tools.trace import TraceTool
+
+Array = npt.NDArray[np.float64]
+T = TypeVar("T")
+
+_BESIDE = 3.0
+"""Resolutions: within them two lines show the same."""
+_OFF = 2.0
+_MOST_WAY_POINTS, _MOST_VERTICES = 12, 60
+"""A person sees what a line does with so many, and drags one of them; more where it cannot be
+followed between them."""
+
+
+@dataclass(frozen=True, eq=False)
+class ProposedLine:
+    """trace : without name; points : (n, 3) World; measured : its figures; evidence, doubt : as in
+    `extraction.proposals.traces.Proposal`"""
+
+    trace: Trace
+    points: Array
+    measured: Measurement
+    length_m: float
+    evidence: float
+    doubt: float
+
+
+@dataclass(frozen=True, eq=False)
+class ProposedLines:
+    """What was found on a model, the least doubtful first. known : how many were left out since
+    they run along what is a trace of the project already, or was rejected"""
+
+    model_id: str
+    to_world: object
+    options: ProposalOptions
+    told: FoundTraces
+    lines: tuple[ProposedLine, ...]
+    known: int
+
+    @property
+    def provenance(self) -> str:
+        """By which they were found, for the notes of what is accepted."""
+        return tr(
+            "Trace that the program proposed by {cost} (at least {length:.3g} m long)",
+            cost=self.options.used_cost,
+            length=self.told.least_length_m,
+        )
+
+
+class Tools(Protocol):
+    """What is asked of the tools of a workspace."""
+
+    changed: Signal[()]
+
+    @property
+    def active(self) -> Tool | None: ...
+
+    def of(self, kind: type[T]) -> T: ...
+
+    def activate(self, name: str) -> None: ...
+
+    def hint(self, message: Finding) -> None: ...
+
+
+class TraceProposals(ProposalQueue[ProposedLines]):
+    """Traces that are proposed on a model. `changed` is also emitted when `open` changes."""
+
+    def __init__(
+        self,
+        projects: Projects,
+        editing: Editing,
+        tools: Tools,
+        jobs: Jobs,
+        thresholds: Callable[[], Thresholds],
+        background: Background,
+    ) -> None:
+        super().__init__(projects, jobs, background)
+        self._editing, self._tools, self._thresholds = editing, tools, thresholds
+        self._trace_ids: dict[int, str] = {}
+        self._rejected: set[int] = set()
+        # As long as the program runs, whatever is looked for next: lines in the files' frames.
+        self._never: dict[str, list[Array]] = {}
+        self._open_before: frozenset[int] = frozenset()
+        tools.changed.connect(self._look)
+
+    @property
+    def open(self) -> frozenset[int]:
+        """Indices of the undecided proposals.
+
+        A proposal is decided while the trace tool or the project contains its trace.
+        """
+        if self.proposals is None:
+            return frozenset()
+        tool, records = self._tools.of(TraceTool), self._projects.records
+        tool_id = None if tool.trace is None else tool.trace.id
+        decided = {i for i, id_ in self._trace_ids.items() if id_ in records or id_ == tool_id}
+        return frozenset(range(len(self.proposals.lines))) - decided - self._rejected
+
+    def rejected_on(self, model_id: str) -> int:
+        """How many lines are not proposed on a model again."""
+        return len(self._never.get(model_id, ()))
+
+    # --- finding -----------------------------------------------------------------------------
+    def find(self, model_id: str, options: ProposalOptions) -> None:
+        """Look for lines; what is being looked for is given up."""
+        self._cancel()
+        model = self._model(model_id)
+        if model is None:
+            return
+        standing, record = model
+        known = self._known(model_id)
+
+        def judge(result: FoundTraces) -> None:
+            records, thresholds = dict(self._projects.records), self._thresholds()
+            self._read(
+                lambda: _proposed(record, options, result, known, records, thresholds),
+                self._show_lines,
+            )
+
+        order = TracesOrder(
+            standing,
+            # Lines that are traces already do not count.
+            replace(options, max_lines=options.max_lines + len(known)),
+            standing.cache / "proposed_traces" / f"{model_id}.npz",
+        )
+        self._submit(PROPOSE_TRACES, order, tr("Traces of {model}", model=record.name), judge)
+
+    def _known(self, model_id: str) -> list[Array]:
+        """Lines that need not be proposed, in the frame of the model's file."""
+        traces = [t for t in self._projects.of(Trace) if t.model_id == model_id]
+        picked = [np.asarray(t.vertices, np.float64).reshape(-1, 3) for t in traces]
+        return [*picked, *self._never.get(model_id, ())]
+
+    def _show_lines(self, proposals: ProposedLines) -> None:
+        self.proposals, self._trace_ids, self._rejected = proposals, {}, set()
+        self._report()
+
+    # --- deciding ----------------------------------------------------------------------------
+    def accept(self, rows: Sequence[int], type_id: str, set_name: str = "") -> list[str]:
+        """Make these proposals traces of the project, as one edit; their ids, none where that was
+        refused."""
+        proposals, left = self.proposals, self.open
+        chosen = [row for row in rows if row in left]
+        if proposals is None or not chosen:
+            return []
+        note = tr("{found}, and that was accepted.", found=proposals.provenance)
+        traces = {
+            row: replace(
+                proposals.lines[row].trace, id=new_id("trace"), type_id=type_id,
+                set_name=set_name, notes=note,
+            )
+            for row in chosen
+        }  # fmt: skip
+        before = dict(self._trace_ids)
+        # Its own edit is no news to those that listen.
+        self._trace_ids.update({row: trace.id for row, trace in traces.items()})
+        if not self._editing.attempt(edits.add_features, list(traces.values())):
+            self._trace_ids = before
+            return []
+        self._changed()
+        return [trace.id for trace in traces.values()]
+
+    def edit(self, row: int) -> bool:
+        """Open a proposal in the trace tool, followed between a few way-points; False where another
+        feature is open."""
+        proposals = self.proposals
+        model = None if proposals is None else self._projects.records.get(proposals.model_id)
+        if proposals is None or row not in self.open or not isinstance(model, Model):
+            return False
+        tool = self._tools.of(TraceTool)
+        self._tools.activate(tool.name)
+        if self._tools.active is not tool or tool.open:
+            self._tools.hint(Finding("feature.open"))
+            return False
+        line = proposals.lines[row]
+        note = tr("{found}, and that was edited.", found=proposals.provenance)
+        # The trace tool has no network to follow by.
+        cost: str | None = proposals.options.used_cost
+        most = _MOST_WAY_POINTS
+        if proposals.options.onnx_model is not None:
+            cost, most = None, _MOST_VERTICES
+        opened = tool.begin_along(model, _clicks(line.trace, most), cost, note)
+        if opened is not None:
+            self._trace_ids[row] = opened
+        self._changed()
+        return opened is not None
+
+    def reject(self, rows: Collection[int]) -> None:
+        """Never propose these again; nothing is changed in the project."""
+        proposals = self.proposals
+        if proposals is None:
+            return
+        for row in sorted(self.open & set(rows)):
+            line = np.asarray(proposals.lines[row].trace.vertices, np.float64)
+            self._never.setdefault(proposals.model_id, []).append(line)
+            self._rejected.add(row)
+        self._changed()
+
+    def forgive(self, model_id: str) -> None:
+        """What was rejected on a model may be proposed again."""
+        self._never.pop(model_id, None)
+        if self.proposals is not None and self.proposals.model_id == model_id:
+            self._rejected.clear()
+        self._changed()
+
+    def _forget(self) -> None:
+        """Discard the decisions; rejected lines are still not proposed again."""
+        self._trace_ids, self._rejected = {}, set()
+
+    def _update_open(self, edit: Edit) -> None:
+        self._look()
+
+    def _look(self) -> None:
+        if self._open_before != self.open:
+            self._changed()
+
+    def _report(self, *findings: Finding) -> None:
+        self.findings = findings
+        self._changed()
+
+    def _changed(self) -> None:
+        self._open_before = self.open
+        self.changed.emit()
+
+
+def _clicks(trace: Trace, most: int) -> tuple[Point, ...]:
+    """The way-points by which the trace tool follows a proposed line, at most so many."""
+    from vomstudio.extraction.proposals.known_lines import way_points
+
+    line = np.asarray(trace.vertices, np.float64)
+    length = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
+    off = _OFF * (trace.resolution or 0.01 * length)
+    return tuple(trace.vertices[row] for row in way_points(line, off, most).tolist())
+
+
+def _proposed(
+    model: Model,
+    options: ProposalOptions,
+    told: FoundTraces,
+    known: list[Array],
+    records: dict[str, Any],
+    thresholds: Thresholds,
+) -> ProposedLines:
+    """In a thread. Raises OSError, ValueError or KeyError where the file is not what it was."""
+    from vomstudio.extraction.proposals.known_lines import run_along
+
+    with open_arrays(told.out) as arrays:
+        of = {name: arrays[name] for name in arrays.files}
+    lines = [of["places"][a:b] for a, b in zip(of["cuts"][:-1], of["cuts"][1:], strict=True)]
+    spacing = of["resolution"][np.isfinite(of["resolution"])]
+    lengths = of["length_m"] / transform.scale_of(model.to_world)
+    usual = float(np.median(spacing)) if len(spacing) else 0.01 * float(lengths.max(initial=1.0))
+    beside = run_along(lines, known, _BESIDE * usual)
+    kinds = [r for r in records.values() if isinstance(r, FeatureType)]
+    traces = list[Trace]()
+    rows = list[int]()
+    for row in range(told.count):
+        if beside[row] or len(rows) == options.max_lines:
+            continue
+        resolution, normal = float(of["resolution"][row]), of["outcrop_normal"][row]
+        traces.append(
+            Trace(
+                f"proposal-{row}", "", kinds[0].id if kinds else "", model.id, model.content_hash,
+                tuple(_triple(p) for p in lines[row]),
+                resolution=resolution if np.isfinite(resolution) else None,
+                outcrop_normal=_triple(normal) if np.isfinite(normal).all() else None,
+                rule=SURROUNDINGS_RULE, axis="auto",
+            )
+        )  # fmt: skip
+        rows.append(row)
+    measured = measure_all(records, traces, thresholds)
+    found = [
+        ProposedLine(
+            trace, transform.apply(model.to_world, lines[row]), figures,
+            float(of["length_m"][row]), float(of["evidence"][row]), float(of["doubt"][row]),
+        )
+        for row, trace, figures in zip(rows, traces, measured, strict=True)
+    ]  # fmt: skip
+    return ProposedLines(model.id, model.to_world, options, told, tuple(found), sum(beside))
+
+
+def _triple(x: Array) -> Point:
+    return float(x[0]), float(x[1]), float(x[2])

@@ -1,0 +1,117 @@
+"""Update of features whose surroundings were measured by an earlier rule."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from vomstudio.core.errors import VomError
+from vomstudio.core.findings import Finding
+from vomstudio.geometry.surface import Surface
+from vomstudio.project import edits
+from vomstudio.project.records import Model, Surrounded
+from vomstudio.studio.background import Background
+from vomstudio.studio.editing import Editing
+from vomstudio.studio.models import Models
+from vomstudio.studio.notices import Notices
+from vomstudio.studio.projects import Projects
+from vomstudio.studio.tools.local_surface import (
+    measured_anew,
+    model_of_earlier_rule,
+    of_earlier_rules,
+)
+
+
+class Surroundings:
+    """Measures the surroundings of features on open models again, as one edit."""
+
+    def __init__(
+        self,
+        projects: Projects,
+        models: Models,
+        editing: Editing,
+        notices: Notices,
+        background: Background,
+    ) -> None:
+        self._projects, self._models, self._editing = projects, models, editing
+        self._notices, self._background = notices, background
+        self._offered_for = ""
+
+    def why_not(self) -> Finding | None:
+        """Return why there is nothing to update; None if there is."""
+        if self._background.is_busy:
+            return Finding("surroundings.running")
+        # Asked after every gesture, of thousands of features that lie on a few models.
+        models = self._projects.records.counted(model_of_earlier_rule)
+        if not models:
+            return Finding("surroundings.up-to-date")
+        hashes = self._hashes()
+        if not any(hashes.get(id_) == hash_ for id_, hash_ in models):
+            return Finding("surroundings.models-closed")
+        return None
+
+    def offer(self, model_id: str) -> None:
+        """Report once per project that features on this model can be updated."""
+        folder = str(self._projects.project.folder)
+        count = sum(feature.model_id == model_id for feature in self._updatable_features())
+        if not count or self._offered_for == folder:
+            return
+        self._offered_for = folder
+        self._notices.info(Finding("surroundings.earlier-rule", count=count))
+
+    def update(self) -> None:
+        """Measure in a thread; the edit follows when all are measured."""
+        if self.why_not() is not None:
+            return
+        features = list(self._updatable_features())
+        surfaces = {f.model_id: self._models.surface(f.model_id) for f in features}
+        measured: dict[str, dict[str, Any]] = {}
+
+        def fail(error: VomError) -> None:
+            self._notices.fail(error)
+            self._finish(features, measured)
+
+        self._background.run(
+            lambda: _measure(features, surfaces, measured),
+            lambda _: self._finish(features, measured),
+            fail,
+        )
+
+    def _earlier(self) -> list[Surrounded]:
+        return self._projects.records.once(of_earlier_rules)
+
+    def _hashes(self) -> dict[str, str]:
+        """Return the content hashes of the open models by id."""
+        return {
+            model.id: model.content_hash
+            for model in self._projects.records.of(Model)
+            if self._models.surface(model.id) is not None
+        }
+
+    def _updatable_features(self) -> Iterator[Surrounded]:
+        hashes = self._hashes()
+        return (f for f in self._earlier() if hashes.get(f.model_id) == f.model_hash)
+
+    def _finish(self, features: list[Surrounded], measured: Mapping[str, dict[str, Any]]) -> None:
+        records = self._projects.records
+        # What was changed meanwhile has been measured by today's rule.
+        still = {
+            f.id: measured[f.id] for f in features if f.id in measured and records.get(f.id) is f
+        }
+        if not still or not self._editing.attempt(edits.update_surroundings, still):
+            return
+        left = len(self._earlier())
+        self._notices.info(Finding("surroundings.updated", count=len(still)))
+        if left:
+            self._notices.warn(Finding("surroundings.left-out", count=left))
+
+
+def _measure(
+    features: list[Surrounded],
+    surfaces: Mapping[str, Surface | None],
+    measured: dict[str, dict[str, Any]],
+) -> None:
+    for feature in features:
+        surface = surfaces[feature.model_id]
+        if surface is not None:
+            measured[feature.id] = measured_anew(surface, feature)

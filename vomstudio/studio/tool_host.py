@@ -1,0 +1,214 @@
+"""The tools, of which at most one is active, and the context they work in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+from vomstudio.core.errors import VomError
+from vomstudio.core.findings import Finding
+from vomstudio.core.signals import Signal, telling
+from vomstudio.core.words import tr
+from vomstudio.geometry.brush import PaintSurface
+from vomstudio.project.measurement_cache import Measurement
+from vomstudio.project.records import Feature, FeatureType
+from vomstudio.project.selection import Selection
+from vomstudio.project.session import Session
+from vomstudio.studio.background import Background
+from vomstudio.studio.derived_quantities import DerivedQuantities
+from vomstudio.studio.models import Models
+from vomstudio.studio.notices import Notices
+from vomstudio.studio.path_finding import PathFinding
+from vomstudio.studio.preferences import Preferences
+from vomstudio.studio.projects import Projects
+from vomstudio.studio.surfaces.outcrop_elements import OutcropElements
+from vomstudio.studio.tools.interaction_types import Discarded, PointerEvent, Preview
+from vomstudio.studio.tools.registry import TOOLS
+from vomstudio.studio.tools.tool_context import Tool
+
+T = TypeVar("T")
+
+NAVIGATE = "navigate"
+"""Stands for no tool where a tool is named."""
+
+
+class ToolHost:
+    """Also the `ToolContext` of its tools.
+
+    changed : a tool's state; undo_changed : sent after it, as undo may take back a tool's step;
+    active_changed : another tool is active; next_changed : feature type and set for what is made
+    next; preview : what is drawn of an unfinished feature; let_go : what was discarded unfinished
+    """
+
+    def __init__(
+        self,
+        projects: Projects,
+        models: Models,
+        derived: DerivedQuantities,
+        selection: Selection,
+        preferences: Preferences,
+        notices: Notices,
+        paths: PathFinding,
+        elements: OutcropElements,
+        background: Background,
+    ) -> None:
+        self.changed: Signal[()] = Signal()
+        self.undo_changed: Signal[()] = Signal()
+        self.active_changed: Signal[str] = Signal()
+        self.next_changed: Signal[()] = Signal()
+        self.preview: Signal[Preview | None] = Signal()
+        self.let_go: Signal[Discarded] = Signal()
+        self._projects, self._models, self._derived = projects, models, derived
+        self._selection, self._preferences, self._notices = selection, preferences, notices
+        self.paths, self.elements, self._background = paths, elements, background
+        self.active_name = NAVIGATE
+        self.next_type_id = "bedding"
+        self.next_set = ""
+        self._next_of: dict[str, tuple[str, str]] = {}
+        self.tools: dict[str, Tool] = {entry.name: entry.tool(self) for entry in TOOLS}
+
+    def of(self, kind: type[T]) -> T:
+        """The tool of this class."""
+        return next(tool for tool in self.tools.values() if isinstance(tool, kind))
+
+    # --- which one ---------------------------------------------------------------------------
+    def activate(self, name: str) -> None:
+        """Make a tool the active one; NAVIGATE for none. Refused while another one is open."""
+        if name == self.active_name:
+            return
+        if (left := self.active) is not None:
+            left.leave()
+        open_tool = self.open_tool
+        if open_tool is not None and self.tools.get(name) is not open_tool:
+            if name in self.tools:
+                self.hint(Finding("feature.open"))
+                self.active_changed.emit(self.active_name)
+                return
+            self._notices.info(Finding("tool.draft-kept"))
+        self._next_of[self.active_name] = (self.next_type_id, self.next_set)
+        self.active_name = name
+        self.active_changed.emit(name)
+        # Each tool goes on with its own type and set: beds are traced while joints are painted.
+        wanted = self._next_of.get(name)
+        if name != NAVIGATE and open_tool is None and wanted is not None:
+            self.next_type_id, self.next_set = wanted
+            self.keep_next_type()
+            self.next_changed.emit()
+
+    @property
+    def active(self) -> Tool | None:
+        """None while navigating."""
+        return self.tools.get(self.active_name)
+
+    @property
+    def clicks_select(self) -> bool:
+        """A click on the outcrop selects what is there: while navigating, and while a tool asks for
+        a feature."""
+        return self.active is None or bool(getattr(self.active, "selects", False))
+
+    @property
+    def open_tool(self) -> Tool | None:
+        """The tool that has something unfinished."""
+        return next((tool for tool in self.tools.values() if tool.open), None)
+
+    def finish(self) -> None:
+        """Finish the open feature, else what the active tool is doing."""
+        if (tool := self.open_tool or self.active) is not None:
+            tool.finish()
+
+    def cancel(self) -> None:
+        """Discard the open feature, else what the active tool is doing."""
+        if (tool := self.open_tool or self.active) is not None:
+            tool.cancel()
+
+    def pointer(self, event: PointerEvent) -> None:
+        """Pass a pointer event to the active tool."""
+        if (tool := self.active) is not None:
+            tool.pointer(event)
+
+    def set_next(self, type_id: str, set_name: str) -> None:
+        """Set feature type and set of the next feature, and of the open one where it is new."""
+        self.next_type_id, self.next_set = type_id, set_name
+        for tool in self.tools.values():
+            tool.set_type(type_id, set_name)
+        self.next_changed.emit()
+
+    def begin(self) -> None:
+        """Another project is opened: neither its types nor its sets are those of the last one, and
+        the mouse moves about until a tool is chosen."""
+        self.activate(NAVIGATE)
+        self._next_of.clear()
+        self.next_type_id, self.next_set = "bedding", ""
+        self.keep_next_type()
+        self.next_changed.emit()
+
+    def keep_next_type(self) -> None:
+        """Choose another type for the next feature where the present one was removed."""
+        if self.next_type_id not in self._projects.records:
+            self.next_type_id = self._projects.of(FeatureType)[0].id
+
+    def document_changed(self) -> None:
+        """Tell the tools that the document has changed."""
+        for tool in self.tools.values():
+            tool.document_changed()
+
+    # --- coming and going with a project -----------------------------------------------------
+    def forget(self) -> None:
+        """The project is being closed; an unfinished feature is kept as a draft."""
+        for tool in self.tools.values():
+            tool.forget()
+        self.paths.forget()
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Restore an unfinished feature from its draft."""
+        name = str(state.get("tool"))
+        tool = self.tools.get(name)
+        if tool is not None:
+            self.activate(name)
+        if tool is None or not tool.restore(state):
+            self._notices.warn(Finding("tool.draft-unreadable"))
+            return
+        self.tool_changed()
+        count = len(state.get("vertices", ()))
+        self._notices.info(Finding("tool.draft-restored", count=count))
+
+    # --- ToolContext -------------------------------------------------------------------------
+    @property
+    def session(self) -> Session:
+        return self._projects.session
+
+    def surface(self, model_id: str) -> PaintSurface | None:
+        return self._models.surface(model_id)
+
+    def aside(self, work: Callable[[], T], then: Callable[[T | None], object]) -> None:
+        self._background.run(work, then, lambda _: then(None))
+
+    def measure(self, feature: Feature) -> Measurement:
+        return self._derived.measure(feature)
+
+    def format_attitude(self, measurement: Measurement) -> str:
+        text = measurement.attitude(self._preferences.settings.notation)
+        if self._derived.north_known():
+            return text
+        return tr("{attitude} (local frame)", attitude=text)
+
+    def show(self, preview: Preview | None) -> None:
+        self.preview.emit(preview)
+
+    def say(self, message: Finding | VomError) -> None:
+        self._notices.warn(message)
+
+    def hint(self, message: Finding) -> None:
+        self._notices.hint(message)
+
+    def tool_changed(self) -> None:
+        with telling():
+            self.changed.emit()
+            self.undo_changed.emit()
+
+    def discarded(self, discarded: Discarded) -> None:
+        self.let_go.emit(discarded)
+        self.undo_changed.emit()
+
+    def created(self, feature_id: str) -> None:
+        self._selection.set((feature_id,))

@@ -1,0 +1,151 @@
+"""The tool that marks the cells of a grid: a click, or a key over a cell, says what was found."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vomstudio.core.errors import DocumentError
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import to_translate, tr
+from vomstudio.geology.coverage.cells import CellGrid
+from vomstudio.geology.coverage.face_coverage import DONE, OPEN, TITLES, cell_name
+from vomstudio.geometry import transform
+from vomstudio.project import grid_edits
+from vomstudio.project.records import FaceGrid, Model, get
+from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent, Preview
+from vomstudio.studio.tools.tool_context import ToolContext
+from vomstudio.studio.tools.tool_entry import NothingOpen, ToolEntry
+
+_COLOR = (1.0, 1.0, 1.0)
+
+
+class CellsTool(NothingOpen):
+    """Nothing is ever unfinished: each mark is an edit of its own.
+
+    mark : what a click says; under : grid and cell under the cursor, None where there is none
+    """
+
+    name = "cells"
+    paints = False
+
+    def __init__(self, context: ToolContext) -> None:
+        self._context = context
+        self.mark = DONE
+        self.under: tuple[str, int] | None = None
+
+    @property
+    def open(self) -> bool:
+        return False
+
+    def hint(self) -> str:
+        if not self._context.session.of(FaceGrid):
+            return tr("Cells: lay a grid over the face first (Analyse > What was looked at).")
+        return tr(
+            "Cells: click marks a cell as {mark}, a second click takes the mark away. Q, W, X and "
+            "Z mark the cell under the cursor.",
+            mark=tr(TITLES[self.mark]),
+        )
+
+    def why_not_finish(self) -> Finding | None:
+        return Finding("cells.marked-at-once")
+
+    def why_not_cancel(self) -> Finding | None:
+        return Finding("cells.marked-at-once")
+
+    # --- what is done ------------------------------------------------------------------------
+    def mark_here(self, mark: str) -> None:
+        """Mark the cell under the cursor, and go on with this mark."""
+        self.mark = mark
+        if self.under is not None:
+            self._apply(*self.under, mark)
+        self._context.tool_changed()
+
+    def pointer(self, event: PointerEvent) -> None:
+        if event.kind is Pointer.MOVE:
+            self._move(event.hit)
+        elif event.kind is Pointer.CLICK and event.button is Button.LEFT:
+            # The second click of a double click would take the mark away again.
+            self._move(event.hit)
+            if self.under is None:
+                self._context.hint(Finding("grid.no-cell"))
+                return
+            grid_id, cell = self.under
+            there = self._marks(grid_id)[cell]
+            self._apply(grid_id, cell, OPEN if there == self.mark else self.mark)
+
+    def _apply(self, grid_id: str, cell: int, mark: str) -> None:
+        session = self._context.session
+        if self._marks(grid_id)[cell] == mark:
+            return
+        try:
+            session.apply(grid_edits.mark_cells(session.records, grid_id, [cell], mark))
+        except DocumentError as error:
+            self._context.say(error)
+        self._show()
+
+    def _marks(self, grid_id: str) -> str:
+        grid = get(self._context.session.records, grid_id, FaceGrid)
+        return "" if grid is None else grid_edits.marks_of(grid)
+
+    def _move(self, hit: Hit | None) -> None:
+        found = None if hit is None else self._cell(hit)
+        if found != self.under:
+            self.under = found
+            self._show()
+
+    def _cell(self, hit: Hit) -> tuple[str, int] | None:
+        """The newest grid of the model that has a cell there."""
+        place = np.array([hit.position])
+        for grid in reversed(self._context.session.of(FaceGrid)):
+            if grid.model_id == hit.model_id:
+                cell = int(_in_file(grid).at(place)[0])
+                if cell >= 0:
+                    return grid.id, cell
+        return None
+
+    # --- what is seen ------------------------------------------------------------------------
+    def _show(self) -> None:
+        records = self._context.session.records
+        grid = None if self.under is None else get(records, self.under[0], FaceGrid)
+        model = None if grid is None else get(records, grid.model_id, Model)
+        if grid is None or model is None or self.under is None:
+            self._context.show(None)
+            return
+        cells, cell = _in_file(grid), self.under[1]
+        corners = transform.apply(model.to_world, cells.corners(np.array([cell]))[0])
+        told = tr(TITLES[grid_edits.marks_of(grid)[cell]])
+        said = tr("{grid}, cell {cell}: {mark}", grid=grid.name, cell=cell_name(cells, cell),
+                  mark=told)  # fmt: skip
+        self._context.show(Preview(np.zeros((0, 3)), patch=corners, color=_COLOR, reading=(said,)))
+
+    # --- as every tool -----------------------------------------------------------------------
+    def leave(self) -> None:
+        self.under = None
+        self._context.show(None)
+
+    def document_changed(self) -> None:
+        if self.under is not None:
+            if self.under[0] not in self._context.session.records:
+                self.under = None
+            self._show()
+
+    def forget(self) -> None:
+        self.leave()
+
+
+def _in_file(grid: FaceGrid) -> CellGrid:
+    return CellGrid(
+        np.array(grid.origin), np.array(grid.right), np.array(grid.up), grid.cell, grid.columns,
+        grid.rows,
+    )  # fmt: skip
+
+
+TOOL = ToolEntry(
+    CellsTool,
+    label=to_translate("Ce&lls"),
+    icon="grid",
+    key="Shift+L",
+    tip=to_translate("Mark the cells of a grid as done, empty or unmeasurable."),
+    order=70,
+    in_bar=False,
+)

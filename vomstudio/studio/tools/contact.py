@@ -1,0 +1,137 @@
+"""The tool of contact lines: clicks along a contact or fault that is drawn, without a plane."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
+from vomstudio.core.words import to_translate, tr, tr_n
+from vomstudio.geometry.matrices import Point
+from vomstudio.project import edits
+from vomstudio.project.edit import Edit
+from vomstudio.project.kinds.contact import Contact
+from vomstudio.project.length_figures import words
+from vomstudio.project.records import Model
+from vomstudio.studio.tools.following import FollowingTool
+from vomstudio.studio.tools.polyline import points_text, type_of_draft
+from vomstudio.studio.tools.tool_entry import ToolEntry
+
+
+@dataclass(frozen=True)
+class NextContact:
+    """Attributes of the next contact line; fields as in Contact."""
+
+    type_id: str = "contact"
+    set_name: str = ""
+
+
+class ContactTool(FollowingTool[Contact]):
+    """Picks two points or more. It keeps its own type for the next feature."""
+
+    name = "contact"
+    noun = "contact line"
+    record = Contact
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        self.next = NextContact()
+
+    def hint(self) -> str:
+        if self._feature is None:
+            return tr("Contact line: click along a contact or fault; no plane is fitted.")
+        count = len(self.vertices)
+        if count < 2:
+            return tr("Contact line: click the next point. Esc cancels.")
+        return tr_n(
+            "Contact line: {count} point. Enter or double click finishes; drag a vertex to move "
+            "it; Ctrl+click inserts one; Esc cancels.",
+            "Contact line: {count} points. Enter or double click finishes; drag a vertex to move "
+            "it; Ctrl+click inserts one; Esc cancels.",
+            count,
+        )
+
+    def why_not_finish(self) -> Finding | None:
+        if self._feature is None:
+            return Finding("tool.nothing-open")
+        if len(self.vertices) < 2:
+            return Finding("feature.too-few-points", count=2 - len(self.vertices), minimum=2)
+        return None
+
+    @property
+    def attributes(self) -> NextContact:
+        """Type and set of the open line, else of the next one."""
+        line = self._feature
+        return self.next if line is None else NextContact(line.type_id, line.set_name)
+
+    def choose(self, **values: str) -> None:
+        """Set `type_id` or `set_name` of the next line, and of the open one where it is new."""
+        self.next = replace(self.next, **values)
+        line = self._feature
+        if line is None or self._continued:
+            self._context.tool_changed()
+            return
+        changed = replace(line, **values)  # type: ignore[arg-type]
+        if changed != line:
+            self._keep(changed, self._steps, self.current_vertex)
+
+    def _new(self, model: Model, vertices: tuple[Point, ...]) -> Contact:
+        return Contact(
+            new_id("contact"), "", self.next.type_id, model.id, model.content_hash, vertices,
+            self.next.set_name,
+        )  # fmt: skip
+
+    def _look(self) -> None:
+        assert self._feature is not None
+        whole = self._whole(self._feature)
+        self.measurement = self._context.measure(whole) if whole.vertices else None
+
+    def _edit(self, feature: Contact) -> Edit:
+        measured = self.measurement
+        if measured is None or measured.problem:
+            problem = None if measured is None else measured.problem
+            raise GeometryError(problem or Finding("tool.no-points"))
+        if not (measured.dimension or {}).get("length_m"):
+            raise GeometryError(Finding("points.coincident"))
+        records = self._context.session.records
+        if self._continued:
+            return edits.set_line(records, feature.id, feature.vertices)
+        if self.followed:
+            feature = replace(self._whole(feature), notes=self._followed_words(feature))
+        return edits.add_features(records, [feature])
+
+    # --- drafts ------------------------------------------------------------------------------
+    def _more_state(self, feature: Contact) -> dict[str, Any]:
+        state = {"type_id": feature.type_id, "set_name": feature.set_name}
+        return {**state, **self._cost_state()}
+
+    def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Contact:
+        read = Contact(
+            str(state["contact_id"]), "", type_of_draft(self._context, state, self.next.type_id),
+            str(state["model_id"]), str(state["model_hash"]), vertices, str(state["set_name"]),
+        )  # fmt: skip
+        self.next = NextContact(read.type_id, read.set_name)
+        return read
+
+    # --- what is seen ------------------------------------------------------------------------
+    def _reading(self) -> tuple[str, ...]:
+        count, measured = len(self.vertices), self.measurement
+        if self.searching:
+            return self._searching_words()
+        if measured is None or not measured.dimension:
+            return (points_text(count),)
+        return (points_text(count), *words(measured)[:1])
+
+
+TOOL = ToolEntry(
+    ContactTool,
+    label=to_translate("Contact lin&e"),
+    icon="vector-line",
+    key="E",
+    tip=to_translate("Click along a contact or fault that is drawn only; no plane is fitted."),
+    order=22,
+    in_bar=False,
+)

@@ -1,0 +1,176 @@
+"""The tool of control points: a click is where one of them is on the model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import VomError
+from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
+from vomstudio.core.words import to_translate, tr
+from vomstudio.project import edits
+from vomstudio.project.edit import Edit
+from vomstudio.project.kinds.control_point import ControlPoint
+from vomstudio.project.records import Model, get
+from vomstudio.studio.tools.interaction_types import (
+    BrushRing,
+    Button,
+    Hit,
+    Pointer,
+    PointerEvent,
+    Preview,
+)
+from vomstudio.studio.tools.tool_context import ToolContext
+from vomstudio.studio.tools.tool_entry import NothingOpen, ToolEntry
+
+Array = npt.NDArray[np.float64]
+
+
+class ControlTool(NothingOpen):
+    """Every click is an edit of its own; nothing stays unfinished. The point that the next click
+    finds is the current one, then the next one that has not been found yet, and where there is none
+    a new point, whose coordinates are typed afterwards."""
+
+    name: ClassVar[str] = "control"
+    paints: ClassVar[bool] = False
+
+    def __init__(self, context: ToolContext) -> None:
+        self._context = context
+        self._current = ""
+        self._active = False
+        self._expected: Mapping[str, Array] = {}
+        self._radius = 0.0
+
+    # --- state -------------------------------------------------------------------------------
+    @property
+    def open(self) -> bool:
+        return False
+
+    @property
+    def current(self) -> ControlPoint | None:
+        """What the next click finds; None for a new point."""
+        return get(self._context.session.records, self._current, ControlPoint)
+
+    def begin(self) -> None:
+        """The tool was chosen."""
+        self._active = True
+        self._show()
+
+    def choose(self, id_: str) -> None:
+        """Find this one next; "" for a new point."""
+        self._current = id_
+        self._show()
+        self._context.tool_changed()
+
+    def expect(self, places: Mapping[str, Array], radius: float) -> None:
+        """Where points that have not been found should be: (3,) World, by id. radius : m, of the
+        ring that is drawn there."""
+        self._expected, self._radius = places, radius
+        self._show()
+
+    def hint(self) -> str:
+        point = self.current
+        if point is None:
+            return tr("Control points: click a point; its coordinates are typed beside it.")
+        if point.vertices:
+            return tr(
+                "Control points: click where {point} is to move it there.",
+                point=point.name,
+            )
+        if point.id in self._expected:
+            return tr(
+                "Control points: click {point}; a ring shows where it should be.",
+                point=point.name,
+            )
+        return tr("Control points: click {point} on the outcrop.", point=point.name)
+
+    def why_not_finish(self) -> Finding | None:
+        return Finding("tool.nothing-open")
+
+    def why_not_cancel(self) -> Finding | None:
+        return Finding("tool.nothing-open")
+
+    # --- what is done ------------------------------------------------------------------------
+    def pointer(self, event: PointerEvent) -> None:
+        self._active = True
+        if event.kind is Pointer.CLICK and event.button is Button.LEFT and event.hit is not None:
+            self._place(event.hit)
+
+    def _place(self, hit: Hit) -> None:
+        records = self._context.session.records
+        model = get(records, hit.model_id, Model)
+        if model is None:
+            return
+        point = self.current
+        if point is not None and point.model_id != model.id:
+            self._context.say(
+                Finding("feature.on-other-model", feature=point.name, model=model.name)
+            )
+            return
+        try:
+            id_ = self._keep(self._edit(point, model, hit))
+        except VomError as error:
+            self._context.say(error)
+            return
+        self._current = "" if point is None else self._next(point)
+        self._context.created(id_)
+        self._show()
+        self._context.tool_changed()
+
+    def _edit(self, point: ControlPoint | None, model: Model, hit: Hit) -> Edit:
+        records = self._context.session.records
+        if point is not None:
+            return edits.change_feature(records, replace(point, vertices=(hit.position,)), "Place")
+        new = ControlPoint(new_id("control"), "", model.id, model.content_hash, (hit.position,))
+        return edits.add_features(records, [new])
+
+    def _keep(self, edit: Edit) -> str:
+        self._context.session.apply(edit)
+        return next(iter(edit.ids))
+
+    def _next(self, point: ControlPoint) -> str:
+        """The first one after it that has not been found, else the first of all such; else none, so
+        that a click too many moves nothing."""
+        own = [p for p in self._context.session.of(ControlPoint) if p.model_id == point.model_id]
+        here = next((i for i, p in enumerate(own) if p.id == point.id), 0)
+        left = [p.id for p in (*own[here:], *own[:here]) if not p.vertices]
+        return left[0] if left else ""
+
+    def _show(self) -> None:
+        """A ring where the current point should be."""
+        point = self.current
+        place = None if point is None or point.vertices else self._expected.get(point.id)
+        if not self._active:
+            return
+        self._context.show(
+            None
+            if place is None
+            else Preview(np.zeros((0, 3)), brush=BrushRing(place, self._radius, None))
+        )
+
+    # --- coming and going --------------------------------------------------------------------
+    def leave(self) -> None:
+        self._active = False
+        self._context.show(None)
+
+    def document_changed(self) -> None:
+        if self._current and self.current is None:
+            self._current = ""
+
+    def forget(self) -> None:
+        self._current, self._expected, self._active = "", {}, False
+
+
+TOOL = ToolEntry(
+    ControlTool,
+    label=to_translate("&Control points"),
+    icon="crosshairs-gps",
+    key="C",
+    tip=to_translate("Click points of known coordinates, to place the model by them."),
+    order=45,
+)

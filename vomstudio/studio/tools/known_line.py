@@ -1,0 +1,142 @@
+"""The tool of known lines: two clicks on what is level or vertical, or whose azimuth or length is
+known; planes and lines that were read by compass are chosen among those that are there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from vomstudio.core.errors import DocumentError, GeometryError
+from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
+from vomstudio.core.words import to_translate, tr
+from vomstudio.geometry.matrices import Point
+from vomstudio.project import edits
+from vomstudio.project.edit import Edit
+from vomstudio.project.kinds.known_line import CLICKED, KIND, KnownKind, KnownLine
+from vomstudio.project.records import Model, get
+from vomstudio.studio.tools.polyline import PolylineTool, points_text
+from vomstudio.studio.tools.tool_entry import ToolEntry
+
+_HINTS = {
+    "level": to_translate(
+        "Level line: click its two ends, on a water line, a spirit level or a bed known to be "
+        "horizontal."
+    ),
+    "plumb": to_translate(
+        "Plumb line: click its two ends, on a hanging string or rope, or an edge built upright."
+    ),
+    "azimuth": to_translate("Known azimuth: click the two ends, in the direction of the azimuth."),
+    "length": to_translate("Known length: click the two ends of a tape or staff."),
+    "plane": to_translate(
+        "Plane or line by compass: click the trace, patch or line that was measured, then type "
+        "what was read."
+    ),
+}
+
+
+class KnownLineTool(PolylineTool[KnownLine]):
+    """A line ends with its second point; what is known of it is typed beside it. `kind` is "plane"
+    for planes and lines alike that were read by compass."""
+
+    name = "known_line"
+    noun = "known line"
+    record = KnownLine
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        self.next_kind: KnownKind = "level"
+
+    @property
+    def kind(self) -> KnownKind:
+        """Kind of the open line, else of the next one."""
+        return self._feature.kind if self._feature else self.next_kind
+
+    @property
+    def selects(self) -> bool:
+        """Clicks choose what was read by compass."""
+        return self._feature is None and self.next_kind == "plane"
+
+    def choose(self, kind: KnownKind) -> None:
+        """Set the kind of the next line, and of the open one where it is new."""
+        self.next_kind = kind
+        open_one = self._feature
+        clicked = any(kind == each for each, _ in CLICKED)
+        if open_one is not None and not self._continued and clicked and open_one.kind != kind:
+            self._keep(open_one.but(kind=kind), self._steps, None)
+        self._context.tool_changed()
+
+    def continue_feature(self, feature_id: str) -> None:
+        """As of every tool that picks vertices; what was read has none."""
+        line = get(self._context.session.records, feature_id, KnownLine)
+        if line is not None and line.by_compass:
+            raise DocumentError(Finding("line.from-compass", name=line.name))
+        super().continue_feature(feature_id)
+
+    def hint(self) -> str:
+        if self._feature is None:
+            return tr(_HINTS[self.kind])
+        return tr("Click the other end. Backspace removes the first one; Esc cancels.")
+
+    def why_not_finish(self) -> Finding | None:
+        if self._feature is None:
+            return Finding("tool.nothing-open")
+        if len(self.vertices) < 2:
+            return Finding("feature.too-few-points", count=1, minimum=2)
+        return None
+
+    def _new(self, model: Model, vertices: tuple[Point, ...]) -> KnownLine:
+        return KnownLine(new_id("line"), "", self.next_kind, model.id, model.content_hash, vertices)
+
+    def _append(self, position: Point) -> None:
+        self._set_vertices((*self.vertices[:1], position))
+        if len(self.vertices) == 2 and not self._continued:
+            self.finish()
+
+    def insert_vertex(self, position: Point) -> None:
+        """A line has no vertices between its ends."""
+
+    def _edit(self, feature: KnownLine) -> Edit:
+        if (why := self.why_not_finish()) is not None:
+            raise GeometryError(why)
+        if feature.vertices[0] == feature.vertices[1]:
+            raise GeometryError(Finding("points.coincident"))
+        records = self._context.session.records
+        if not self._continued:
+            return edits.add_features(records, [feature])
+        return edits.set_line(records, feature.id, feature.vertices)
+
+    # --- drafts ------------------------------------------------------------------------------
+    def _more_state(self, feature: KnownLine) -> dict[str, Any]:
+        return {"kind": feature.kind}
+
+    def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> KnownLine:
+        kind = next((each for each, _ in CLICKED if each == state["kind"]), None)
+        if kind is None:
+            raise ValueError(state["kind"])
+        self.next_kind = kind
+        return KnownLine(
+            str(state[f"{self.name}_id"]), "", kind, str(state["model_id"]),
+            str(state["model_hash"]), vertices,
+        )  # fmt: skip
+
+    # --- what is seen ------------------------------------------------------------------------
+    def _color(self) -> str:
+        return KIND.color
+
+    def _reading(self) -> tuple[str, ...]:
+        return (points_text(len(self.vertices)),)
+
+
+TOOL = ToolEntry(
+    KnownLineTool,
+    label=to_translate("&Known lines"),
+    icon="spirit-level",
+    key="K",
+    tip=to_translate(
+        "Click lines that are level or vertical, or of known azimuth or length, and choose planes "
+        "read by compass, to place the model."
+    ),
+    order=46,
+    in_bar=False,
+)

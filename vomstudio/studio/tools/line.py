@@ -1,0 +1,212 @@
+"""The line tool: clicks along a lineation become a trend and plunge, a rake on a plane, a slip."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from textwrap import wrap
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
+from vomstudio.core.words import to_translate, tr, tr_n
+from vomstudio.geology.slip import SENSES, SlipSense
+from vomstudio.geometry.matrices import Point
+from vomstudio.geometry.plane_discs import disc
+from vomstudio.project import edits
+from vomstudio.project.edit import Edit
+from vomstudio.project.kinds.lineation import Lineation
+from vomstudio.project.records import Model
+from vomstudio.studio.tools.fit_summary import WIDTH, first_reason
+from vomstudio.studio.tools.polyline import PolylineTool, plane_of, points_text, type_of_draft
+from vomstudio.studio.tools.tool_entry import ToolEntry
+
+
+@dataclass(frozen=True)
+class NextLine:
+    """Attributes of the next line; fields as in Lineation."""
+
+    type_id: str = "lineation"
+    set_name: str = ""
+    plane_id: str = ""
+    slip: SlipSense = ""
+
+
+class LineTool(PolylineTool[Lineation]):
+    """Picks two points or more. It keeps its own type for the next feature, as the other tools
+    measure planes."""
+
+    name = "line"
+    record = Lineation
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        self.next = NextLine()
+
+    def hint(self) -> str:
+        if self._feature is None:
+            return tr("Line: click along a striation, a hinge or another lineation on the outcrop.")
+        count = len(self.vertices)
+        if count < 2:
+            return tr("Line: 1 of at least 2 points. Backspace removes it; Esc cancels.")
+        return tr_n(
+            "Line: {count} point. Further points determine its error. Enter or double click "
+            "finishes; drag a vertex to move it; Esc cancels.",
+            "Line: {count} points. Further points determine its error. Enter or double click "
+            "finishes; drag a vertex to move it; Esc cancels.",
+            count,
+        )
+
+    def why_not_finish(self) -> Finding | None:
+        if self._feature is None:
+            return Finding("tool.nothing-open")
+        missing = 2 - len(self.vertices)
+        if missing <= 0:
+            return None
+        return Finding("feature.too-few-points", count=missing, minimum=2)
+
+    @property
+    def attributes(self) -> NextLine:
+        """The attributes of the open line, else of the next one."""
+        line = self._feature
+        if line is None:
+            return self.next
+        return NextLine(line.type_id, line.set_name, line.plane_id, line.slip)
+
+    def choose(self, **values: str) -> None:
+        """Set attributes of the next line, and of the open one where it is new. Without a plane
+        there is no sense of slip."""
+        self.next = _without_orphan_slip(replace(self.next, **values))  # type: ignore[arg-type]
+        line = self._feature
+        if line is None or self._continued:
+            self._context.tool_changed()
+            return
+        chosen = _without_orphan_slip(replace(self.attributes, **values))  # type: ignore[arg-type]
+        if chosen != self.attributes:
+            changed = replace(
+                line,
+                type_id=chosen.type_id,
+                set_name=chosen.set_name,
+                plane_id=chosen.plane_id,
+                slip=chosen.slip,
+            )
+            self._keep(changed, self._steps, self.current_vertex)
+
+    def _new(self, model: Model, vertices: tuple[Point, ...]) -> Lineation:
+        return Lineation(
+            id=new_id("line"),
+            name="",
+            type_id=self.next.type_id,
+            model_id=model.id,
+            model_hash=model.content_hash,
+            vertices=vertices,
+            plane_id=self.next.plane_id,
+            slip=self.next.slip,
+            set_name=self.next.set_name,
+        )
+
+    def _edit(self, feature: Lineation) -> Edit:
+        if self.measurement is None or self.measurement.problem:
+            problem = self.measurement.problem if self.measurement else None
+            raise GeometryError(problem or Finding("tool.no-points"))
+        records = self._context.session.records
+        if not self._continued:
+            return edits.add_features(records, [feature])
+        return edits.set_line(records, feature.id, feature.vertices, resolution=feature.resolution)
+
+    # --- drafts ------------------------------------------------------------------------------
+    def _more_state(self, feature: Lineation) -> dict[str, Any]:
+        return {
+            "type_id": feature.type_id,
+            "set_name": feature.set_name,
+            "plane_id": feature.plane_id,
+            "slip": feature.slip,
+        }
+
+    def forget(self) -> None:
+        """Return to the default attributes: types, sets and planes belong to a project."""
+        super().forget()
+        self.next = NextLine()
+
+    def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Lineation:
+        # A sense that is not known is no draft of this tool.
+        slip = {known: known for known, _ in SENSES}[state["slip"]]
+        read = Lineation(
+            id=str(state["line_id"]),
+            name="",
+            type_id=type_of_draft(self._context, state, self.next.type_id),
+            model_id=str(state["model_id"]),
+            model_hash=str(state["model_hash"]),
+            vertices=vertices,
+            plane_id=str(state["plane_id"]),
+            slip=slip,
+            set_name=str(state["set_name"]),
+        )
+        self.next = NextLine(read.type_id, read.set_name, read.plane_id, read.slip)
+        return read
+
+    # --- what is seen ------------------------------------------------------------------------
+    def _look(self) -> None:
+        assert self._feature is not None
+        surface = self._context.surface(self._feature.model_id)
+        if surface is not None and self.vertices:
+            resolution = surface.resolution_near(np.asarray(self.vertices, dtype=np.float64))
+            self._feature = replace(self._feature, resolution=resolution)
+        super()._look()
+
+    def _patch(self) -> npt.NDArray[np.float64] | None:
+        """A piece of the plane that the line is laid into."""
+        plane = plane_of(self._context, self._feature.plane_id if self._feature else "")
+        fit = self.measurement.line_fit if self.measurement else None
+        if plane is None or plane.plane is None or fit is None:
+            return None
+        return disc(fit.centroid, plane.plane.normal(), 0.5 * fit.length)
+
+    def _reading(self) -> tuple[str, ...]:
+        measured, count = self.measurement, len(self.vertices)
+        at = self._hovered()
+        live = count == 1 and at is not None and at != self.vertices[0]
+        if live and self._feature is not None and at is not None:
+            # The second point is where the cursor is.
+            measured = self._context.measure(replace(self._feature, vertices=(*self.vertices, at)))
+        if measured is None or measured.line is None or measured.line_fit is None:
+            if count < 2 or measured is None or not measured.problem:
+                return (points_text(count),)
+            return (points_text(count), *wrap(str(measured.problem), WIDTH))
+        lines = [self._context.format_attitude(measured)]
+        if not live:
+            lines.append(f"n {count}")
+        if measured.rake_deg is not None and self._feature is not None:
+            base = self._context.session.records.get(self._feature.plane_id)
+            name = base.name if base is not None else tr("its plane")
+            lines.append(
+                tr(
+                    "Rake {rake:.0f}°, {angle:.1f}° off {plane}",
+                    rake=measured.rake_deg,
+                    angle=measured.off_plane_deg,
+                    plane=name,
+                )
+            )
+        if measured.verdict is not None and not live:
+            lines += first_reason(measured.verdict)
+        return tuple(lines)
+
+
+def _without_orphan_slip(line: NextLine) -> NextLine:
+    return line if line.plane_id else replace(line, slip="")
+
+
+TOOL = ToolEntry(
+    LineTool,
+    label=to_translate("&Line"),
+    icon="arrow-top-right",
+    key="L",
+    tip=to_translate(
+        "Click along a striation, hinge or other lineation: trend, plunge, rake on a plane."
+    ),
+    order=30,
+)

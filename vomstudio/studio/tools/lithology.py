@@ -1,0 +1,193 @@
+"""The tool of lithologies: clicks around a part of the outcrop that is one rock."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
+from vomstudio.core.words import to_translate, tr, tr_n
+from vomstudio.geology.beds.lithologies import color_of_rock
+from vomstudio.geometry.matrices import Point
+from vomstudio.project import edits
+from vomstudio.project.edit import Edit
+from vomstudio.project.kinds.lithology import KIND, Lithology, words
+from vomstudio.project.records import Model
+from vomstudio.studio.tools.following import FollowingTool
+from vomstudio.studio.tools.polyline import points_text
+from vomstudio.studio.tools.tool_entry import ToolEntry
+
+AT_ONCE = 30_000
+"""Faces of a model on which the area inside an outline takes a few hundredths of a second."""
+_Outline = tuple[str, tuple[Point, ...]]
+"""Of a model, around an area."""
+
+
+class LithologyTool(FollowingTool[Lithology]):
+    """Picks three points or more; the area of the surface inside is worked out beside the window,
+    one outline at a time and the newest next, where the model is large."""
+
+    name = "lithology"
+    noun = "rock area"
+    record = Lithology
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        self.next_lithology = ""
+        self._known: tuple[_Outline, float | None] | None = None
+        self._wanted: _Outline | None = None
+        self._measured_now: _Outline | None = None
+
+    @property
+    def searching(self) -> bool:
+        """Also while the area is being worked out."""
+        return super().searching or self._wanted is not None
+
+    def _reset(self) -> None:
+        self._wanted = None
+        super()._reset()
+
+    @property
+    def lithology(self) -> str:
+        """The rock of the open area, else of the next one."""
+        return self._feature.lithology if self._feature else self.next_lithology
+
+    def hint(self) -> str:
+        if self._feature is None:
+            return tr("Rock area: click around a part of the outcrop that is one rock.")
+        return tr_n(
+            "Rock area: {count} corner. Enter or double click finishes; drag a vertex to move it; "
+            "Ctrl+click inserts one; Esc cancels.",
+            "Rock area: {count} corners. Enter or double click finishes; drag a vertex to move it; "
+            "Ctrl+click inserts one; Esc cancels.",
+            len(self.vertices),
+        )
+
+    def why_not_finish(self) -> Finding | None:
+        if self._feature is None:
+            return Finding("tool.nothing-open")
+        missing = 3 - len(self.vertices)
+        if missing <= 0 or (self.followed and len(self.vertices) > 1):
+            return None
+        return Finding("feature.too-few-points", count=missing, minimum=3)
+
+    def choose(self, lithology: str) -> None:
+        """The rock of the next area, and of the open one where it is new."""
+        self.next_lithology = lithology
+        feature = self._feature
+        if feature is None or self._continued or feature.lithology == lithology:
+            self._context.tool_changed()
+            return
+        changed = replace(feature, lithology=lithology)
+        self._keep(changed, self._steps, self.current_vertex)
+
+    @property
+    def _closed(self) -> bool:
+        return len(self.vertices) > 2 or (self.followed and len(self.vertices) > 1)
+
+    def _new(self, model: Model, vertices: tuple[Point, ...]) -> Lithology:
+        return Lithology(
+            new_id("lithology"), "", model.id, model.content_hash, vertices,
+            self.next_lithology,
+        )  # fmt: skip
+
+    def _look(self) -> None:
+        """Ask the surface for the area, and measure; not while a corner is being dragged."""
+        assert self._feature is not None
+        whole = self._whole(self._feature)
+        area, self._wanted = None, None
+        if self._drag_from is None and not super().searching:
+            area = self._area((whole.model_id, whole.vertices))
+        self._feature = replace(self._feature, area=area)
+        whole = replace(whole, area=area)
+        self.measurement = self._context.measure(whole) if whole.vertices else None
+
+    def _area(self, outline: _Outline) -> float | None:
+        """Inside the outline; None while it is not known, and is asked for."""
+        if self._known is None or self._known[0] != outline:
+            if len(outline[1]) < 3 or self._context.surface(outline[0]) is None:
+                return None
+            self._wanted = outline
+            self._work_out()
+        known = self._known
+        return known[1] if known is not None and known[0] == outline else None
+
+    def _work_out(self) -> None:
+        outline = self._wanted
+        if outline is None or self._measured_now is not None:
+            return
+        surface = self._context.surface(outline[0])
+        if surface is None:
+            self._came(outline, None)
+            return
+        self._measured_now = outline
+        ring = np.array(outline[1], np.float64)
+        if surface.count <= AT_ONCE:
+            self._measured_now, self._wanted = None, None
+            self._known = outline, surface.area_inside(ring)
+            return
+        self._context.aside(lambda: surface.area_inside(ring), partial(self._came, outline))
+
+    def _came(self, outline: _Outline, area: float | None) -> None:
+        self._measured_now = None
+        self._known = outline, area
+        if self._wanted == outline:
+            self._wanted = None
+            self._leg_came()
+        else:
+            self._work_out()
+
+    def _edit(self, feature: Lithology) -> Edit:
+        measured = self.measurement
+        if measured is None or measured.problem:
+            problem = None if measured is None else measured.problem
+            raise GeometryError(problem or Finding("tool.no-points"))
+        if not (measured.dimension or {}).get("outline_m2"):
+            raise GeometryError(Finding("tool.no-area"))
+        records = self._context.session.records
+        if self._continued:
+            return edits.change_feature(records, feature)
+        if self.followed:
+            feature = replace(self._whole(feature), notes=self._followed_words(feature))
+        return edits.add_features(records, [feature])
+
+    # --- drafts ------------------------------------------------------------------------------
+    def _more_state(self, feature: Lithology) -> dict[str, Any]:
+        return {"lithology": feature.lithology, **self._cost_state()}
+
+    def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Lithology:
+        self.next_lithology = str(state["lithology"])
+        return Lithology(
+            str(state["lithology_id"]), "", str(state["model_id"]), str(state["model_hash"]),
+            vertices, self.next_lithology,
+        )  # fmt: skip
+
+    # --- what is seen ------------------------------------------------------------------------
+    def _color(self) -> str:
+        return color_of_rock(self.lithology) or KIND.color
+
+    def _reading(self) -> tuple[str, ...]:
+        count, measured = len(self.vertices), self.measurement
+        first = (self.lithology,) if self.lithology else ()
+        if super().searching:
+            return (*first, *self._searching_words())
+        if measured is None or not measured.dimension:
+            return (*first, points_text(count))
+        return (*first, points_text(count), *words(measured)[:1])
+
+
+TOOL = ToolEntry(
+    LithologyTool,
+    label=to_translate("&Rock area"),
+    icon="layers",
+    key="Shift+R",
+    tip=to_translate("Click around one rock; the area is measured on the surface of the model."),
+    order=28,
+    in_bar=False,
+)

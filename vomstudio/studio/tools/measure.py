@@ -1,0 +1,211 @@
+"""The measure tool: distances, polylines, areas and thicknesses across a plane."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
+from vomstudio.core.words import to_translate, tr, tr_n
+from vomstudio.geometry.matrices import Point
+from vomstudio.geometry.plane_discs import disc
+from vomstudio.project import edits
+from vomstudio.project.edit import Edit
+from vomstudio.project.kinds.dimension import KIND, Dimension, DimensionKind
+from vomstudio.project.kinds.dimension import KINDS as DIMENSION_KINDS
+from vomstudio.project.length_figures import words
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import Model
+from vomstudio.studio.tools.polyline import PolylineTool, plane_of, points_text
+from vomstudio.studio.tools.tool_entry import ToolEntry
+
+KINDS: tuple[DimensionKind, ...] = tuple(kind for kind, _ in DIMENSION_KINDS)
+TWO_ENDS = ("distance", "thickness")
+LEAST = {"distance": 2, "polyline": 2, "area": 3, "thickness": 2}
+
+_HINTS = {
+    "distance": to_translate("Measure: click the two end points of the distance."),
+    "polyline": to_translate("Measure: click along the line whose length you want."),
+    "area": to_translate("Measure: click the corners of the area, one after the other."),
+    "thickness": to_translate("Measure: click a point on the base and one on the top."),
+}
+
+
+class MeasureTool(PolylineTool[Dimension]):
+    """A distance or thickness ends with its second point, the others with Enter."""
+
+    name = "measure"
+    noun = "measurement"
+    record = Dimension
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        self.next_kind: DimensionKind = "distance"
+        self.next_plane_id = ""
+
+    @property
+    def kind(self) -> DimensionKind:
+        """Kind of the open measurement, else of the next one."""
+        return self._feature.kind if self._feature else self.next_kind
+
+    @property
+    def plane_id(self) -> str:
+        """Plane across which a thickness is measured; "" for none."""
+        return self._feature.plane_id if self._feature else self.next_plane_id
+
+    def hint(self) -> str:
+        if (why := self._no_plane()) is not None:
+            return why.message
+        if self._feature is None:
+            return tr(_HINTS[self.kind])
+        if self.kind in TWO_ENDS:
+            return tr("Measure: click the other end. Backspace removes the first one; Esc cancels.")
+        return tr_n(
+            "Measure: {count} point. Enter or double click finishes; drag a vertex to move it; "
+            "Ctrl+click inserts one; Esc cancels.",
+            "Measure: {count} points. Enter or double click finishes; drag a vertex to move it; "
+            "Ctrl+click inserts one; Esc cancels.",
+            len(self.vertices),
+        )
+
+    def why_not_finish(self) -> Finding | None:
+        if self._feature is None:
+            return Finding("tool.nothing-open")
+        missing = LEAST[self.kind] - len(self.vertices)
+        if missing > 0:
+            return Finding("feature.too-few-points", count=missing, minimum=LEAST[self.kind])
+        return self._no_plane()
+
+    def _no_plane(self) -> Finding | None:
+        if self.kind == "thickness" and plane_of(self._context, self.plane_id) is None:
+            return Finding("thickness.no-plane")
+        return None
+
+    def choose(self, kind: DimensionKind | None = None, plane_id: str | None = None) -> None:
+        """Set kind or plane of the next measurement, and of the open one where it is new."""
+        self.next_kind = self.next_kind if kind is None else kind
+        self.next_plane_id = self.next_plane_id if plane_id is None else plane_id
+        open_one = self._feature
+        if open_one is None:
+            self._context.tool_changed()
+            return
+        now = open_one.kind if kind is None else kind
+        across = self.next_plane_id if now == "thickness" else ""
+        changed = replace(open_one, kind=now, plane_id=across)
+        if self._continued:
+            return
+        steps, points = self._steps, self.vertices
+        if changed.kind in TWO_ENDS and len(points) > 2:
+            changed = replace(changed, vertices=(points[0], points[-1]))
+            steps = [*steps, points]
+        if changed != open_one:
+            self._keep(changed, steps, None)
+
+    def _new(self, model: Model, vertices: tuple[Point, ...]) -> Dimension:
+        return Dimension(
+            id=new_id("dimension"),
+            name="",
+            kind=self.next_kind,
+            model_id=model.id,
+            model_hash=model.content_hash,
+            vertices=vertices,
+            plane_id=self.next_plane_id if self.next_kind == "thickness" else "",
+        )
+
+    def _append(self, position: Point) -> None:
+        if self.kind not in TWO_ENDS:
+            super()._append(position)
+            return
+        self._set_vertices((*self.vertices[:1], position))
+        if len(self.vertices) == 2 and not self._continued and self.why_not_finish() is None:
+            self.finish()
+
+    def insert_vertex(self, position: Point) -> None:
+        """As in the base class; a distance or thickness has no vertices between its ends."""
+        if self.kind not in TWO_ENDS:
+            super().insert_vertex(position)
+
+    def _edit(self, feature: Dimension) -> Edit:
+        if (why := self.why_not_finish()) is not None:
+            raise GeometryError(why)
+        measured = self.measurement
+        if measured is None or measured.problem:
+            problem = None if measured is None else measured.problem
+            raise GeometryError(problem or Finding("tool.no-points"))
+        if max((measured.dimension or {}).values(), default=0.0) <= 0.0:
+            raise GeometryError(Finding("points.coincident"))
+        records = self._context.session.records
+        if not self._continued:
+            return edits.add_features(records, [feature])
+        return edits.set_line(records, feature.id, feature.vertices)
+
+    # --- drafts ------------------------------------------------------------------------------
+    def _more_state(self, feature: Dimension) -> dict[str, Any]:
+        return {"kind": feature.kind, "plane_id": feature.plane_id}
+
+    def forget(self) -> None:
+        """The next project does not have this project's planes."""
+        super().forget()
+        self.next_plane_id = ""
+
+    def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Dimension:
+        kind = state["kind"]
+        if kind not in KINDS:
+            raise ValueError(kind)
+        self.next_kind, self.next_plane_id = kind, str(state["plane_id"])
+        return Dimension(
+            id=str(state["measure_id"]),
+            name="",
+            kind=kind,
+            model_id=str(state["model_id"]),
+            model_hash=str(state["model_hash"]),
+            vertices=vertices,
+            plane_id=str(state["plane_id"]),
+        )
+
+    # --- what is seen ------------------------------------------------------------------------
+    def _color(self) -> str:
+        return KIND.color
+
+    @property
+    def _closed(self) -> bool:
+        return self.kind == "area" and len(self.vertices) > 2
+
+    def _patch(self) -> npt.NDArray[np.float64] | None:
+        """The plane that a thickness is measured across, through its base."""
+        plane = plane_of(self._context, self.plane_id) if self.kind == "thickness" else None
+        measured = self._live()
+        if plane is None or plane.plane is None or measured is None or len(measured.points) < 2:
+            return None
+        reach = float(np.linalg.norm(measured.points[-1] - measured.points[0]))
+        return disc(measured.points[0], plane.plane.normal(), max(reach, 1e-9))
+
+    def _live(self) -> Measurement | None:
+        """With the point under the cursor, where the next click would put one."""
+        at, points = self._hovered(), self.vertices
+        done = self.kind in TWO_ENDS and len(points) > 1
+        if self._feature is None or done or at is None or (points and at == points[-1]):
+            return self.measurement
+        return self._context.measure(replace(self._feature, vertices=(*points, at)))
+
+    def _reading(self) -> tuple[str, ...]:
+        measured = self._live()
+        if measured is None or not measured.dimension:
+            return (points_text(len(self.vertices)),)
+        return tuple(words(measured))
+
+
+TOOL = ToolEntry(
+    MeasureTool,
+    label=to_translate("&Measure"),
+    icon="ruler",
+    key="M",
+    tip=to_translate("Measure a distance, a length, an area, or a thickness across a plane."),
+    order=40,
+)

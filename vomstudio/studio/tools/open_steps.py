@@ -1,0 +1,192 @@
+"""The steps of an unfinished feature."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, ClassVar, Generic, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import VomError
+from vomstudio.geometry.matrices import Point
+from vomstudio.project.measurement import Measurement
+from vomstudio.project.records import Picked
+from vomstudio.studio.tools.interaction_types import Hit
+from vomstudio.studio.tools.tool_context import ToolContext
+
+F = TypeVar("F", bound=Picked)
+
+
+def step_label(before: Sequence[Any], after: Sequence[Any]) -> str:
+    """The step from one state of the vertices to the next, like the label of an edit."""
+    if len(after) > len(before):
+        return f"Add point {len(after)}"
+    return "Delete a point" if len(after) < len(before) else "Move a point"
+
+
+class SteppedFeature(Generic[F]):
+    """An unfinished feature that grows vertex by vertex, and its steps: each can be taken back, and
+    what was taken back can be brought again until another step is made."""
+
+    record: ClassVar[type[Any]]
+
+    def __init__(self, context: ToolContext) -> None:
+        self._context = context
+        self._feature: F | None = None
+        self._continued = False
+        self._steps: list[tuple[Point, ...]] = []
+        self._ahead: list[tuple[F, list[tuple[Point, ...]]]] = []
+        self._hover: Hit | None = None
+        self._drag_from: tuple[Point, ...] | None = None
+        self.current_vertex: int | None = None
+        self.measurement: Measurement | None = None
+
+    # --- what a tool does with it ------------------------------------------------------------
+    def _look(self) -> None:
+        """Ask the surface, and measure."""
+        raise NotImplementedError
+
+    def _show(self) -> None:
+        """Draw it, or nothing where none is open."""
+        raise NotImplementedError
+
+    def _state(self, feature: F) -> dict[str, Any]:
+        """Its draft."""
+        raise NotImplementedError
+
+    def _close(self) -> bool:
+        """Let it go with its draft; False where that cannot be written."""
+        raise NotImplementedError
+
+    def cancel(self) -> None:
+        """Discard it."""
+        raise NotImplementedError
+
+    # --- state -------------------------------------------------------------------------------
+    @property
+    def open(self) -> bool:
+        """A feature is being picked."""
+        return self._feature is not None
+
+    @property
+    def feature(self) -> F | None:
+        """The open feature; None where there is none."""
+        return self._feature
+
+    @property
+    def continued(self) -> bool:
+        """The open feature is one of the document that was continued."""
+        return self._continued
+
+    @property
+    def vertices(self) -> tuple[Point, ...]:
+        """Vertices of the open feature, in the model's file frame."""
+        return self._feature.vertices if self._feature else ()
+
+    @property
+    def undo_label(self) -> str | None:
+        if self._steps:
+            return step_label(self._steps[-1], self.vertices)
+        return f"Continue {self._feature.name}" if self._feature and self._unchanged() else None
+
+    @property
+    def redo_label(self) -> str | None:
+        if not self._ahead:
+            return None
+        feature, steps = self._ahead[-1]
+        return step_label(self.vertices, feature.vertices) if steps else f"Continue {feature.name}"
+
+    def _unchanged(self) -> bool:
+        known = self._context.session.records.get(self._feature.id) if self._feature else None
+        return self._continued and isinstance(known, Picked) and known.vertices == self.vertices
+
+    # --- steps -------------------------------------------------------------------------------
+    def mark(self, index: int | None) -> None:
+        """Mark the vertex that Delete removes; None for none."""
+        if index != self.current_vertex:
+            self.current_vertex = index
+            self._show()
+            self._context.tool_changed()
+
+    def insert_vertex(self, position: Point) -> None:
+        """Insert a vertex into the segment that is nearest to `position` (model file frame)."""
+        index = _nearest_segment(np.asarray(self.vertices), np.asarray(position)) + 1
+        self._set_vertices((*self.vertices[:index], position, *self.vertices[index:]), index)
+
+    def move_vertex(self, index: int, position: Point) -> None:
+        """Move a vertex to `position` (model file frame)."""
+        changed = list(self.vertices)
+        changed[index] = position
+        self._set_vertices(tuple(changed), index)
+
+    def delete_vertex(self, index: int | None = None) -> None:
+        """Delete a vertex; without an index the marked one."""
+        at = self.current_vertex if index is None else index
+        if self._feature is None or at is None or not 0 <= at < len(self.vertices):
+            return
+        left = (*self.vertices[:at], *self.vertices[at + 1 :])
+        if left or self._continued:
+            self._set_vertices(left)
+        else:
+            self.cancel()
+
+    def undo(self) -> bool:
+        """Undo the last step of the open feature; False where there is none."""
+        if self._feature is None or self.undo_label is None:
+            return False
+        ahead = [*self._ahead, (self._feature, self._steps)]
+        before = self._steps[-1] if self._steps else ()
+        if not self._steps or not (before or self._continued):
+            self._close()
+        else:
+            self._keep(self._feature.but(vertices=before), self._steps[:-1], None)
+        self._ahead = ahead
+        self._context.tool_changed()
+        return True
+
+    def redo(self) -> bool:
+        """Bring the step again that undo took back last; False where there is none."""
+        if not self._ahead:
+            return False
+        *left, (feature, steps) = self._ahead
+        if self._feature is not None:
+            # Its type may have been changed meanwhile.
+            feature = self._feature.but(vertices=feature.vertices)
+        known = self._context.session.records.get(feature.id)
+        self._continued = isinstance(known, self.record)
+        self._keep(feature, steps, None)
+        self._continued = self._continued and self.open
+        if not self.open:
+            return False
+        self._ahead = left
+        self._context.tool_changed()
+        return True
+
+    def _set_vertices(self, vertices: tuple[Point, ...], mark: int | None = None) -> None:
+        assert self._feature is not None
+        feature = self._feature.but(vertices=vertices)
+        self._ahead = []
+        self._keep(feature, [*self._steps, self.vertices], mark)
+
+    def _keep(self, feature: F, steps: list[tuple[Point, ...]], mark: int | None) -> None:
+        """Write the draft, then adopt and show it. What cannot be written is not done."""
+        try:
+            self._context.session.set_draft(self._state(feature))
+        except VomError as error:
+            self._context.say(error)
+        else:
+            self._feature, self._steps, self.current_vertex = feature, steps, mark
+        if self._feature is not None:
+            self._look()
+            self._show()
+        self._context.tool_changed()
+
+
+def _nearest_segment(line: npt.NDArray[np.float64], position: npt.NDArray[np.float64]) -> int:
+    """Index of the segment of a line (k, 3) that is nearest to a position (3,)."""
+    start, step = line[:-1], np.diff(line, axis=0)
+    length = np.maximum((step**2).sum(axis=1), 1e-300)
+    along = np.clip(((position - start) * step).sum(axis=1) / length, 0.0, 1.0)
+    gap = np.linalg.norm(start + along[:, None] * step - position, axis=1)
+    return int(gap.argmin())

@@ -1,0 +1,374 @@
+"""Base of the tools that pick vertices: a state machine.
+
+Without Qt or VTK. It is idle until the first click or until an old feature is continued; then
+exactly one of `finish` or `cancel` ends it. Every step is written to the journal as a draft before
+it is shown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, ClassVar, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import DocumentError, VomError
+from vomstudio.core.findings import Finding
+from vomstudio.core.words import tr_n
+from vomstudio.geometry import transform
+from vomstudio.geometry.matrices import Point
+from vomstudio.project.edit import Edit
+from vomstudio.project.kind import may_have_plane
+from vomstudio.project.measurement import Measurement, world_points
+from vomstudio.project.records import FeatureType, Model, Picked, get_feature
+from vomstudio.studio.tools.interaction_types import (
+    Button,
+    Discarded,
+    Hit,
+    Pointer,
+    PointerEvent,
+    Preview,
+)
+from vomstudio.studio.tools.open_steps import SteppedFeature
+from vomstudio.studio.tools.tool_context import ToolContext
+
+F = TypeVar("F", bound=Picked)
+
+Floats = npt.NDArray[np.float64]
+BLANK_COLOR = "#e69f00"
+
+
+class PolylineTool(SteppedFeature[F]):
+    """The unfinished feature is an ordinary record that is not in the document yet. noun : what it
+    picks, in the words of undo, where its name is none"""
+
+    name: ClassVar[str]
+    noun: ClassVar[str] = ""
+    paints: ClassVar[bool] = False
+
+    # --- what a tool has of its own ----------------------------------------------------------
+    def hint(self) -> str:
+        raise NotImplementedError
+
+    def why_not_finish(self) -> Finding | None:
+        raise NotImplementedError
+
+    def _new(self, model: Model, vertices: tuple[Point, ...]) -> F:
+        """The feature that the first click begins."""
+        raise NotImplementedError
+
+    def _edit(self, feature: F) -> Edit:
+        """What keeps the feature. Raises VomError where it cannot be kept as it is."""
+        raise NotImplementedError
+
+    def _more_state(self, feature: F) -> dict[str, Any]:
+        """What the draft holds beside the vertices."""
+        raise NotImplementedError
+
+    def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> F:
+        """The feature of a draft. May raise KeyError, TypeError, ValueError."""
+        raise NotImplementedError
+
+    def _look(self) -> None:
+        """Ask the surface, and measure."""
+        assert self._feature is not None
+        self.measurement = self._context.measure(self._feature) if self.vertices else None
+
+    def _reading(self) -> tuple[str, ...]:
+        """Lines of text beside the cursor."""
+        raise NotImplementedError
+
+    def _patch(self) -> Floats | None:
+        return None
+
+    def _drawn(self) -> tuple[Floats | None, Floats | None]:
+        """World lines that are drawn for the straight pieces and for the rubber band."""
+        return None, None
+
+    def _marked_stretches(self, path: Floats | None) -> tuple[Floats, ...]:
+        """World lines (k, 3), parts of what is drawn, that may not belong to the feature."""
+        return ()
+
+    def _color(self) -> str:
+        type_id = getattr(self._feature, "type_id", "")
+        kind = self._context.session.records.get(type_id)
+        return kind.color if isinstance(kind, FeatureType) else BLANK_COLOR
+
+    @property
+    def _closed(self) -> bool:
+        """The line is drawn as a ring."""
+        return False
+
+    def set_type(self, type_id: str, set_name: str) -> None:
+        """Another feature type or set was chosen for the next feature."""
+
+    def leave(self) -> None:
+        """Another tool is chosen; the open feature is kept, with its draft."""
+
+    def document_changed(self) -> None:
+        """Nothing to do: an unfinished feature is not in the document."""
+
+    def why_not_cancel(self) -> Finding | None:
+        return None if self.open else Finding("tool.nothing-open")
+
+    # --- gestures ----------------------------------------------------------------------------
+    def pointer(self, event: PointerEvent) -> None:
+        """Add, insert, mark or move vertices; a double click finishes."""
+        if event.handle is not None and self.vertices:
+            handle = event.handle - (1 if self._closed else 0)
+            event = replace(event, handle=handle % len(self.vertices))
+        if event.kind is Pointer.MOVE:
+            self._move(event)
+        elif event.kind is Pointer.CLICK and event.button is Button.LEFT:
+            self._click(event)
+        elif event.kind is Pointer.DOUBLE_CLICK and event.button is Button.LEFT:
+            if self.open:
+                self.finish()
+        elif event.kind is Pointer.DRAG_START and event.handle is not None:
+            self._drag_from = self.vertices
+            self.current_vertex = event.handle
+        elif event.kind is Pointer.DRAG_MOVE and self._drag_from is not None:
+            self._drag(event.hit)
+        elif event.kind is Pointer.DRAG_END and self._drag_from is not None:
+            self._drag(event.hit)
+            self._end_drag()
+
+    def _move(self, event: PointerEvent) -> None:
+        self._hover = event.hit
+        if self.open:
+            self._show()
+
+    def _click(self, event: PointerEvent) -> None:
+        if event.handle is not None and self.open:
+            self.mark(None if self.current_vertex == event.handle else event.handle)
+            return
+        hit = event.hit
+        if hit is None:
+            self._context.hint(Finding("tool.no-surface"))
+            return
+        if self._feature is None:
+            self._begin(hit)
+            return
+        if hit.model_id != self._feature.model_id:
+            self._context.hint(Finding("tool.other-model"))
+            return
+        if event.ctrl and len(self.vertices) > 1:
+            self.insert_vertex(hit.position)
+        else:
+            self._append(hit.position)
+
+    def _append(self, position: Point) -> None:
+        self._set_vertices((*self.vertices, position))
+
+    def _begin(self, hit: Hit) -> None:
+        model = self._context.session.records.get(hit.model_id)
+        if not isinstance(model, Model):
+            self._context.say(Finding("model.removed"))
+            return
+        self._ahead = []
+        self._keep(self._new(model, (hit.position,)), [()], None)
+
+    def _drag(self, hit: Hit | None) -> None:
+        index = self.current_vertex
+        if self._feature is None or index is None or hit is None:
+            return
+        if hit.model_id != self._feature.model_id:
+            return
+        moved = list(self.vertices)
+        moved[index] = hit.position
+        self._feature = self._feature.but(vertices=tuple(moved))
+        self._look()
+        self._show()
+
+    def _end_drag(self) -> None:
+        assert self._drag_from is not None
+        assert self._feature is not None
+        before, after, self._drag_from = self._drag_from, self.vertices, None
+        if before != after:
+            self._feature = self._feature.but(vertices=before)
+            self._set_vertices(after, self.current_vertex)
+
+    # --- beginning and end -------------------------------------------------------------------
+    def continue_feature(self, feature_id: str) -> None:
+        """Continue a feature of the document. Raises DocumentError."""
+        if self.open:
+            raise DocumentError(Finding("feature.open"))
+        feature = self._context.session.records.get(feature_id)
+        if not isinstance(feature, self.record):
+            raise DocumentError(Finding("tool.other-kind"))
+        self._continued = True
+        # No line to where the cursor was last over the outcrop.
+        self._hover, self._ahead = None, []
+        self._keep(feature, [], None)
+        self._continued = self._feature is not None
+
+    def finish(self) -> str | None:
+        """Finish the open feature and return its id; None, with the reason shown, where it is not
+        complete."""
+        if self._feature is None:
+            return None
+        # A restored feature may be older than its model's surface.
+        self._look()
+        feature, session = self._feature, self._context.session
+        try:
+            session.apply(self._edit(feature), finishes_draft=True)
+        except VomError as error:
+            self._context.say(error)
+            return None
+        self._reset()
+        self._context.created(feature.id)
+        return feature.id
+
+    def cancel(self) -> None:
+        """Discard the open feature, which undo brings back; a continued one stays as it was. While
+        the journal cannot be written it stays open, since the next start would restore it."""
+        feature, steps, continued = self._feature, self._steps, self._continued
+        lost = not self._unchanged()
+        if feature is None or not (self._close() and lost):
+            return
+
+        def bring_back() -> bool:
+            self._continued = continued
+            self._keep(feature, steps, None)
+            self._continued = continued and self.open
+            return self.open
+
+        def untouched() -> bool:
+            return self.open and (self._steps, self.vertices) == (steps, feature.vertices)
+
+        what = f"Discard the open {self.noun or self.name}"
+        self._context.discarded(Discarded(self.name, what, bring_back, untouched))
+
+    def _close(self) -> bool:
+        try:
+            self._context.session.set_draft(None)
+        except VomError as error:
+            self._context.say(error)
+            return False
+        self._reset()
+        return True
+
+    def forget(self) -> None:
+        """The project is being closed; the open feature is kept as a draft."""
+        self._ahead = []
+        if self._feature is not None:
+            self._reset()
+
+    def _reset(self) -> None:
+        self._feature, self._continued, self._steps, self._ahead = None, False, [], []
+        self._drag_from, self.current_vertex, self.measurement = None, None, None
+        # The cursor may be anywhere when the next feature is taken up.
+        self._hover = None
+        self._context.show(None)
+        self._context.tool_changed()
+
+    # --- drafts ------------------------------------------------------------------------------
+    def _state(self, feature: F) -> dict[str, Any]:
+        return {
+            "tool": self.name,
+            f"{self.name}_id": feature.id,
+            "continued": self._continued,
+            "model_id": feature.model_id,
+            "model_hash": feature.model_hash,
+            "vertices": [list(v) for v in feature.vertices],
+            **self._more_state(feature),
+        }
+
+    def restore(self, state: Mapping[str, Any]) -> bool:
+        """Continue a draft; False where it is not one of this tool or its model was removed."""
+        records = self._context.session.records
+        try:
+            if state["tool"] != self.name or not isinstance(records.get(state["model_id"]), Model):
+                return False
+            vertices = tuple((float(x), float(y), float(z)) for x, y, z in state["vertices"])
+            old: Any = records.get(state[f"{self.name}_id"])
+            continued = bool(state["continued"]) and isinstance(old, self.record)
+            feature = self._read(state, vertices)
+        except (KeyError, TypeError, ValueError):
+            return False
+        if not np.isfinite(np.asarray(vertices)).all() or not (vertices or continued):
+            return False
+        if continued:
+            feature = replace(old, vertices=vertices)
+        self._feature, self._continued, self.current_vertex = feature, continued, None
+        self._steps = [vertices[:count] for count in range(len(vertices))]
+        if self._continued:
+            self._steps = []
+        self._look()
+        self._show()
+        self._context.tool_changed()
+        return True
+
+    # --- what is seen ------------------------------------------------------------------------
+    def _model(self) -> Model | None:
+        assert self._feature is not None
+        model = self._context.session.records.get(self._feature.model_id)
+        return model if isinstance(model, Model) else None
+
+    def _hovered(self) -> Point | None:
+        """Where the cursor is on the open feature's own model."""
+        model = self._model()
+        if self._hover is None or model is None or self._hover.model_id != model.id:
+            return None
+        return self._hover.position
+
+    def _show(self) -> None:
+        if self._feature is None:
+            self._context.show(None)
+            return
+        model, at = self._model(), self._hovered()
+        seen = None if at is None or model is None else (model.to_world, [at])
+        rubber = None if seen is None else transform.apply(*seen)[0]
+        line, marked = world_points(self._feature, model), self.current_vertex
+        path, ahead = self._drawn()
+        if self._closed:
+            # From the last vertex round to it again: the rubber band hangs from there.
+            line = np.vstack([line[-1:], line])
+            marked = None if marked is None else marked + 1
+        self._context.show(
+            Preview(
+                line=line,
+                rubber=rubber,
+                path=path,
+                ahead=ahead,
+                doubtful=self._marked_stretches(path),
+                patch=self._patch(),
+                marked=marked,
+                color=rgb(self._color()),
+                reading=self._reading(),
+                verdict=self._verdict(),
+            )
+        )
+
+    def _verdict(self) -> str | None:
+        """How good what is drawn so far is; None where nothing can be judged yet."""
+        measurement = self.measurement
+        return measurement.verdict.quality if measurement and measurement.verdict else None
+
+
+def type_of_draft(context: ToolContext, state: Mapping[str, Any], instead: str) -> str:
+    """The type of a draft; the one for what is made next where it is gone."""
+    type_id = str(state["type_id"])
+    return type_id if isinstance(context.session.records.get(type_id), FeatureType) else instead
+
+
+def rgb(color: str) -> tuple[float, float, float]:
+    """Red, green and blue, 0 to 1, of a colour written #rrggbb."""
+    red, green, blue = (int(color[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return red, green, blue
+
+
+def plane_of(context: ToolContext, plane_id: str) -> Measurement | None:
+    """Measurement of a plane of the document; None where there is none of this id."""
+    feature = get_feature(context.session.records, plane_id)
+    if feature is None or not may_have_plane(feature):
+        return None
+    measured = context.measure(feature)
+    return measured if measured.plane is not None else None
+
+
+def points_text(count: int) -> str:
+    """A number of points as text."""
+    return tr_n("{count} point", "{count} points", count)

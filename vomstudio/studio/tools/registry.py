@@ -1,0 +1,23 @@
+"""All tools. Each module of this package that has a `TOOL` is one; no list has to be kept."""
+
+from __future__ import annotations
+
+import pkgutil
+from importlib import import_module
+
+from vomstudio.studio import tools
+from vomstudio.studio.tools.tool_entry import ToolEntry
+
+__all__ = ["TOOLS"]
+
+
+def _found() -> list[ToolEntry]:
+    names = sorted(module.name for module in pkgutil.iter_modules(tools.__path__))
+    # This module is being imported.
+    modules = [import_module(f"{tools.__name__}.{name}") for name in names if name != "registry"]
+    entries = [module.TOOL for module in modules if hasattr(module, "TOOL")]
+    return sorted(entries, key=lambda entry: (entry.order, entry.name))
+
+
+TOOLS: tuple[ToolEntry, ...] = tuple(_found())
+"""In the order of their buttons."""

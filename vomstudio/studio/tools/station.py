@@ -1,0 +1,125 @@
+"""The tool of stations and samples: each click is one."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
+from vomstudio.core.words import to_translate, tr
+from vomstudio.geometry.matrices import Point
+from vomstudio.project import edits
+from vomstudio.project.edit import Edit
+from vomstudio.project.kinds.station import KIND, WHATS, Station, What
+from vomstudio.project.records import Model
+from vomstudio.studio.tools.interaction_types import Hit
+from vomstudio.studio.tools.polyline import PolylineTool
+from vomstudio.studio.tools.tool_entry import ToolEntry
+
+
+@dataclass(frozen=True)
+class NextStation:
+    """What the next click makes; fields as in Station."""
+
+    what: What = "station"
+    number: str = ""
+    photo: str = ""
+
+
+class StationTool(PolylineTool[Station]):
+    """Nothing stays open but a station that is continued, which the next click or a drag moves."""
+
+    name = "station"
+    noun = "field station"
+    record = Station
+
+    def __init__(self, context: Any) -> None:
+        super().__init__(context)
+        self.next = NextStation()
+
+    def hint(self) -> str:
+        if self.continued:
+            return tr("Field station: click its new place; Enter finishes; Esc cancels.")
+        return tr("Field station: click the place of a station or sample on the outcrop.")
+
+    def why_not_finish(self) -> Finding | None:
+        if self._feature is None:
+            return Finding("tool.nothing-open")
+        return None if self.vertices else Finding("feature.too-few-points", count=1, minimum=1)
+
+    def choose(self, **values: str) -> None:
+        """What the next click makes: `what`, `number`, `photo`."""
+        self.next = replace(self.next, **values)  # type: ignore[arg-type]
+        self._context.tool_changed()
+
+    def _new(self, model: Model, vertices: tuple[Point, ...]) -> Station:
+        return Station(
+            new_id("station"), "", model.id, model.content_hash, vertices[:1],
+            self.next.what, self.next.number, self.next.photo,
+        )  # fmt: skip
+
+    def _begin(self, hit: Hit) -> None:
+        super()._begin(hit)
+        if self._feature is not None and self.finish() is not None:
+            self.next = replace(self.next, number=number_after(self.next.number), photo="")
+            self._context.tool_changed()
+
+    def _append(self, position: Point) -> None:
+        self._set_vertices((position,))
+
+    def insert_vertex(self, position: Point) -> None:
+        """A station has one place."""
+        self._set_vertices((position,))
+
+    def _edit(self, feature: Station) -> Edit:
+        records = self._context.session.records
+        if not self._continued:
+            return edits.add_features(records, [feature])
+        return edits.set_line(records, feature.id, feature.vertices)
+
+    # --- drafts ------------------------------------------------------------------------------
+    def _more_state(self, feature: Station) -> dict[str, Any]:
+        return {"what": feature.what, "number": feature.number, "photo": feature.photo}
+
+    def forget(self) -> None:
+        """The next project has numbers of its own."""
+        super().forget()
+        self.next = NextStation()
+
+    def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Station:
+        what = {known: known for known, _ in WHATS}[state["what"]]
+        return Station(
+            str(state["station_id"]), "", str(state["model_id"]), str(state["model_hash"]),
+            vertices[:1], what, str(state["number"]), str(state["photo"]),
+        )  # fmt: skip
+
+    # --- what is seen ------------------------------------------------------------------------
+    def _color(self) -> str:
+        return KIND.color
+
+    def _reading(self) -> tuple[str, ...]:
+        feature = self._feature
+        return () if feature is None else (feature.number or feature.name,)
+
+
+def number_after(number: str) -> str:
+    """The number that follows on a label: of KB-09 it is KB-10; "" for one without digits."""
+    found = re.search(r"(\d+)(\D*)$", number)
+    if found is None:
+        return ""
+    digits = found.group(1)
+    return f"{number[: found.start()]}{int(digits) + 1:0{len(digits)}d}{found.group(2)}"
+
+
+TOOL = ToolEntry(
+    StationTool,
+    label=to_translate("Fiel&d station"),
+    icon="map-marker",
+    key="D",
+    tip=to_translate("Click the place of a station or a sample; its number and photo go with it."),
+    order=36,
+    in_bar=False,
+)

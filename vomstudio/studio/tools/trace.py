@@ -1,0 +1,216 @@
+"""The trace tool: clicks along a line where a surface meets the outcrop become a plane."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from textwrap import wrap
+from typing import Any
+
+import numpy as np
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.identifiers import new_id
+from vomstudio.core.words import to_translate, tr, tr_n
+from vomstudio.geometry.matrices import Point
+from vomstudio.geometry.plane_discs import disc
+from vomstudio.project import edits
+from vomstudio.project.edit import Edit
+from vomstudio.project.kinds.trace import Trace
+from vomstudio.project.records import SURROUNDINGS_RULE, Model
+from vomstudio.studio.tools.fit_summary import WIDTH, first_reason, indices_text
+from vomstudio.studio.tools.following import FollowingTool
+from vomstudio.studio.tools.local_surface import around
+from vomstudio.studio.tools.polyline import points_text, type_of_draft
+from vomstudio.studio.tools.tool_entry import ToolEntry
+
+
+class TraceTool(FollowingTool[Trace]):
+    """Picks three points or more; a plane is fitted to them as they come.
+
+    Where it follows a contact its vertices are way-points, and the trace is the path through them.
+    """
+
+    name = "trace"
+    record = Trace
+    _stretches: tuple[tuple[int, int], ...] = ()
+    """First and last vertex of the open path's stretches that may be on another contact."""
+
+    @property
+    def trace(self) -> Trace | None:
+        """The open trace."""
+        return self._feature
+
+    def hint(self) -> str:
+        """What the next click does, for the status line."""
+        if self._feature is None:
+            return tr("Trace: click along a bed, fault or fracture on the outcrop.")
+        count = len(self.vertices)
+        if self.followed:
+            return tr_n(
+                "Trace: {count} way-point. Click the next one on the contact; drag one to move "
+                "it; Ctrl+click inserts one; Enter or double click finishes; Esc cancels.",
+                "Trace: {count} way-points. Click the next one on the contact; drag one to move "
+                "it; Ctrl+click inserts one; Enter or double click finishes; Esc cancels.",
+                count,
+            )
+        if count < 3:
+            return tr_n(
+                "Trace: {count} of at least 3 points. Go on clicking; Backspace removes the last "
+                "point; Esc cancels.",
+                "Trace: {count} of at least 3 points. Go on clicking; Backspace removes the last "
+                "point; Esc cancels.",
+                count,
+            )
+        return tr_n(
+            "Trace: {count} point. Enter or double click finishes; drag a vertex to move it; "
+            "Ctrl+click inserts one; Delete removes the marked one; Esc cancels.",
+            "Trace: {count} points. Enter or double click finishes; drag a vertex to move it; "
+            "Ctrl+click inserts one; Delete removes the marked one; Esc cancels.",
+            count,
+        )
+
+    def why_not_finish(self) -> Finding | None:
+        if self._feature is None:
+            return Finding("tool.nothing-open")
+        missing = 3 - len(self.vertices)
+        if missing <= 0 or (self.followed and len(self.vertices) > 1):
+            return None
+        return Finding("feature.too-few-points", count=missing, minimum=3)
+
+    def _new(self, model: Model, vertices: tuple[Point, ...]) -> Trace:
+        return Trace(
+            id=new_id("trace"),
+            name="",
+            type_id=self._context.next_type_id,
+            model_id=model.id,
+            model_hash=model.content_hash,
+            vertices=vertices,
+            set_name=self._context.next_set,
+            axis="auto",
+        )
+
+    def begin_along(
+        self, model: Model, way_points: tuple[Point, ...], cost: str | None, notes: str
+    ) -> str | None:
+        """Open a new trace that follows a cost through these way-points of a model, with notes on
+        where it comes from; its id, None where it cannot be kept. No trace may be open."""
+        self._line.cost = cost
+        # No line to where the cursor was last over the outcrop.
+        self._hover, self._ahead = None, []
+        self._keep(replace(self._new(model, way_points), notes=notes), [()], None)
+        return None if self._feature is None else self._feature.id
+
+    def _edit(self, feature: Trace) -> Edit:
+        records = self._context.session.records
+        if not self._continued:
+            if self.followed:
+                notes = f"{feature.notes} {self._followed_words(feature)}".strip()
+                feature = replace(self._whole(feature), notes=notes, doubtful=self._stretches)
+            return edits.add_trace(records, feature)
+        return edits.set_vertices(
+            records,
+            feature.id,
+            feature.vertices,
+            resolution=feature.resolution,
+            outcrop_normal=feature.outcrop_normal,
+            rule=feature.rule,
+        )
+
+    # --- drafts ------------------------------------------------------------------------------
+    def _more_state(self, feature: Trace) -> dict[str, Any]:
+        state = {"type_id": feature.type_id, "set_name": feature.set_name}
+        if feature.notes and not self._continued:
+            state["notes"] = feature.notes
+        return {**state, **self._cost_state()}
+
+    def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Trace:
+        return Trace(
+            id=str(state["trace_id"]),
+            name="",
+            type_id=type_of_draft(self._context, state, self._context.next_type_id),
+            model_id=str(state["model_id"]),
+            model_hash=str(state["model_hash"]),
+            vertices=vertices,
+            set_name=str(state["set_name"]),
+            notes=str(state.get("notes", "")),
+            axis="auto",
+        )
+
+    def restore(self, state: Mapping[str, Any]) -> bool:
+        if not super().restore(state):
+            return False
+        if self._feature is not None:
+            self._context.set_next(self._feature.type_id, self._feature.set_name)
+        return True
+
+    def set_type(self, type_id: str, set_name: str) -> None:
+        """The feature type and set of the open trace."""
+        if self._feature is not None and not self._continued:
+            if (self._feature.type_id, self._feature.set_name) == (type_id, set_name):
+                return
+            trace = replace(self._feature, type_id=type_id, set_name=set_name)
+            self._keep(trace, self._steps, self.current_vertex)
+
+    # --- what is seen ------------------------------------------------------------------------
+    def _look(self) -> None:
+        """Ask the surface, and fit."""
+        assert self._feature is not None
+        surface = self._context.surface(self._feature.model_id)
+        whole = self._whole(self._feature)
+        self._stretches = ()
+        if surface is not None and self.vertices:
+            resolution, normal = around(surface, whole.vertices)
+            if self.followed and resolution is not None and self._drag_from is None:
+                self._stretches = self._doubtful(self._feature, resolution)
+            self._feature = replace(
+                self._feature, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE
+            )
+            whole = replace(
+                whole, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE,
+                doubtful=self._stretches,
+            )  # fmt: skip
+        if not self.followed:
+            super()._look()
+            return
+        self.measurement = self._context.measure(whole) if whole.vertices else None
+
+    def _marked_stretches(self, path: np.ndarray | None) -> tuple[np.ndarray, ...]:
+        if path is None:
+            return ()
+        return tuple(path[a : b + 1] for a, b in self._stretches)
+
+    def _patch(self) -> np.ndarray | None:
+        fit = self.measurement.fit if self.measurement else None
+        if fit is None or fit.extent is None:
+            return None
+        verdict = self.measurement.verdict if self.measurement else None
+        if verdict is not None and verdict.quality == "poor":
+            # It would cover the trace, and tells nothing.
+            return None
+        return disc(fit.centroid, fit.normal, 0.5 * fit.extent)
+
+    def _reading(self) -> tuple[str, ...]:
+        count, measurement = len(self.vertices), self.measurement
+        if self.searching:
+            return self._searching_words()
+        if measurement is None or measurement.fit is None or measurement.verdict is None:
+            if count < 3 or measurement is None or not measurement.problem:
+                return (points_text(count),)
+            return (points_text(count), *wrap(str(measurement.problem), WIDTH))
+        fit = measurement.fit
+        return (
+            self._context.format_attitude(measurement),
+            indices_text(fit, f"n {fit.n}"),
+            *first_reason(measurement.verdict),
+        )
+
+
+TOOL = ToolEntry(
+    TraceTool,
+    label=to_translate("&Trace"),
+    icon="vector-polyline",
+    key="T",
+    tip=to_translate("Click along a bed, fault or fracture; its plane is fitted as you click."),
+    order=10,
+)

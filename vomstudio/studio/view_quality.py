@@ -1,0 +1,74 @@
+"""Directions along which an outcrop is looked at, and what an error of each costs.
+
+Along the intersection of two planes both are seen edge on; along the line in a fault plane at right
+angles to its slip the whole displacement is seen (textbook 4.2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vomstudio.core.errors import GeometryError
+from vomstudio.core.findings import Finding, finding_of
+from vomstudio.geology.intersections import intersection_line
+from vomstudio.geology.orientation import Line
+from vomstudio.geometry import transform
+from vomstudio.project.measurement import Measurement, as_uncertain
+from vomstudio.project.records import Model, Record
+from vomstudio.studio.model_loading import OpenModel
+
+
+@dataclass(frozen=True)
+class Direction:
+    """line : axial, so that two views are meant, each the mirror image of the other
+    error95_deg : larger half-angle of its joint 95 % region; None where it is not known"""
+
+    line: Line
+    error95_deg: float | None
+
+
+def across_slip(slipped: Measurement) -> Direction | Finding:
+    """The line in the fault at right angles to its slip, or why there is none. Its error is that of
+    the slip's line, or of the plane where that has none."""
+    if slipped.on_plane is None or slipped.line is None:
+        return Finding("selection.no-slip")
+    normal = slipped.on_plane.normal()
+    across = np.cross(normal, slipped.line.vector())
+    size = float(np.linalg.norm(across))
+    if size < np.sin(np.radians(1.0)):
+        return Finding("slip.across-plane")
+    return Direction(Line.from_vector(across / size), slipped.total95_deg)
+
+
+def meeting_line(planes: Iterable[Measurement]) -> Direction | Finding:
+    """The intersection of two planes, or why there is none."""
+    uncertain = [found for each in planes if (found := as_uncertain(each)) is not None]
+    if len(uncertain) != 2:
+        return Finding("selection.not-two-planes")
+    try:
+        met = intersection_line(*uncertain)
+    except GeometryError as error:
+        return finding_of(error)
+    return Direction(met.line, met.max_confidence95_deg)
+
+
+def depth_along(
+    direction: npt.ArrayLike, models: Mapping[str, OpenModel], records: Mapping[str, Record]
+) -> tuple[float, bool]:
+    """How deep the view through the boxes of all open models is, and whether that is in metres; 0
+    without models. direction : (3,) unit vector, World."""
+    along, metric = [], True
+    for model_id, opened in models.items():
+        model = records.get(model_id)
+        if not isinstance(model, Model):
+            continue
+        low, high = np.asarray(opened.data.bounds, np.float64)
+        grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+        corners = transform.apply(model.to_world, np.where(grid == 1, high, low))
+        along.append(corners @ np.asarray(direction, np.float64))
+        metric = metric and model.frame.has_metres
+    return (float(np.ptp(np.concatenate(along))) if along else 0.0), metric

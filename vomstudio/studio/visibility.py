@@ -1,0 +1,52 @@
+"""Hidden records: view state, kept with the project and not subject to undo."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from vomstudio.core.signals import Signal
+from vomstudio.project.kinds import group_of
+from vomstudio.studio.projects import Projects
+
+_KEPT = "hidden"
+
+
+class Visibility:
+    """changed : the ids that were shown or hidden"""
+
+    def __init__(self, projects: Projects) -> None:
+        self.changed: Signal[tuple[str, ...]] = Signal()
+        self._projects = projects
+        self.hidden: set[str] = set()
+
+    def load(self) -> None:
+        """Read what the open project has kept, without a signal."""
+        self.hidden = {id_ for id_ in self._projects.view(_KEPT, []) if isinstance(id_, str)}
+
+    def visible(self, id_: str) -> bool:
+        """Whether a record, feature type or group is shown."""
+        return id_ not in self.hidden
+
+    def show_only(self, ids: Iterable[str]) -> None:
+        """These features with their types, and no others; the models stay as they are."""
+        ids = set(ids)
+        features = self._projects.session.features()
+        groups = {group_of(f) for f in features if f.id in ids}
+        hidden = {f.id for f in features if f.id not in ids}
+        changed = (self.hidden & (ids | groups)) | (hidden - self.hidden)
+        self._set((self.hidden - ids - groups) | hidden, changed)
+
+    def show_all(self) -> None:
+        """Show everything."""
+        self._set(set(), set(self.hidden))
+
+    def set_visible(self, ids: Iterable[str], visible: bool) -> None:
+        """Show or hide records, feature types or groups."""
+        ids = set(ids)
+        self._set(self.hidden - ids if visible else self.hidden | ids, ids)
+
+    def _set(self, hidden: set[str], changed: set[str]) -> None:
+        if changed:
+            self.hidden = hidden
+            self._projects.keep_view(_KEPT, sorted(hidden))
+            self.changed.emit(tuple(changed))

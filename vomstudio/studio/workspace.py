@@ -1,0 +1,291 @@
+"""All parts that a program works with, with or without a window, connected."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+from vomstudio.core.findings import Finding
+from vomstudio.core.signals import Signal
+from vomstudio.io.settings import Settings
+from vomstudio.project import edits
+from vomstudio.project.edit import Edit
+from vomstudio.project.records import Feature, Model, get_feature
+from vomstudio.project.selection import Selection
+from vomstudio.studio.background import Background
+from vomstudio.studio.blind_repeats import BlindRepeats
+from vomstudio.studio.derived_quantities import DerivedQuantities
+from vomstudio.studio.display import Display
+from vomstudio.studio.editing import Editing
+from vomstudio.studio.fold_choice import FoldChoice
+from vomstudio.studio.history import History
+from vomstudio.studio.layer_export import GisLayers
+from vomstudio.studio.model_loading import ModelLoader
+from vomstudio.studio.models import Models
+from vomstudio.studio.notices import Notices
+from vomstudio.studio.owner_thread import Aside, Call, Later, Post, in_the_way
+from vomstudio.studio.path_finding import PathFinding
+from vomstudio.studio.photos import PhotoLinks
+from vomstudio.studio.preferences import Preferences
+from vomstudio.studio.projects import Projects
+from vomstudio.studio.running_jobs import Jobs
+from vomstudio.studio.surfaces.face_grids import FaceGrids
+from vomstudio.studio.surfaces.facet_proposals import FacetProposals
+from vomstudio.studio.surfaces.model_cutting import ModelCutting
+from vomstudio.studio.surfaces.outcrop_elements import OutcropElements
+from vomstudio.studio.surfaces.surface_fields import SurfaceFields
+from vomstudio.studio.surfaces.trace_proposals import TraceProposals
+from vomstudio.studio.surroundings import Surroundings
+from vomstudio.studio.tool_host import ToolHost
+from vomstudio.studio.visibility import Visibility
+
+
+class Workspace:
+    """Connects the parts; here is only what concerns several of them.
+
+    Views connect to these signals, never to a session: another project may replace it.
+    project_opened : another project, and no model of it yet; edited, history_changed : what is
+    derived has been brought up to date; recovery_found : projects that a crash has left open
+    """
+
+    def __init__(
+        self, settings: Settings, post: Post, later: Later, aside: Aside = in_the_way
+    ) -> None:
+        self.project_opened: Signal[()] = Signal()
+        self.edited: Signal[Edit] = Signal()
+        self.history_changed: Signal[()] = Signal()
+        self.recovery_found: Signal[list[Path]] = Signal()
+        self.settings = settings
+        self.notices = Notices()
+        self._closed = False
+
+        def hand_over(call: Call) -> None:
+            # By the time the call is made its receiver may be gone.
+            post(lambda: None if self._closed else call())
+
+        def background(name: str, **options: Any) -> Background:
+            created = Background(post, name, **options)
+            self._backgrounds.append(created)
+            return created
+
+        self._backgrounds: list[Background] = []
+        self.preferences = Preferences(settings, self.notices, hand_over, later)
+        self.jobs = Jobs(hand_over)
+        self.selection = Selection()
+        self.projects = Projects(self.preferences, self.notices, aside)
+        self.editing = Editing(self.projects, self.notices)
+        self.derived = DerivedQuantities(self.projects, lambda: settings.thresholds)
+        self.visibility = Visibility(self.projects)
+        self.fold = FoldChoice(self.projects, self.derived, self.selection)
+        self.display = Display(lambda values: self.projects.keep_view("display", values), later)
+        self.loader = ModelLoader(
+            self.jobs,
+            background("models", daemon=False),
+            background("streams", niceness=5),
+            later,
+            lambda: settings.point_budget,
+        )
+        self.models = Models(
+            self.projects, self.editing, self.loader, self.jobs, self.preferences, self.notices
+        )
+        self.elements = OutcropElements(
+            self.projects,
+            self.models,
+            self.visibility,
+            background("neighbours"),
+            ModelCutting(self.projects, self.models, self.jobs, self.notices),
+        )
+        self.photos = PhotoLinks(self.projects, self.models, background("photos of models"))
+        self.tools = ToolHost(
+            self.projects,
+            self.models,
+            self.derived,
+            self.selection,
+            self.preferences,
+            self.notices,
+            PathFinding(self.models, background("path finding", threads=1), self.photos.of),
+            self.elements,
+            background("tool"),
+        )
+        self.surroundings = Surroundings(
+            self.projects, self.models, self.editing, self.notices, background("surroundings")
+        )
+        self.fields = SurfaceFields(
+            self.projects,
+            self.models,
+            self.derived,
+            self.display,
+            self.jobs,
+            background("surface fields"),
+        )
+        self.facets = FacetProposals(
+            self.projects,
+            self.models,
+            self.editing,
+            self.display,
+            self.jobs,
+            lambda: settings.thresholds,
+            background("facets"),
+            self.derived.foresee,
+        )
+        self.proposed_traces = TraceProposals(
+            self.projects,
+            self.editing,
+            self.tools,
+            self.jobs,
+            lambda: settings.thresholds,
+            background("proposed traces"),
+        )
+        self.grids = FaceGrids(self.projects, self.models, background("cells"))
+        self.repeats = BlindRepeats(
+            self.projects, self.tools, self.visibility, self.selection, hand_over
+        )
+        self.history = History(self.projects, self.editing, self.tools, self.notices)
+        self.layers = GisLayers(self.projects, self.jobs, self.notices, later)
+        self._join()
+
+    def _join(self) -> None:
+        self.loader.problem.connect(lambda finding: self.notices.warn(finding, "error"))
+        self.projects.leaving.connect(self._leave)
+        self.projects.opened.connect(self._begin)
+        self.projects.edited.connect(self._edited)
+        self.projects.history_changed.connect(self.history_changed.emit)
+        self.projects.saved.connect(self.layers.write)
+        self.tools.undo_changed.connect(self.history_changed.emit)
+        self.models.loaded.connect(self.photos.look)
+        self.models.loaded.connect(self.elements.loaded)
+        self.models.loaded.connect(self.surroundings.offer)
+
+    # --- coming and going of a project -------------------------------------------------------
+    def _begin(self) -> None:
+        session = self.projects.session
+        self.derived.begin()
+        self.visibility.load()
+        self.elements.load()
+        self.tools.begin()
+        self.display.load(self.projects.view("display"))
+        self.selection.set(())
+        self.fold.begin()
+        self.photos.forget_all()
+        self.fields.begin()
+        self.facets.drop()
+        self.proposed_traces.drop()
+        self.grids.begin()
+        self.project_opened.emit()
+        self.history_changed.emit()
+        if session.recovered:
+            self.notices.warn(Finding("project.recovered"))
+        self._tell_left_out(self.projects.project.problems)
+        for model in session.of(Model):
+            self.models.load(model)
+        if session.draft is not None:
+            self.tools.restore(session.draft.state)
+
+    def _tell_left_out(self, problems: Sequence[Finding]) -> None:
+        for problem in problems:
+            self.notices.warn(_left_out((problem,)))
+        if len(problems) > 1:
+            # The bar shows the newest notice only.
+            self.notices.warn(_left_out(problems))
+
+    def _leave(self) -> None:
+        self.repeats.forget()
+        self.facets.drop()
+        self.proposed_traces.drop()
+        self.display.flush()
+        self.loader.forget_all()
+        self.layers.write_pending()
+        self.tools.forget()
+        self.elements.forget()
+        self.history.forget()
+        self.models.open.clear()
+
+    def offer_recovery(self, but: Collection[Path] = ()) -> None:
+        """Send `recovery_found` where a crash has left projects open; but : is opened anyway."""
+        if found := self.projects.unclosed(but):
+            self.recovery_found.emit(found)
+
+    @property
+    def worth_asking(self) -> bool:
+        """Whether closing now would discard work that the user may want to save."""
+        session, is_open = self.projects.session, self.tools.open_tool is not None
+        made = self.projects.unsaved_reconstructions
+        if self.projects.whole_on_disk and not session.dirty and not is_open and not made:
+            return False
+        return bool(session.features()) or is_open or not self.projects.project.untitled or made
+
+    def discard(self) -> None:
+        """Undo what was not saved; it stays in the history. Raises VomError."""
+        if (tool := self.tools.open_tool) is not None:
+            tool.cancel()
+        self.projects.discard()
+
+    def close(self) -> None:
+        """The program ends: close the project and stop all workers, whatever fails of it."""
+        self._closed = True
+        for background in self._backgrounds:
+            background.stop()
+        with ExitStack() as steps:
+            steps.callback(self.jobs.close)
+            steps.callback(self.layers.finish)
+            steps.callback(self.projects.leave)
+
+    # --- edits -------------------------------------------------------------------------------
+    def _edited(self, edit: Edit) -> None:
+        for id_, record in edit.after.items():
+            if isinstance(record, Model) and id_ not in self.models.open:
+                self.models.load(record)
+        self.tools.keep_next_type()
+        self._warn_of_namesakes(edit)
+        self.derived.refresh(edit)
+        self.selection.keep(self.projects.records)
+        self.edited.emit(edit)
+        self.photos.edited(edit)
+        self.fields.edited(edit)
+        self.facets.edited(edit)
+        self.proposed_traces.edited(edit)
+        self.grids.edited(edit)
+        self.repeats.edited(edit)
+        self.tools.document_changed()
+        self.layers.write_soon()
+
+    def _warn_of_namesakes(self, edit: Edit) -> None:
+        """Names are free, but tables and layers tell features apart by them. A single new feature
+        has the next free number, so only renamed and imported ones are looked at."""
+        new = {id_: r for id_, r in edit.after.items() if isinstance(r, Feature) and r.name}
+        old = {id_: edit.before[id_] for id_ in new}
+        renamed = {i for i, r in old.items() if isinstance(r, Feature) and r.name != new[i].name}
+        added = {i for i, r in old.items() if r is None}
+        looked_at = renamed | (added if len(added) > 1 else set())
+        if not looked_at:
+            return
+        count = Counter(feature.name for feature in self.projects.session.features())
+        twice = sorted({new[i].name for i in looked_at if count[new[i].name] > 1})
+        if twice:
+            self.notices.warn(
+                Finding(
+                    "feature.same-names",
+                    count=len(twice),
+                    names=", ".join(twice[:5]) + (" …" if len(twice) > 5 else ""),
+                )
+            )
+
+    def delete_selected(self, but: Collection[str] = ()) -> bool:
+        """Delete the selected features, as one edit; False where nothing was deleted."""
+        records = self.projects.records
+        chosen = [i for i in self.selection.ids if get_feature(records, i) is not None]
+        ids = [i for i in chosen if i not in but]
+        return bool(ids) and self.editing.attempt(edits.delete, ids)
+
+
+def _left_out(problems: Sequence[Finding]) -> Finding:
+    first = problems[0]
+    return Finding(
+        "project.parts-left-out",
+        count=len(problems),
+        first=first.message,
+        first_code=first.code,
+    )

@@ -1,5 +1,0 @@
-"""The tool that marks the cells of a grid."""
-
-from vomstudio.tools.cells.tool import TOOL, CellsTool
-
-__all__ = ["TOOL", "CellsTool"]
