@@ -43,8 +43,17 @@ ONE_OF_EACH: dict[str, Feature] = {
     "contact": Contact("k1", "K01", "fault", "m1", HASH, ZIGZAG),
     "lineation": Lineation("l1", "L01", "lineation", "m1", HASH, ZIGZAG[:3], plane_id="t1"),
     "patch": Patch(
-        "p1", "J01", "joint", "m1", HASH, "face", ((0, 9),), 9, (1.0, 2.0, 3.0),
-        ((4.0, 0.0, 0.0), (0.0, 3.0, 0.0), (0.0, 0.0, 0.01)), 9.0,
+        "p1",
+        "J01",
+        "joint",
+        "m1",
+        HASH,
+        "face",
+        ((0, 9),),
+        9,
+        (1.0, 2.0, 3.0),
+        ((4.0, 0.0, 0.0), (0.0, 3.0, 0.0), (0.0, 0.0, 0.01)),
+        9.0,
         outline=((0.0, 0.0, 3.0), (2.0, 0.0, 3.0), (1.0, 3.0, 3.0)),
     ),
     "lithology": Lithology("a1", "A01", "m1", HASH, ZIGZAG, "sandstone", 12.5),
@@ -55,11 +64,17 @@ ONE_OF_EACH: dict[str, Feature] = {
     "reading": Reading("r1", "R01", "bedding", "plane", 100.0, 30.0, position=(0.0, 0.0, 0.0)),
     "station": Station("s1", "S01", "m1", HASH, ZIGZAG[:1], "sample", "KB-17", "DSC_12.jpg"),
     "control_point": ControlPoint(
-        "c1", "C01", "m1", HASH, ((1.0, 2.0, 3.0),), (398_000.0, 4_980_000.0, 320.0),
-        sigma_m=(0.01, 0.01, 0.02), check=True,
+        "c1",
+        "C01",
+        "m1",
+        HASH,
+        ((1.0, 2.0, 3.0),),
+        (398_000.0, 4_980_000.0, 320.0),
+        sigma_m=(0.01, 0.01, 0.02),
+        check=True,
     ),
     "known_line": KnownLine("w1", "K01", "azimuth", "m1", HASH, ZIGZAG[:2], 113.5, 2.0),
-}  # fmt: skip
+}
 """A feature of every kind by the kind's name, on model m1."""
 GRID = FaceGrid("g1", "", "m1", HASH, (0.0, 0.0, 5.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5, 3, 2)
 """Of six cells, on model m1."""

@@ -122,10 +122,21 @@ def build_tree(python: Path, tree: Path, work: Path) -> Interpreter:
     # Bytecode that is valid whatever the times of the files are: an image may change them, and
     # nobody can write it anew in a folder that is read-only.
     subprocess.run(
-        [str(interpreter.executable), "-m", "compileall", "-q", "-j", "1",
-         "--invalidation-mode", "unchecked-hash", "-s", str(tree), str(interpreter.folder / "lib")],
+        [
+            str(interpreter.executable),
+            "-m",
+            "compileall",
+            "-q",
+            "-j",
+            "1",
+            "--invalidation-mode",
+            "unchecked-hash",
+            "-s",
+            str(tree),
+            str(interpreter.folder / "lib"),
+        ],
         check=True,
-    )  # fmt: skip
+    )
     return interpreter
 
 
@@ -140,8 +151,14 @@ def install_packages(python: Path, site_packages: Path, work: Path) -> None:
     builder.write_text(next(line for line in lines if line.startswith("setuptools==")))
     subprocess.run([*pip, "install", "--require-hashes", "-r", str(builder)], check=True)
     # The lock file is complete, and it may leave out what a package declares without need.
-    into = ["install", "--no-deps", "--no-compile", "--no-build-isolation",
-            "--target", str(site_packages)]  # fmt: skip
+    into = [
+        "install",
+        "--no-deps",
+        "--no-compile",
+        "--no-build-isolation",
+        "--target",
+        str(site_packages),
+    ]
     subprocess.run([*pip, *into, "--use-pep517", "--require-hashes", "-r", str(LOCK)], check=True)
     # A copy: building writes into the folder of the sources.
     sources = work / "sources"
@@ -155,8 +172,17 @@ def install_packages(python: Path, site_packages: Path, work: Path) -> None:
 
 def _is_ignored(folder: str, name: str) -> bool:
     """Report whether a file of the checkout is not needed to build the program."""
-    needed = ("vomstudio", "resources", "docs", "pyproject.toml", "setup.py", "MANIFEST.in",
-              "README.md", "LICENSE", "CHANGELOG.md")  # fmt: skip
+    needed = (
+        "vomstudio",
+        "resources",
+        "docs",
+        "pyproject.toml",
+        "setup.py",
+        "MANIFEST.in",
+        "README.md",
+        "LICENSE",
+        "CHANGELOG.md",
+    )
     return name == "__pycache__" or (Path(folder) == ROOT and name not in needed)
 
 

@@ -148,10 +148,18 @@ def write_package(
         (root / "DEBIAN" / "control").write_text(control, encoding="utf-8")
         (root / "DEBIAN" / "md5sums").write_text("".join(_md5sums(root)), encoding="utf-8")
         subprocess.run(
-            ["dpkg-deb", "--build", "--root-owner-group", "-Zzstd", "-z12", "--threads-max=1",
-             str(root), str(target)],
+            [
+                "dpkg-deb",
+                "--build",
+                "--root-owner-group",
+                "-Zzstd",
+                "-z12",
+                "--threads-max=1",
+                str(root),
+                str(target),
+            ],
             check=True,
-        )  # fmt: skip
+        )
     finally:
         (root / PLACE).rename(tree)
         shutil.rmtree(root)

@@ -52,10 +52,25 @@ def write_image(tree: Path, target: Path, *, version: str, python: str, work: Pa
     """
     plain = work / "bundle.squashfs"
     subprocess.run(
-        ["mksquashfs", str(tree), str(plain), "-noappend", "-all-root", "-no-progress", "-quiet",
-         "-comp", "zstd", "-Xcompression-level", "12", "-b", "256K", "-processors", "1"],
+        [
+            "mksquashfs",
+            str(tree),
+            str(plain),
+            "-noappend",
+            "-all-root",
+            "-no-progress",
+            "-quiet",
+            "-comp",
+            "zstd",
+            "-Xcompression-level",
+            "12",
+            "-b",
+            "256K",
+            "-processors",
+            "1",
+        ],
         check=True,
-    )  # fmt: skip
+    )
     with plain.open("rb") as file:
         digest = hashlib.file_digest(file, "sha256").hexdigest()[:16]
     part = work / target.name

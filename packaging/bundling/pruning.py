@@ -37,20 +37,46 @@ def standard_library(name: str) -> list[Rule]:
     dynamic = f"{library}/lib-dynload"
     return [
         Rule((f"{library}/test", f"{library}/*/test", f"{library}/*/tests"), "tests of Python"),
-        Rule((f"{dynamic}/_test*", f"{dynamic}/_ctypes_test*", f"{dynamic}/_xx*",
-              f"{dynamic}/xx*"), "tests of Python"),
+        Rule(
+            (f"{dynamic}/_test*", f"{dynamic}/_ctypes_test*", f"{dynamic}/_xx*", f"{dynamic}/xx*"),
+            "tests of Python",
+        ),
         Rule((f"{library}/config-*",), "static library and makefiles, for embedding Python"),
-        Rule((f"{library}/tkinter", f"{library}/idlelib", f"{library}/turtle*",
-              f"{dynamic}/_tkinter*"), "another window toolkit, and its editor"),
-        Rule((f"{library}/ensurepip", f"{library}/venv", f"{library}/lib2to3",
-              f"{library}/pydoc_data"), "a bundle is not a place for development"),
+        Rule(
+            (
+                f"{library}/tkinter",
+                f"{library}/idlelib",
+                f"{library}/turtle*",
+                f"{dynamic}/_tkinter*",
+            ),
+            "another window toolkit, and its editor",
+        ),
+        Rule(
+            (
+                f"{library}/ensurepip",
+                f"{library}/venv",
+                f"{library}/lib2to3",
+                f"{library}/pydoc_data",
+            ),
+            "a bundle is not a place for development",
+        ),
         Rule((f"{library}/sitecustomize.py",), "settings of the machine that builds"),
-        Rule((f"{dynamic}/readline*", f"{dynamic}/_curses*"),
-             "no Python prompt; readline would bring its GPL"),
-        Rule((f"{dynamic}/nis*", f"{dynamic}/_dbm*", f"{dynamic}/_gdbm*", f"{dynamic}/_crypt*",
-              f"{dynamic}/ossaudiodev*", f"{dynamic}/spwd*"),
-             "network accounts, old databases and old sound; they need rare libraries"),
-    ]  # fmt: skip
+        Rule(
+            (f"{dynamic}/readline*", f"{dynamic}/_curses*"),
+            "no Python prompt; readline would bring its GPL",
+        ),
+        Rule(
+            (
+                f"{dynamic}/nis*",
+                f"{dynamic}/_dbm*",
+                f"{dynamic}/_gdbm*",
+                f"{dynamic}/_crypt*",
+                f"{dynamic}/ossaudiodev*",
+                f"{dynamic}/spwd*",
+            ),
+            "network accounts, old databases and old sound; they need rare libraries",
+        ),
+    ]
 
 
 # Dependencies that a package declares and the program's use of it does not need.
@@ -64,40 +90,116 @@ SITE_PACKAGES = [
     Rule(("bin", "share", "etc"), "commands and notebook extensions of packages"),
     Rule(("**/tests",), "tests of packages"),
     Rule(("**/*.pyi", "**/py.typed"), "types, for checkers"),
-    Rule(("**/*.a", "**/*.h", "**/*.hpp", "**/*.cuh", "**/*.pxd", "**/*.pyx", "**/*.cmake"),
-         "for compiling against packages"),
+    Rule(
+        ("**/*.a", "**/*.h", "**/*.hpp", "**/*.cuh", "**/*.pxd", "**/*.pyx", "**/*.cmake"),
+        "for compiling against packages",
+    ),
     Rule(("matplotlib/mpl-data/sample_data",), "data for examples"),
-    Rule(("open3d/resources", "open3d/examples", "open3d/agent_skills", "open3d/app.py",
-          "open3d/*extension"), "models and lights of Open3D's own viewer"),
+    Rule(
+        (
+            "open3d/resources",
+            "open3d/examples",
+            "open3d/agent_skills",
+            "open3d/app.py",
+            "open3d/*extension",
+        ),
+        "models and lights of Open3D's own viewer",
+    ),
     Rule(("open3d/open3d_t*_ops.so", "open3d/_ml3d"), "operations for TensorFlow and PyTorch"),
-    Rule(("plotly/package_data/plotly.min.js", "plotly/labextension", "dash/**/*.js",
-          "dash/**/*.js.map"), "scripts of web pages, which nothing here opens"),
-    Rule(("pyvista/examples", "pyvista/trame", "pyvista/ext", "pyvista/demos"),
-         "example data and views in notebooks"),
-    Rule(("PySide6/Qt/qml", "PySide6/Qt/metatypes", "PySide6/Qt/libexec", "PySide6/Qt/resources",
-          "PySide6/doc", "PySide6/glue", "PySide6/include", "PySide6/typesystems",
-          "PySide6/scripts"), "Qt Quick, and tools that generate code"),
-    Rule(("PySide6/assistant*", "PySide6/balsam*", "PySide6/designer*", "PySide6/linguist*",
-          "PySide6/lrelease*", "PySide6/lupdate*", "PySide6/qml*", "PySide6/qsb*",
-          "PySide6/svgtoqml*"), "Qt's programs for development"),
-    Rule(("PySide6/Qt/plugins/designer", "PySide6/Qt/plugins/qmllint",
-          "PySide6/Qt/plugins/qmltooling", "PySide6/Qt/plugins/vectorimageformats",
-          "PySide6/Qt/plugins/imageformats/libqpdf.so",
-          "PySide6/Qt/plugins/platforminputcontexts/libqtvirtualkeyboardplugin.so"),
-         "plugins of modules that are left out"),
-    Rule(("PySide6/Qt/plugins/sqldrivers", "PySide6/Qt/plugins/tls",
-          "PySide6/Qt/plugins/networkinformation"), "databases and network: not used through Qt"),
-    Rule(("PySide6/Qt/plugins/egldeviceintegrations", "PySide6/Qt/plugins/generic",
-          "PySide6/Qt/plugins/wayland-graphics-integration-server",
-          *(f"PySide6/Qt/plugins/platforms/libq{name}.so"
-            for name in ("eglfs", "linuxfb", "minimalegl", "vkkhrdisplay", "vnc"))),
-         "screens without a desktop; Wayland's server"),
-    Rule(("PySide6/Qt/translations/[!q]*", "PySide6/Qt/translations/qt_*",
-          "PySide6/Qt/translations/qt[!b]*"), "translations of Qt's other modules"),
-    Rule(("vtkmodules/test", "vtkmodules/tk", "vtkmodules/gtk", "vtkmodules/wx", "vtkmodules/web",
-          "vtkmodules/generate_pyi.py", "vtk.py", "vtkmodules/all.py"),
-         "other window toolkits, and the module that imports every other"),
-]  # fmt: skip
+    Rule(
+        (
+            "plotly/package_data/plotly.min.js",
+            "plotly/labextension",
+            "dash/**/*.js",
+            "dash/**/*.js.map",
+        ),
+        "scripts of web pages, which nothing here opens",
+    ),
+    Rule(
+        ("pyvista/examples", "pyvista/trame", "pyvista/ext", "pyvista/demos"),
+        "example data and views in notebooks",
+    ),
+    Rule(
+        (
+            "PySide6/Qt/qml",
+            "PySide6/Qt/metatypes",
+            "PySide6/Qt/libexec",
+            "PySide6/Qt/resources",
+            "PySide6/doc",
+            "PySide6/glue",
+            "PySide6/include",
+            "PySide6/typesystems",
+            "PySide6/scripts",
+        ),
+        "Qt Quick, and tools that generate code",
+    ),
+    Rule(
+        (
+            "PySide6/assistant*",
+            "PySide6/balsam*",
+            "PySide6/designer*",
+            "PySide6/linguist*",
+            "PySide6/lrelease*",
+            "PySide6/lupdate*",
+            "PySide6/qml*",
+            "PySide6/qsb*",
+            "PySide6/svgtoqml*",
+        ),
+        "Qt's programs for development",
+    ),
+    Rule(
+        (
+            "PySide6/Qt/plugins/designer",
+            "PySide6/Qt/plugins/qmllint",
+            "PySide6/Qt/plugins/qmltooling",
+            "PySide6/Qt/plugins/vectorimageformats",
+            "PySide6/Qt/plugins/imageformats/libqpdf.so",
+            "PySide6/Qt/plugins/platforminputcontexts/libqtvirtualkeyboardplugin.so",
+        ),
+        "plugins of modules that are left out",
+    ),
+    Rule(
+        (
+            "PySide6/Qt/plugins/sqldrivers",
+            "PySide6/Qt/plugins/tls",
+            "PySide6/Qt/plugins/networkinformation",
+        ),
+        "databases and network: not used through Qt",
+    ),
+    Rule(
+        (
+            "PySide6/Qt/plugins/egldeviceintegrations",
+            "PySide6/Qt/plugins/generic",
+            "PySide6/Qt/plugins/wayland-graphics-integration-server",
+            *(
+                f"PySide6/Qt/plugins/platforms/libq{name}.so"
+                for name in ("eglfs", "linuxfb", "minimalegl", "vkkhrdisplay", "vnc")
+            ),
+        ),
+        "screens without a desktop; Wayland's server",
+    ),
+    Rule(
+        (
+            "PySide6/Qt/translations/[!q]*",
+            "PySide6/Qt/translations/qt_*",
+            "PySide6/Qt/translations/qt[!b]*",
+        ),
+        "translations of Qt's other modules",
+    ),
+    Rule(
+        (
+            "vtkmodules/test",
+            "vtkmodules/tk",
+            "vtkmodules/gtk",
+            "vtkmodules/wx",
+            "vtkmodules/web",
+            "vtkmodules/generate_pyi.py",
+            "vtk.py",
+            "vtkmodules/all.py",
+        ),
+        "other window toolkits, and the module that imports every other",
+    ),
+]
 
 # Modules of Qt that PyVista's window and matplotlib's import beside the program's own.
 QT_MODULES = ("QtCore", "QtGui", "QtWidgets", "QtOpenGL", "QtOpenGLWidgets", "QtSvg")

@@ -85,8 +85,16 @@ def _photograph(page: Path, picture: Path) -> int:
         print(f"no browser for the report: install one of {', '.join(BROWSERS)}", file=sys.stderr)
         return 2
     size = ",".join(map(str, PAGE))
-    words = [browser, "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars",
-             f"--window-size={size}", f"--screenshot={picture}", page.as_uri()]  # fmt: skip
+    words = [
+        browser,
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--hide-scrollbars",
+        f"--window-size={size}",
+        f"--screenshot={picture}",
+        page.as_uri(),
+    ]
     quiet = subprocess.DEVNULL
     return subprocess.run(words, cwd=STAGE, stdout=quiet, stderr=quiet).returncode
 

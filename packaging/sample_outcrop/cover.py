@@ -79,8 +79,11 @@ def _boulders(face: Face, rng: np.random.Generator, over: Array) -> None:
 
 
 def _bushes(face: Face, rng: np.random.Generator, over: Array, keep_free: Array) -> None:
-    places = [(s, CREST + rng.uniform(0.2, 1.4), rng.uniform(0.25, 0.75)) for s in
-              np.cumsum(rng.uniform(0.3, 1.6, 40)) if s < WIDTH]  # fmt: skip
+    places = [
+        (s, CREST + rng.uniform(0.2, 1.4), rng.uniform(0.25, 0.75))
+        for s in np.cumsum(rng.uniform(0.3, 1.6, 40))
+        if s < WIDTH
+    ]
     places += [
         (rng.uniform(0, WIDTH), rng.uniform(LOWEST, 0.7), rng.uniform(0.15, 0.5)) for _ in range(34)
     ]
@@ -106,8 +109,13 @@ def _bushes(face: Face, rng: np.random.Generator, over: Array, keep_free: Array)
         tops = []
         for (a, b, c), r in zip(lobes, radii, strict=True):
             inside = r * r - (u - a) ** 2 - (v - 0.3 * size - b) ** 2
-            tops.append(np.where(inside > 0, root + 0.2 * size + 0.4 * c + 0.8 * np.sqrt(
-                np.maximum(inside, 0)), -np.inf))  # fmt: skip
+            tops.append(
+                np.where(
+                    inside > 0,
+                    root + 0.2 * size + 0.4 * c + 0.8 * np.sqrt(np.maximum(inside, 0)),
+                    -np.inf,
+                )
+            )
         top = np.maximum.reduce(tops)
         top = top + rng.normal(0, 0.018, top.shape)
         better = top > face.out[window] + 0.01

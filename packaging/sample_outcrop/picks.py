@@ -25,8 +25,13 @@ TALLEST_STEP = 1.7  # a facet lower than this is not measured, m
 BEDS_PER_DOMAIN = 4
 HANGING, FOOT = 2, 3  # of DOMAINS, on the two sides of the fault
 JOINTS_PER_SET = 3
-DOMAINS = ("1 west limb", "2 crest", "3 middle limb hanging wall", "3 middle limb footwall",
-           "4 east limb")  # fmt: skip
+DOMAINS = (
+    "1 west limb",
+    "2 crest",
+    "3 middle limb hanging wall",
+    "3 middle limb footwall",
+    "4 east limb",
+)
 
 
 @dataclass(frozen=True)

@@ -44,15 +44,16 @@ CALLS: dict[str, Callable[[], Any]] = {
     "fractures by": lambda: ANY.fractures(CROSS, by=3),
     "fractures cap": lambda: ANY.fractures(CROSS, scanline=CROSS[1], terzaghi_cap="a"),
     "displacement fault": lambda: ANY.displacement([[5, 0, -9, 0, 0, 0]], fault=3),
-    "displacement sigma": lambda: ANY.displacement([[5, 0, -9, 0, 0, 0]], fault=(90, 60),
-                                                   sigma_m="x"),
+    "displacement sigma": lambda: ANY.displacement(
+        [[5, 0, -9, 0, 0, 0]], fault=(90, 60), sigma_m="x"
+    ),
     "displacement pairs": lambda: ANY.displacement(["ab", "cd"], fault=(90, 60)),
     "threepoint": lambda: ANY.threepoint([["a", 1, 2]] * 3),
     "log bed": lambda: ANY.log([[0, 0, 0], [10, 0, 0]], bed="x"),
     "reconstruct": lambda: ANY.reconstruct(3, "model"),
     "Project.open": lambda: ANY.Project.open(3),
     "Project.create": lambda: ANY.Project.create(None),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", CALLS)

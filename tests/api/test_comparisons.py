@@ -17,9 +17,12 @@ FLAT = np.column_stack([*(a.ravel() for a in np.mgrid[0:3:0.1, 0:3:0.1]), np.zer
 def test_the_object_has_the_names_of_the_command(tmp_path: Path) -> None:
     stages: list[str] = []
     found = vs.compare(
-        FLAT + [0, 0, 0.1], FLAT, m3c2_m=0.3, registration_error_m=0.01,
+        FLAT + [0, 0, 0.1],
+        FLAT,
+        m3c2_m=0.3,
+        registration_error_m=0.01,
         progress=lambda stage, done, total: stages.append(stage),
-    )  # fmt: skip
+    )
     told = json.loads(json.dumps(found.to_dict()))
     assert {"n", "mean_m", "median_m", "std_m", "mad_m", "rms_m", "lod95_m"} <= set(told)
     assert found.mean_m == pytest.approx(0.1)
@@ -60,9 +63,13 @@ def test_the_error_of_a_projects_registration_is_taken(tmp_path: Path) -> None:
 
     variances = np.diag([0.0, 0.0, 0.01**2, 0.0, 0.02**2, 0.02**2, 0.02**2])
     record = Registration(
-        "r", "", "points", Frame("local"),
-        covariance=tuple(map(tuple, variances.tolist())), centre=(0.0, 0.0, 0.0),
-    )  # fmt: skip
+        "r",
+        "",
+        "points",
+        Frame("local"),
+        covariance=tuple(map(tuple, variances.tolist())),
+        centre=(0.0, 0.0, 0.0),
+    )
     # Corners 5 m from the vertical axis through the centre, which turn by 0.01 about it.
     box = np.array([[-3.0, -4.0, 0.0], [3.0, 4.0, 2.0]])
     stated = np.sqrt((3 * 0.02**2 + (5 * 0.01) ** 2) / 3)

@@ -33,9 +33,11 @@ def test_lines_areas_and_sets_may_be_anything_with_coordinates() -> None:
 def test_it_says_what_the_command_says(data_dir: Path, tmp_path: Path) -> None:
     folder = data_dir / "fracture_traces"
     found = vs.fractures(
-        folder / "KB11_traces.geojson", area=folder / "KB11_area.geojson", snap_m=0.001,
+        folder / "KB11_traces.geojson",
+        area=folder / "KB11_area.geojson",
+        snap_m=0.001,
         plot=tmp_path / "kb11.pdf",
-    )  # fmt: skip
+    )
     assert (found.pieces, found.nodes.I, found.nodes.Y, found.nodes.X) == (709, 476, 826, 268)
     assert (tmp_path / "kb11.pdf").stat().st_size > 10_000
 

@@ -153,9 +153,13 @@ def test_roses_by_set_are_to_one_scale() -> None:
     import pandas
 
     table = pandas.DataFrame(
-        {"dipdir": [90, 92, 180, 185, 182], "dip": [40] * 5, "set": ["A", "A", "B", "B", "B"],
-         "length": [1.0, 3.0, 1.0, 1.0, 1.0]}
-    )  # fmt: skip
+        {
+            "dipdir": [90, 92, 180, 185, 182],
+            "dip": [40] * 5,
+            "set": ["A", "A", "B", "B", "B"],
+            "length": [1.0, 3.0, 1.0, 1.0, 1.0],
+        }
+    )
     figure = vs.rose(table, by="set", weight="length", of="dip-direction")
     assert len(figure.axes) == 2
     assert "A (n = 2)" in [text.get_text() for text in figure.texts]
@@ -206,9 +210,12 @@ def _drawn(ax: Any, label: str) -> Any:
 @pytest.mark.parametrize("projection", ["area", "angle"])
 def test_typed_circles_and_lines_are_where_they_should_be(library: Any, projection: Any) -> None:
     ax = vs.stereonet(
-        (DIRECTION, DIP), projection=projection, planes=["120/30"], cones=[(30, 40, 20)],
+        (DIRECTION, DIP),
+        projection=projection,
+        planes=["120/30"],
+        cones=[(30, 40, 20)],
         slip_lines=[(200, 60, 90)],
-    )  # fmt: skip
+    )
     trend, plunge = np.radians([30, 40])
     axis = [np.cos(plunge) * np.sin(trend), np.cos(plunge) * np.cos(trend), -np.sin(plunge)]
     away = np.degrees(np.arccos(_on_the_net(_drawn(ax, "Cone 30/40/20"), library) @ axis))
@@ -286,14 +293,26 @@ def test_a_style_is_that_of_the_figure() -> None:
 @pytest.mark.parametrize(
     "more",
     [
-        {"untilt": (90,)}, {"untilt": "steep"}, {"untilt": ("a", "b")}, {"rotate": (1, 2)},
-        {"contour": "kamb", "levels": 3}, {"contour": "kamb", "levels": ["a"]},
+        {"untilt": (90,)},
+        {"untilt": "steep"},
+        {"untilt": ("a", "b")},
+        {"rotate": (1, 2)},
+        {"contour": "kamb", "levels": 3},
+        {"contour": "kamb", "levels": ["a"]},
         {"kamb_sigma": None},
-        {"planes": (120, 30)}, {"cones": [(30, 40, 0)]}, {"cones": [(30, 40)]}, {"slip_lines": 3},
-        {"slip_lines": ["1/2"]}, {"size_mm": 3}, {"size_mm": (1, 1)}, {"font": 3},
-        {"font": "No Such Font"}, {"symbol_size_pt": "big"}, {"by": ["set"]},
+        {"planes": (120, 30)},
+        {"cones": [(30, 40, 0)]},
+        {"cones": [(30, 40)]},
+        {"slip_lines": 3},
+        {"slip_lines": ["1/2"]},
+        {"size_mm": 3},
+        {"size_mm": (1, 1)},
+        {"font": 3},
+        {"font": "No Such Font"},
+        {"symbol_size_pt": "big"},
+        {"by": ["set"]},
     ],
-)  # fmt: skip
+)
 def test_options_that_cannot_be_are_refused_with_a_sentence(more: Any) -> None:
     with pytest.raises(vs.errors.VomError) as found:
         vs.stereonet((DIRECTION, DIP), **more)

@@ -34,14 +34,13 @@ def test_the_picture_is_the_one_of_the_command(
 def test_saving_writes_the_files_of_the_command(
     command: Any, cliff: vs.Mesh, tmp_path: Path
 ) -> None:
-    told = command("ortho", MODEL, "--trend", 0, "--plunge", 90, "--gsd", 0.2, "-o",
-                   tmp_path / "told.tif")  # fmt: skip
+    told = command(
+        "ortho", MODEL, "--trend", 0, "--plunge", 90, "--gsd", 0.2, "-o", tmp_path / "told.tif"
+    )
     made = vs.orthophoto(cliff, trend_deg=0, plunge_deg=90, gsd_m=0.2)
     (tmp_path / "own").mkdir()
     files = made.save(tmp_path / "own" / "told.tif")
-    assert [file.name for file in files] == [
-        "told.tif", "told_depth.tif", "told.json", "told.tfw"
-    ]  # fmt: skip
+    assert [file.name for file in files] == ["told.tif", "told_depth.tif", "told.json", "told.tfw"]
     for file in files:
         other = tmp_path / file.name
         if file.suffix == ".tif":

@@ -109,8 +109,11 @@ def test_a_horizontal_plane_has_no_azimuth_and_is_taken_as_a_plane_all_the_same(
     level = [[0, 0, 1], [4, 0, 1], [0, 4, 1], [3, 3, 1]]
     flat = vs.fit_plane(level)
     assert (flat.element, flat.undefined, flat.dip_deg, flat.pole_plunge_deg) == (
-        "plane", True, 0.0, 90.0,
-    )  # fmt: skip
+        "plane",
+        True,
+        0.0,
+        90.0,
+    )
     assert [flat.dip_direction_deg, flat.strike_rhr_deg, flat.pole_trend_deg] == [None] * 3
     assert repr(flat).startswith("PlaneFit(000")
     assert "None" not in flat._repr_html_()
@@ -222,9 +225,14 @@ def test_points_without_a_plane_are_refused_with_the_reason(given: Any, code: st
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"method": "ransac"}, {"axis": "w"}, {"resolution_m": -1}, {"resolution_m": "fine"},
-     {"profile": "taste"}],
-)  # fmt: skip
+    [
+        {"method": "ransac"},
+        {"axis": "w"},
+        {"resolution_m": -1},
+        {"resolution_m": "fine"},
+        {"profile": "taste"},
+    ],
+)
 def test_settings_that_cannot_be_are_refused(wrong: Any) -> None:
     with pytest.raises(vs.errors.VomError):
         vs.fit_plane(points_on(10, 20), **wrong)
@@ -257,12 +265,18 @@ def test_rows_without_coordinates_are_dropped_and_counted(picks: Any) -> None:
         ({"a": [[1, 2, 3]] * 4}, "pick", "UsageError"),
         (pandas.DataFrame({"x": [1.0], "y": [1.0], "z": [1.0]}), None, "UsageError"),
         (pandas.DataFrame({"x": [1.0], "y": [1.0], "z": [1.0]}), "pick", "UsageError"),
-        (pandas.DataFrame({"x": ["a"], "y": [1.0], "z": [1.0], "pick": ["a"]}), "pick",
-         "InputError"),
-        (pandas.DataFrame({"x": [np.nan], "y": [1.0], "z": [1.0], "pick": ["a"]}), "pick",
-         "InputError"),
+        (
+            pandas.DataFrame({"x": ["a"], "y": [1.0], "z": [1.0], "pick": ["a"]}),
+            "pick",
+            "InputError",
+        ),
+        (
+            pandas.DataFrame({"x": [np.nan], "y": [1.0], "z": [1.0], "pick": ["a"]}),
+            "pick",
+            "InputError",
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_is_no_group_is_refused(groups: Any, by: Any, kind: str) -> None:
     with pytest.raises(getattr(vs.errors, kind)):
         vs.fit_planes(groups, by=by)

@@ -42,8 +42,12 @@ def test_a_picture_needs_no_display(tmp_path: Path, own_folders: Path) -> None:
     environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
     done = subprocess.run(
         [sys.executable, "-c", PLOT, tmp_path / "a.vom", tmp_path / "pictures.npz"],
-        cwd=ROOT, capture_output=True, text=True, timeout=400, env=environment,
-    )  # fmt: skip
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=400,
+        env=environment,
+    )
     assert done.returncode == 0, done.stderr
     # No Qt is started for it.
     assert done.stdout.split() == []

@@ -15,11 +15,23 @@ MODEL = np.random.default_rng(1).uniform(-10, 10, (7, 3))
 WORLD = 2.0 * MODEL[:, [1, 2, 0]] + [500.0, 200.0, 30.0]
 CHECK = np.arange(7) > 4
 PROMISED = {
-    "matrix", "scale", "control", "check", "rms_control_m", "rms_check_m", "rotation_error_deg",
-    "rotation_error_95_deg", "scale_error_95", "click_sigma_m", "mark_scatter_px",
+    "matrix",
+    "scale",
+    "control",
+    "check",
+    "rms_control_m",
+    "rms_check_m",
+    "rotation_error_deg",
+    "rotation_error_95_deg",
+    "scale_error_95",
+    "click_sigma_m",
+    "mark_scatter_px",
     "north_sigma_deg",
-    "worth_adding", "known", "blunders", "warnings",
-}  # fmt: skip
+    "worth_adding",
+    "known",
+    "blunders",
+    "warnings",
+}
 
 
 def test_the_object_has_the_names_of_the_command() -> None:

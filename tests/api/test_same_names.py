@@ -50,9 +50,20 @@ PAIRS = {
         f"section {OBJ} --plane 110/90 --through {MIDDLE} -o {{out}}",
         lambda *_: vs.section(OBJ, plane="110/90", through=[364534, 4721859.5, 852]),
         # Of a section in memory there are the lines, and no features beside.
-        ("file", "polylines", "points", "features", "left_out", "features_file", "warnings",
-         "convention", "projection_trend_deg", "projection_plunge_deg", "projection_angle_deg",
-         "domains"),
+        (
+            "file",
+            "polylines",
+            "points",
+            "features",
+            "left_out",
+            "features_file",
+            "warnings",
+            "convention",
+            "projection_trend_deg",
+            "projection_plunge_deg",
+            "projection_angle_deg",
+            "domains",
+        ),
     ),
     "dem": Pair(
         f"dem {OBJ} --gsd 0.5 -o {{out}}.tif",
@@ -63,16 +74,24 @@ PAIRS = {
         f"ortho {OBJ} --trend 31 --plunge 10 --gsd 0.5 -o {{out}}.tif",
         lambda *_: vs.orthophoto(OBJ, trend_deg=31, plunge_deg=10, gsd_m=0.5),
         (
-            "image", "depth", "sidecar", "world_file", "sheet", "drawing",
-            "holes_filled_px", "holes_filled_up_to_m",
+            "image",
+            "depth",
+            "sidecar",
+            "world_file",
+            "sheet",
+            "drawing",
+            "holes_filled_px",
+            "holes_filled_up_to_m",
         ),
     ),
     "facets": Pair(
         # What reading the model has to say is a warning of `vs.read` in Python.
-        "facets {cloud} -o {out}", lambda _, c: vs.facets(c), ("table", "labels", "warnings")
+        "facets {cloud} -o {out}",
+        lambda _, c: vs.facets(c),
+        ("table", "labels", "warnings"),
     ),
     "compare": Pair("compare {cloud} {cloud}", lambda _, c: vs.compare(c, c), ("warnings",)),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize(

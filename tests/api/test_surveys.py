@@ -68,9 +68,14 @@ def test_a_plan_is_that_of_the_command(command: Any, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "more",
-    [{"distance_m": -3}, {"distance_m": "far"}, {"overlap": 0.2, "distance_m": 20}, {},
-     {"distance_m": 20, "manner": "kite"}],
-)  # fmt: skip
+    [
+        {"distance_m": -3},
+        {"distance_m": "far"},
+        {"overlap": 0.2, "distance_m": 20},
+        {},
+        {"distance_m": 20, "manner": "kite"},
+    ],
+)
 def test_plans_that_cannot_be_are_refused(more: Any) -> None:
     with pytest.raises(vs.errors.VomError):
         vs.plan("23.5x15.6,35,6000x4000", width_m=30, height_m=10, **more)

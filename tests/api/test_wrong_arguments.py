@@ -107,12 +107,16 @@ def cases(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Case]]
 def _project(folder: Path) -> vs.Project:
     """One with a trace B01 on a small ground."""
     corner = np.arange(29 * 29) % 29 + np.arange(29 * 29) // 29 * 30 + 1
-    faces = np.concatenate([
-        np.column_stack([corner, corner + 1, corner + 31]),
-        np.column_stack([corner, corner + 31, corner + 30]),
-    ])  # fmt: skip
-    lines = [*("v {:f} {:f} {:f}".format(*p) for p in GROUND),
-             *("f {} {} {}".format(*f) for f in faces)]  # fmt: skip
+    faces = np.concatenate(
+        [
+            np.column_stack([corner, corner + 1, corner + 31]),
+            np.column_stack([corner, corner + 31, corner + 30]),
+        ]
+    )
+    lines = [
+        *("v {:f} {:f} {:f}".format(*p) for p in GROUND),
+        *("f {} {} {}".format(*f) for f in faces),
+    ]
     (folder / "ground.obj").write_text("\n".join(lines))
     project = vs.Project.create(folder / "ground.vom")
     model = project.add_model(folder / "ground.obj")
@@ -139,8 +143,15 @@ def _cases(folder: Path, project: vs.Project) -> dict[str, Case]:
         "check": Case(vs.check, {"folder": folder}),
         "plan": Case(vs.plan, {"camera": CAMERA, "distance_m": 20, "width_m": 30, "height_m": 10}),
         "fit_plane": Case(vs.fit_plane, {"points": GROUPS["a"]}),
-        "fit_planes": Case(vs.fit_planes, {"groups": pandas.DataFrame(
-            {"x": X, "y": Y, "z": GROUND[:, 2], "b": np.arange(len(X)) % 3}), "by": "b"}),
+        "fit_planes": Case(
+            vs.fit_planes,
+            {
+                "groups": pandas.DataFrame(
+                    {"x": X, "y": Y, "z": GROUND[:, 2], "b": np.arange(len(X)) % 3}
+                ),
+                "by": "b",
+            },
+        ),
         "fit_planes dict": Case(vs.fit_planes, {"groups": GROUPS}),
         "fit_parallel": Case(vs.fit_parallel, {"groups": GROUPS}),
         "fit_curved": Case(vs.fit_curved, {"groups": {"a": LEVEL, "b": DOWN}}),
@@ -152,44 +163,55 @@ def _cases(folder: Path, project: vs.Project) -> dict[str, Case]:
         "slip": Case(vs.slip, {"table": SLIPS}),
         "sets": Case(vs.sets, {"table": PLANES}),
         "slope": Case(vs.slope, {"table": PLANES, "face": (100, 70), "friction_deg": 30}),
-        "displacement": Case(vs.displacement, {
-            "pairs": [[5, 0, -8.66, 0, 0, 0]], "fault": (90, 60), "bed": (200, 10)}),
+        "displacement": Case(
+            vs.displacement,
+            {"pairs": [[5, 0, -8.66, 0, 0, 0]], "fault": (90, 60), "bed": (200, 10)},
+        ),
         "threepoint": Case(vs.threepoint, {"points": [[0, 0, 100], [0, 50, 100], [40, 20, 80]]}),
         "log": Case(vs.log, {"table": [[0, 0, 0], [10, 0, 0]], "bed": (90, 30)}),
         "fractures": Case(vs.fractures, {"traces": CROSS}),
         "stereonet": Case(vs.stereonet, {"table": PLANES, "contour": "kamb"}),
         "rose": Case(vs.rose, {"table": PLANES}),
-        "orthophoto": Case(vs.orthophoto, {
-            "model": mesh, "trend_deg": 0, "plunge_deg": 90, "gsd_m": 0.1}),
+        "orthophoto": Case(
+            vs.orthophoto, {"model": mesh, "trend_deg": 0, "plunge_deg": 90, "gsd_m": 0.1}
+        ),
         "orthophoto plane": Case(vs.orthophoto, {"model": mesh, "plane": "90/50", "gsd_m": 0.1}),
         "orthophoto fold": Case(vs.orthophoto, {"model": mesh, "fold": PLANES, "gsd_m": 0.1}),
         "dem": Case(vs.dem, {"model": mesh, "gsd_m": 0.1}),
         "section": Case(vs.section, cut),
         "section line": Case(vs.section, {"model": mesh, "section_line": [[0, 0], [2, 2]]}),
-        "extend": Case(vs.extend, {
-            "model": GROUND, "plane": (90, 45), "through": (1, 1, 0.2), "error_deg": 2}),
-        "extend of": Case(vs.extend, {
-            "model": GROUND, "of": [[1, 1, 0.2], [1, 2, 0.2], [1.2, 1, 0], [1.2, 2, 0.01]]}),
+        "extend": Case(
+            vs.extend, {"model": GROUND, "plane": (90, 45), "through": (1, 1, 0.2), "error_deg": 2}
+        ),
+        "extend of": Case(
+            vs.extend,
+            {"model": GROUND, "of": [[1, 1, 0.2], [1, 2, 0.2], [1.2, 1, 0], [1.2, 2, 0.01]]},
+        ),
         "surface": Case(vs.surface, {"model": GROUND}),
         "register": Case(vs.register, {"model_points": MODEL, "world_points": WORLD}),
-        "register -": Case(vs.register, {
-            "model_points": "-", "level": [[0, 0, 0, 5, 0, 0.1], [0, 0, 0, 0, 5, 0.2]]}),
+        "register -": Case(
+            vs.register,
+            {"model_points": "-", "level": [[0, 0, 0, 5, 0, 0.1], [0, 0, 0, 0, 5, 0.2]]},
+        ),
         "register()": Case(vs.register(MODEL, WORLD), {"points": MODEL}),
         "compare": Case(vs.compare, {"model": GROUND + [0, 0, 0.05], "benchmark": GROUND}),
         "agreement": Case(vs.agreement, {"first": table, "second": table}),
         "repeats": Case(vs.repeats, {"table": REPEATED, "by": "bed"}),
         "facets": Case(vs.facets, {"model": GROUND}),
         "measurable": Case(vs.measurable, {"model": GROUND, "plane": (90, 45), "length_m": 1.0}),
-        "follow": Case(vs.follow, {
-            "model": mesh, "through": [[0.1, 0.1, 0.02], [2, 2, 0.4]], "cost": "curvature"}),
+        "follow": Case(
+            vs.follow,
+            {"model": mesh, "through": [[0.1, 0.1, 0.02], [2, 2, 0.4]], "cost": "curvature"},
+        ),
         "propose_traces": Case(vs.propose_traces, {"model": mesh, "cost": "curvature"}),
         "reconstruct": Case(vs.reconstruct, photos),
         "sample": Case(lambda parts: vs.sample(parts), {"parts": "picks.csv"}),
         "Mesh.save": Case(mesh.save, {"path": folder / "out.ply", "force": True}),
         "PointCloud.save": Case(mesh.save, {"path": folder / "out.ply", "force": True}),
         "Orthophoto.save": Case(picture.save, {"path": folder / "out.tif", "force": True}),
-        "ElevationModel.save": Case(vs.dem(mesh, gsd_m=0.1).save, {
-            "path": folder / "dem.tif", "force": True}),
+        "ElevationModel.save": Case(
+            vs.dem(mesh, gsd_m=0.1).save, {"path": folder / "dem.tif", "force": True}
+        ),
         "Section.save": Case(vs.section(**cut).save, {"path": folder / "cut.csv", "force": True}),
         "Project.open": Case(vs.Project.open, {"path": folder / "none.vom"}),
         "Project.create": Case(vs.Project.create, {"path": folder / "ground.vom"}),
@@ -197,26 +219,72 @@ def _cases(folder: Path, project: vs.Project) -> dict[str, Case]:
         "Project.add_trace": Case(project.add_trace, trace),
         "Project.fit": Case(project.fit, {"id": "B01"}),
         "Project.judge_by": Case(project.judge_by, {"profile": "error"}),
-        "Project.export": Case(project.export, {
-            "format": "csv", "path": folder / "out.csv", "force": True}),
+        "Project.export": Case(
+            project.export, {"format": "csv", "path": folder / "out.csv", "force": True}
+        ),
         "Project.save_as": Case(project.save_as, {"path": folder / "ground.vom"}),
-    }  # fmt: skip
+    }
 
 
 NAMES = (
-    "read", "read_photos", "check", "plan", "fit_plane", "fit_planes", "fit_planes dict",
-    "fit_parallel", "fit_curved", "plane_band", "plane_of_crossing", "read_orientations", "stats",
-    "fold", "slip", "sets", "slope", "displacement", "threepoint", "log", "fractures", "stereonet",
-    "rose", "orthophoto", "orthophoto plane", "orthophoto fold", "dem", "section",
-    "section line", "extend", "extend of", "surface", "register", "register -",
-    "register()", "compare",
-    "agreement", "facets", "measurable", "follow", "propose_traces", "reconstruct",
-    "sample", "Mesh.save",
+    "read",
+    "read_photos",
+    "check",
+    "plan",
+    "fit_plane",
+    "fit_planes",
+    "fit_planes dict",
+    "fit_parallel",
+    "fit_curved",
+    "plane_band",
+    "plane_of_crossing",
+    "read_orientations",
+    "stats",
+    "fold",
+    "slip",
+    "sets",
+    "slope",
+    "displacement",
+    "threepoint",
+    "log",
+    "fractures",
+    "stereonet",
+    "rose",
+    "orthophoto",
+    "orthophoto plane",
+    "orthophoto fold",
+    "dem",
+    "section",
+    "section line",
+    "extend",
+    "extend of",
+    "surface",
+    "register",
+    "register -",
+    "register()",
+    "compare",
+    "agreement",
+    "facets",
+    "measurable",
+    "follow",
+    "propose_traces",
+    "reconstruct",
+    "sample",
+    "Mesh.save",
     "PointCloud.save",
-    "Orthophoto.save", "ElevationModel.save", "Section.save", "Project.open", "Project.create",
-    "Project.add_model", "Project.add_trace", "Project.fit", "Project.judge_by", "Project.export",
-    "Project.save_as", "repeats",
-)  # fmt: skip
+    "Orthophoto.save",
+    "ElevationModel.save",
+    "Section.save",
+    "Project.open",
+    "Project.create",
+    "Project.add_model",
+    "Project.add_trace",
+    "Project.fit",
+    "Project.judge_by",
+    "Project.export",
+    "Project.save_as",
+    "repeats",
+)
 
 
 def arguments(case: Case) -> list[str]:

@@ -27,11 +27,27 @@ ALLOWED = {
 }
 """Who opens by name himself, and why. Folders end in a stroke."""
 LIBRARIES = {
-    "np.load", "np.genfromtxt", "np.fromfile", "np.memmap", "shutil.copy", "shutil.copy2",
-    "shutil.copyfile", "shutil.copytree", "zipfile.ZipFile", "tarfile.open", "Image.open",
-    "rasterio.open", "laspy.open", "libe57.ImageFile", "cv2.imread", "cv2.VideoCapture",
-    "pyogrio.read_info", "pyogrio.list_layers", "QImageReader", "QMovie",
-}  # fmt: skip
+    "np.load",
+    "np.genfromtxt",
+    "np.fromfile",
+    "np.memmap",
+    "shutil.copy",
+    "shutil.copy2",
+    "shutil.copyfile",
+    "shutil.copytree",
+    "zipfile.ZipFile",
+    "tarfile.open",
+    "Image.open",
+    "rasterio.open",
+    "laspy.open",
+    "libe57.ImageFile",
+    "cv2.imread",
+    "cv2.VideoCapture",
+    "pyogrio.read_info",
+    "pyogrio.list_layers",
+    "QImageReader",
+    "QMovie",
+}
 """Calls that open what is named to them; SQLite waits for a pipe only where it may not write."""
 ASKS = {"is_file", "refuse_links", "links_of", "layers_of"}
 """Who asks about names besides the functions of the house: in folders, and before GDAL."""

@@ -97,8 +97,10 @@ def doors_table() -> str:
             "project command": f"`project … {each.action}`" if each.action else "",
         }
         cells = [present[door] or f"– {each.missing.get(door, '')}" for door in DOORS]
-        cells = [f"– {each.missing[door]}" if door in each.missing else cell
-                 for door, cell in zip(DOORS, cells, strict=True)]  # fmt: skip
+        cells = [
+            f"– {each.missing[door]}" if door in each.missing else cell
+            for door, cell in zip(DOORS, cells, strict=True)
+        ]
         rows.append(f"| {each.name} | {' | '.join(cells)} |")
     return "\n".join(rows) + "\n"
 

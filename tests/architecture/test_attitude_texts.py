@@ -77,9 +77,14 @@ def test_no_other_code_joins_an_attitude_and_its_error() -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ['f"{plane} ± {error:.1f}°"', 'tr("bed {bed} ± {error:.1f}° (95 %)")', "degrees(m.total95_deg)",
-     'f"{row.total95_deg:.2f}"', 'text_tables.number(row["total95_deg"], 2)'],
-)  # fmt: skip
+    [
+        'f"{plane} ± {error:.1f}°"',
+        'tr("bed {bed} ± {error:.1f}° (95 %)")',
+        "degrees(m.total95_deg)",
+        'f"{row.total95_deg:.2f}"',
+        'text_tables.number(row["total95_deg"], 2)',
+    ],
+)
 def test_the_test_finds_them(text: str) -> None:
     tree = ast.parse(text)
     assert any(map(ATTITUDE_AND_ERROR.search, texts_in(tree))) or any(
@@ -89,10 +94,15 @@ def test_the_test_finds_them(text: str) -> None:
 
 @pytest.mark.parametrize(
     ("error", "plane", "line"),
-    [(2.4, "318/39 ± 2.4°", "052/07 ± 2.4°"), (0.43, "318.2/38.9 ± 0.43°", "052.1/07.3 ± 0.43°"),
-     (0.04, "318.24/38.94 ± 0.04°", "052.06/07.27 ± 0.04°"), (13.7, "318/39 ± 14°", "052/07 ± 14°"),
-     (90.0, "318/39 ± 90°", "052/07 ± 90°"), (None, "318/39", "052/07")],
-)  # fmt: skip
+    [
+        (2.4, "318/39 ± 2.4°", "052/07 ± 2.4°"),
+        (0.43, "318.2/38.9 ± 0.43°", "052.1/07.3 ± 0.43°"),
+        (0.04, "318.24/38.94 ± 0.04°", "052.06/07.27 ± 0.04°"),
+        (13.7, "318/39 ± 14°", "052/07 ± 14°"),
+        (90.0, "318/39 ± 90°", "052/07 ± 90°"),
+        (None, "318/39", "052/07"),
+    ],
+)
 def test_digits_follow_the_error(error: float | None, plane: str, line: str) -> None:
     assert format_attitude(Plane(318.24, 38.94), error) == plane
     assert format_attitude(Line(52.06, 7.27), error) == line
@@ -108,9 +118,15 @@ def test_no_digit_is_finer_than_the_error_by_more_than_a_place() -> None:
 
 def test_a_measurement_is_written_so() -> None:
     measured = Measurement(
-        points=[], resolution_m=None, outcrop_normal=None, fit=None, verdict=None, problem=None,
-        plane=Plane(120.0, 30.0), max_confidence95_deg=3.2,
-    )  # type: ignore[arg-type]  # fmt: skip
+        points=[],
+        resolution_m=None,
+        outcrop_normal=None,
+        fit=None,
+        verdict=None,
+        problem=None,
+        plane=Plane(120.0, 30.0),
+        max_confidence95_deg=3.2,
+    )  # type: ignore[arg-type]
     assert measured.attitude() == f"{format_plane(Plane(120.0, 30.0))} ± {degrees(3.2)}"
     assert measured.attitude("strike/dip") == "030/30 RHR ± 3.2°"
     assert measured.attitude("strike/dip", bare=True) == "030/30 ± 3.2°"

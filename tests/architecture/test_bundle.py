@@ -80,9 +80,13 @@ def test_the_worker_of_a_bundle_ignores_other_pythons(interpreter: Path, tmp_pat
         worker.close()
     """
     done = run(
-        interpreter, "-c", textwrap.dedent(script), tmp_path,
-        PYTHONPATH=str(poison), PYTHONHOME=str(poison),
-    )  # fmt: skip
+        interpreter,
+        "-c",
+        textwrap.dedent(script),
+        tmp_path,
+        PYTHONPATH=str(poison),
+        PYTHONHOME=str(poison),
+    )
     assert done.stderr == ""
     kind, program, prefix, strangers = done.stdout.splitlines()
     assert kind == "Failed True"
@@ -204,8 +208,10 @@ def install(folder: Path, name: str, *requirements: str) -> None:
     facts = folder / f"{name}-1.dist-info"
     facts.mkdir()
     lines = [f"Requires-Dist: {text}" for text in requirements]
-    (facts / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1\n" +
-                                    "".join(f"{line}\n" for line in lines))  # fmt: skip
+    (facts / "METADATA").write_text(
+        f"Metadata-Version: 2.1\nName: {name}\nVersion: 1\n"
+        + "".join(f"{line}\n" for line in lines)
+    )
     (facts / "RECORD").write_text(f"{name}.py,,\n{facts.name}/METADATA,,\n{facts.name}/RECORD,,\n")
 
 

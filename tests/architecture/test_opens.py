@@ -24,16 +24,30 @@ def test_opens_of_every_kind_are_found(tmp_path: Path) -> None:
     (tmp_path / PACKAGE / "core" / "files").mkdir(parents=True)
     (tmp_path / PACKAGE / opens.HOUSE).write_text("def open_regular(path): return open(path)")
     lines = [
-        "open(p)", "open(p, 'rb')", "open(p, mode='rb')", "open(p, 'r+b')", "p.open('rb')",
-        "p.open(encoding='utf-8')", "p.read_text()", "f().read_bytes()", "os.open(p, os.O_RDONLY)",
-        "np.load(p)", "shutil.copyfile(p, q)", "rasterio.open(p)",
+        "open(p)",
+        "open(p, 'rb')",
+        "open(p, mode='rb')",
+        "open(p, 'r+b')",
+        "p.open('rb')",
+        "p.open(encoding='utf-8')",
+        "p.read_text()",
+        "f().read_bytes()",
+        "os.open(p, os.O_RDONLY)",
+        "np.load(p)",
+        "shutil.copyfile(p, q)",
+        "rasterio.open(p)",
         "sqlite3.connect('file:p?mode=ro', uri=True)",
-    ]  # fmt: skip
+    ]
     fine = [
-        "open(p, 'wb')", "p.open('w', newline='')", "dialog.open()", "Project.open(folder)",
-        "rasterio.open(p, 'w')", "laspy.open(f, mode='w')", "sqlite3.connect(p)",
+        "open(p, 'wb')",
+        "p.open('w', newline='')",
+        "dialog.open()",
+        "Project.open(folder)",
+        "rasterio.open(p, 'w')",
+        "laspy.open(f, mode='w')",
+        "sqlite3.connect(p)",
         "os.open(os.devnull, os.O_WRONLY)",
-    ]  # fmt: skip
+    ]
     (tmp_path / PACKAGE / "a.py").write_text("\n".join(lines + fine))
     found = [line.split(": ")[0] for line in opens.unasked(tmp_path)]
     assert found == [f"a.py:{number}" for number in range(1, len(lines) + 1)]

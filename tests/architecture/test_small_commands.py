@@ -32,9 +32,21 @@ FILES = {
     "planes.csv": "dip_direction,dip\n100,30\n110,32\n97,25\n105,31\n",
 }
 HEAVY = {
-    "numba", "scipy", "pandas", "pyproj", "laspy", "PIL", "matplotlib", "shapely", "rasterio",
-    "cv2", "open3d", "rich", "importlib.metadata", "logging.handlers",
-}  # fmt: skip
+    "numba",
+    "scipy",
+    "pandas",
+    "pyproj",
+    "laspy",
+    "PIL",
+    "matplotlib",
+    "shapely",
+    "rasterio",
+    "cv2",
+    "open3d",
+    "rich",
+    "importlib.metadata",
+    "logging.handlers",
+}
 SCRIPT = """
 import sys
 from vomstudio.app import main
@@ -73,9 +85,18 @@ def loaded_by(folder: Path, *words: str) -> set[str]:
 
 @pytest.mark.parametrize(
     "command",
-    ["info two.obj", "info two.ply", "info two.glb", "info two.stl", "info points.csv",
-     "info points.xyz", "fit points.csv", "stats planes.csv", "fold planes.csv"],
-)  # fmt: skip
+    [
+        "info two.obj",
+        "info two.ply",
+        "info two.glb",
+        "info two.stl",
+        "info points.csv",
+        "info points.xyz",
+        "fit points.csv",
+        "stats planes.csv",
+        "fold planes.csv",
+    ],
+)
 def test_a_command_on_a_small_input_imports_nothing_heavy(folder: Path, command: str) -> None:
     loaded = loaded_by(folder, *command.split())
     assert "numpy" in loaded

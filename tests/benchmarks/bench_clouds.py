@@ -100,8 +100,9 @@ def write_cliff(path: Path, points: int) -> None:
 
         file.seek(0)
         high = ORIGIN + [100.0, 2.4, 60.0]
-        file.write(header_bytes(Promise(), points_at, len(names), evlr_at, ORIGIN - [0, 2.4, 0],
-                                high))  # fmt: skip
+        file.write(
+            header_bytes(Promise(), points_at, len(names), evlr_at, ORIGIN - [0, 2.4, 0], high)
+        )
         for user, number, content in names:
             file.write(struct.pack("<H16sHH32s", 0, user, number, len(content), b"") + content)
 
@@ -164,8 +165,13 @@ def run(app: QApplication, path: Path) -> None:
         marks.setdefault(name, time.perf_counter() - started)
 
     def stage(key: str, what: str) -> None:
-        mark("first picture" if key.startswith("preview:") and what == "shown" else
-             what if not key.startswith("preview:") else "preview whole")  # fmt: skip
+        mark(
+            "first picture"
+            if key.startswith("preview:") and what == "shown"
+            else what
+            if not key.startswith("preview:")
+            else "preview whole"
+        )
 
     view.model_stage.connect(stage)
     studio.loader.previewed.connect(lambda *_: mark("preview read"))
@@ -185,8 +191,10 @@ def run(app: QApplication, path: Path) -> None:
         held = sum(p.elements for p in model.parts)
         drawn = sum(p.elements for p in model.parts if p.row in model.shown_rows)
         nodes = len(model.shown_rows)
-        print(f"{what:13s} {seconds:.2f} s, {drawn:,} points of {nodes} nodes, {held:,} held, "
-              f"{own_memory():.0f} MB, {heart.report()}")  # fmt: skip
+        print(
+            f"{what:13s} {seconds:.2f} s, {drawn:,} points of {nodes} nodes, {held:,} held, "
+            f"{own_memory():.0f} MB, {heart.report()}"
+        )
 
     say("whole view", pump(app, 60.0, settled))
     before = view.moves.camera_state()

@@ -35,11 +35,22 @@ PLY = (
     "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
 )
 COMMANDS = (
-    "--version", "info two.obj", "info ascii.ply", "info binary.ply", "info two.stl",
-    "info two.glb", "info points.csv", "info points.xyz", "info points.las", "info points.laz",
-    "fit traces.csv --by id", "stats planes.csv", "fold planes.csv",
-    "stereonet planes.csv -o net.svg --force", "convert two.obj out.ply --force",
-)  # fmt: skip
+    "--version",
+    "info two.obj",
+    "info ascii.ply",
+    "info binary.ply",
+    "info two.stl",
+    "info two.glb",
+    "info points.csv",
+    "info points.xyz",
+    "info points.las",
+    "info points.laz",
+    "fit traces.csv --by id",
+    "stats planes.csv",
+    "fold planes.csv",
+    "stereonet planes.csv -o net.svg --force",
+    "convert two.obj out.ply --force",
+)
 
 Measured = dict[str, list[tuple[float, float]]]
 

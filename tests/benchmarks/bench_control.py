@@ -197,9 +197,10 @@ def marked(case: MarkCase, runs: int, seed: int, *, reconstruct: bool) -> Shares
     shares = Shares()
     for _ in range(runs):
         truth = Similarity(
-            1.0, Rotation.random(random_state=int(rng.integers(1 << 30))).as_matrix(),
+            1.0,
+            Rotation.random(random_state=int(rng.integers(1 << 30))).as_matrix(),
             np.array([400_000.0, 5_000_000.0, 300.0]),
-        )  # fmt: skip
+        )
         exact, marks = marks_of(case, views, rng)
         world = truth(exact) + rng.normal(size=exact.shape) * case.survey_m
         sigma = case.survey_m if case.stated else None
@@ -251,44 +252,91 @@ _SURVEYS = ((12, "terrace", TERRACE), (30, "wall", WALL))
 GNSS = (0.02, 0.02, 0.03)
 CASES = (
     *(
-        Case(f"{n} points on a {name}, survey 1 cm, click 4 cm: given", n, shape,
-             click_m=0.04, given_m=0.04)
+        Case(
+            f"{n} points on a {name}, survey 1 cm, click 4 cm: given",
+            n,
+            shape,
+            click_m=0.04,
+            given_m=0.04,
+        )
         for n, name, shape in (
-            (3, "wall", WALL), (4, "wall", WALL), (6, "wall", WALL), (12, "wall", WALL),
-            (4, "terrace", TERRACE), (6, "terrace", TERRACE))
+            (3, "wall", WALL),
+            (4, "wall", WALL),
+            (6, "wall", WALL),
+            (12, "wall", WALL),
+            (4, "terrace", TERRACE),
+            (6, "terrace", TERRACE),
+        )
     ),
     *(
-        Case(f"{n} points in a quarry, survey 1 cm, click 4 cm: half of 8 cm", n, QUARRY,
-             click_m=0.04, resolution_m=0.08)
+        Case(
+            f"{n} points in a quarry, survey 1 cm, click 4 cm: half of 8 cm",
+            n,
+            QUARRY,
+            click_m=0.04,
+            resolution_m=0.08,
+        )
         for n in (3, 6, 20)
     ),
-    Case("6 points on a wall, survey 2, 2, 4 cm, click 1 cm: given", 6, WALL,
-         (0.02, 0.02, 0.04), click_m=0.01, given_m=0.01),
-    Case("6 points on a wall, survey 1 cm, click 4 cm: taken as exact", 6, WALL, click_m=0.04,
-         given_m=0.0),
-    Case("3 points on a wall, survey 1 cm, click 4 cm: taken as exact", 3, WALL, click_m=0.04,
-         given_m=0.0),
-    Case("6 points on a wall, not stated, click 4 cm", 6, WALL, stated=False, click_m=0.04,
-         given_m=0.04),
+    Case(
+        "6 points on a wall, survey 2, 2, 4 cm, click 1 cm: given",
+        6,
+        WALL,
+        (0.02, 0.02, 0.04),
+        click_m=0.01,
+        given_m=0.01,
+    ),
+    Case(
+        "6 points on a wall, survey 1 cm, click 4 cm: taken as exact",
+        6,
+        WALL,
+        click_m=0.04,
+        given_m=0.0,
+    ),
+    Case(
+        "3 points on a wall, survey 1 cm, click 4 cm: taken as exact",
+        3,
+        WALL,
+        click_m=0.04,
+        given_m=0.0,
+    ),
+    Case(
+        "6 points on a wall, not stated, click 4 cm",
+        6,
+        WALL,
+        stated=False,
+        click_m=0.04,
+        given_m=0.04,
+    ),
     *(
-        Case(f"{n} points on a {name} by GNSS of 2, 2, 3 cm {'' if stated else 'not '}stated, "
-             f"correlation {drift}", n, shape, GNSS, stated, click_m=0.005, given_m=0.005,
-             drift=drift, blunder_m=0.0)
+        Case(
+            f"{n} points on a {name} by GNSS of 2, 2, 3 cm {'' if stated else 'not '}stated, "
+            f"correlation {drift}",
+            n,
+            shape,
+            GNSS,
+            stated,
+            click_m=0.005,
+            given_m=0.005,
+            drift=drift,
+            blunder_m=0.0,
+        )
         for n, name, shape in _SURVEYS
         for stated in (True, False)
         for drift in (0.0, 0.8, 0.95)
     ),
-)  # fmt: skip
+)
 
 MARK_CASES = (
     *(
         MarkCase(f"{n} points marked in {k} photos to {px:g} px, survey 1 cm stated", n, px, k)
         for n, k, px in ((4, 4, 15.0), (8, 3, 5.0))
     ),
-    MarkCase("5 points marked in 5 photos to 10 px, one mark in 12 wrong", 5, 10.0, 5,
-             wrong_every=12),
+    MarkCase(
+        "5 points marked in 5 photos to 10 px, one mark in 12 wrong", 5, 10.0, 5, wrong_every=12
+    ),
     MarkCase("6 points marked in 4 photos to 10 px, survey not stated", 6, 10.0, 4, stated=False),
-)  # fmt: skip
+)
 
 
 def main(runs: int, seed: int = 20) -> None:

@@ -94,10 +94,30 @@ def cloudcompare(points: Floats, noise: float) -> tuple[Seconds, list[Plane]]:
     with tempfile.TemporaryDirectory() as folder:
         cloud = Path(folder, "cloud.xyz")
         np.savetxt(cloud, points, fmt="%.7f")
-        begin = ["xvfb-run", "-a", "CloudCompare", "-SILENT", "-AUTO_SAVE", "OFF", "-C_EXPORT_FMT",
-                 "ASC", "-PREC", "7", "-O", str(cloud)]  # fmt: skip
-        search = ["-RANSAC", "EPSILON_ABSOLUTE", f"{3.0 * noise:g}", "ENABLE_PRIMITIVE", "PLANE",
-                  "OUT_CLOUD_DIR", folder, "OUTPUT_INDIVIDUAL_SUBCLOUDS"]  # fmt: skip
+        begin = [
+            "xvfb-run",
+            "-a",
+            "CloudCompare",
+            "-SILENT",
+            "-AUTO_SAVE",
+            "OFF",
+            "-C_EXPORT_FMT",
+            "ASC",
+            "-PREC",
+            "7",
+            "-O",
+            str(cloud),
+        ]
+        search = [
+            "-RANSAC",
+            "EPSILON_ABSOLUTE",
+            f"{3.0 * noise:g}",
+            "ENABLE_PRIMITIVE",
+            "PLANE",
+            "OUT_CLOUD_DIR",
+            folder,
+            "OUTPUT_INDIVIDUAL_SUBCLOUDS",
+        ]
         without, whole = _seconds_of([*begin, "-SAVE_CLOUDS"]), _seconds_of([*begin, *search])
         found = []
         for path in sorted(Path(folder).glob("*PLANE*.asc")):

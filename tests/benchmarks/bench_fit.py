@@ -54,10 +54,19 @@ def commands() -> None:
             table = folder / "points.csv"
             table.write_text("\n".join(["id,x,y,z", *rows]) + "\n")
             runs = {
-                "ours": ["-m", "vomstudio", "fit", str(table), "--by", "id",
-                         "-o", str(folder / "a.csv"), "--force"],
+                "ours": [
+                    "-m",
+                    "vomstudio",
+                    "fit",
+                    str(table),
+                    "--by",
+                    "id",
+                    "-o",
+                    str(folder / "a.csv"),
+                    "--force",
+                ],
                 "script": ["-c", SCRIPT, str(table), str(folder / "b.csv")],
-            }  # fmt: skip
+            }
             used: dict[str, list[float]] = {who: [] for who in runs}
             for number in range(4):
                 for who in list(runs) if number % 2 else list(runs)[::-1]:
@@ -67,9 +76,11 @@ def commands() -> None:
                     )
                     after = os.times()
                     used[who].append(
-                        after.children_user + after.children_system
-                        - before.children_user - before.children_system
-                    )  # fmt: skip
+                        after.children_user
+                        + after.children_system
+                        - before.children_user
+                        - before.children_system
+                    )
             ours, script = (float(np.median(each[1:])) for each in used.values())
             print(
                 f"vomstudio fit, 1 M rows in {planes:,} planes: {ours:.2f} s, script {script:.2f}"

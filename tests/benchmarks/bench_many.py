@@ -87,8 +87,11 @@ def run(count: int) -> dict[str, float]:
     sources = [undistort(UndistortTask(p, None, v)) for p, v in zip(photos, views, strict=True)]
     texture.make_texture(mesh, sources, of_texture, Threads(2), steps)
     steps.stage("")
-    print(f"{count} photos, {len(cloud.points):,} points, {len(mesh.faces):,} faces,"
-          f" {peak_bytes() / 1e6:.0f} MB", flush=True)  # fmt: skip
+    print(
+        f"{count} photos, {len(cloud.points):,} points, {len(mesh.faces):,} faces,"
+        f" {peak_bytes() / 1e6:.0f} MB",
+        flush=True,
+    )
     return taken
 
 

@@ -54,9 +54,12 @@ def _to_world(model: Array, turn: Array) -> Array:
 
 
 def _points(
-    n: int, sigma: tuple[float, float, float], stated: bool,
-    shape: tuple[float, float, float] = (1.0, 0.4, 0.5), name: str = "points",
-) -> Callable[[np.random.Generator, Array], list[Observed]]:  # fmt: skip
+    n: int,
+    sigma: tuple[float, float, float],
+    stated: bool,
+    shape: tuple[float, float, float] = (1.0, 0.4, 0.5),
+    name: str = "points",
+) -> Callable[[np.random.Generator, Array], list[Observed]]:
     def draw(rng: np.random.Generator, turn: Array) -> list[Observed]:
         model = _spread(np.random.default_rng(n), n, shape)
         world = _to_world(model, turn) + rng.normal(size=(n, 3)) * sigma
@@ -103,9 +106,13 @@ class FewPlanes:
 
 
 def few_planes(
-    rng: np.random.Generator, n: int, added_deg: float | None, *, stated: bool = True,
+    rng: np.random.Generator,
+    n: int,
+    added_deg: float | None,
+    *,
+    stated: bool = True,
     deg: float = 3.0,
-) -> FewPlanes:  # fmt: skip
+) -> FewPlanes:
     """Planes of any dip direction that dip by 25 to 85 degrees, read to 3 degrees; to the dip
     direction of one of them `added_deg` is added."""
     azimuth, dip = rng.uniform(0.0, 360.0, n), rng.uniform(25.0, 85.0, n)
@@ -272,9 +279,11 @@ def outcome(case: Case, runs: int, seed: int = 1) -> Outcome:
         assert limits.about_east is not None
         assert limits.about_north is not None
         inside += [
-            up <= limits.about_up, east <= limits.about_east, north <= limits.about_north,
+            up <= limits.about_up,
+            east <= limits.about_east,
+            north <= limits.about_north,
             off <= told,
-        ]  # fmt: skip
+        ]
         worst.append(limits.weakest.error_deg or 0.0)
         if true_axis is not None:
             line = Line(limits.weakest.trend_deg, limits.weakest.plunge_deg).vector()
@@ -306,8 +315,11 @@ def main(runs: int, words: str = "", seed: int = 1) -> None:
             for mistake in (None, *_ADDED):
                 told = named_shares(n, mistake, runs // 10, stated=stated)
                 kind = f"{n}, {'stated' if stated else 'not stated'}, {mistake or 'none wrong'}"
-                print(f"{kind:38s}  {100 * told.right:5.1f}  {100 * told.wrong:5.1f}  "
-                      f"{100 * told.first:5.1f}", flush=True)  # fmt: skip
+                print(
+                    f"{kind:38s}  {100 * told.right:5.1f}  {100 * told.wrong:5.1f}  "
+                    f"{100 * told.first:5.1f}",
+                    flush=True,
+                )
 
 
 if __name__ == "__main__":

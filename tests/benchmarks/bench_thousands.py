@@ -39,9 +39,13 @@ from tests.kernel_cache import share_kernel_cache
 
 SIZE = (1400, 900)
 WANTED = {
-    "open": "gap 100 ms, 1.5 s", "select": "50 ms", "change": "50 ms", "delete": "50 ms",
-    "filter": "100 ms", "every": "100 ms",
-}  # fmt: skip
+    "open": "gap 100 ms, 1.5 s",
+    "select": "50 ms",
+    "change": "50 ms",
+    "delete": "50 ms",
+    "filter": "100 ms",
+    "every": "100 ms",
+}
 REPEATS = 9
 BULK = 2000
 """Above so many the traces come in one edit: without a window it makes no difference."""
@@ -85,10 +89,16 @@ def trace(number: int, model: Any) -> Any:
     points = np.stack([x, depth(x, z), z + rng.normal(0.0, 0.01, count)], -1)
     kinds = ("bedding", "joint", "fault")
     return Trace(
-        f"trace-{number:06d}", "", kinds[number % 3], model.id, model.content_hash,
-        tuple(map(tuple, points.tolist())), resolution=0.3, outcrop_normal=(0.1, -0.97, 0.22),
+        f"trace-{number:06d}",
+        "",
+        kinds[number % 3],
+        model.id,
+        model.content_hash,
+        tuple(map(tuple, points.tolist())),
+        resolution=0.3,
+        outcrop_normal=(0.1, -0.97, 0.22),
         set_name=("", "J1", "J2")[number % 3],
-    )  # fmt: skip
+    )
 
 
 def make_project(folder: Path, count: int) -> Path:
@@ -294,10 +304,21 @@ def headless(path: Path) -> None:
     out = path.with_suffix(".csv")
     begun, used = time.perf_counter(), os.times()
     subprocess.run(
-        [sys.executable, "-m", "vomstudio", "export", str(path), "--to", "csv", "-o", str(out),
-         "--force"],
-        check=True, stdout=subprocess.DEVNULL,
-    )  # fmt: skip
+        [
+            sys.executable,
+            "-m",
+            "vomstudio",
+            "export",
+            str(path),
+            "--to",
+            "csv",
+            "-o",
+            str(out),
+            "--force",
+        ],
+        check=True,
+        stdout=subprocess.DEVNULL,
+    )
     whole, now = time.perf_counter() - begun, os.times()
     busy = now.children_user + now.children_system - used.children_user - used.children_system
     print(f"  csv      {whole:7.2f} s (processor {busy:6.2f})   wanted: 6 s", flush=True)
@@ -347,8 +368,9 @@ def run(folder: Path, words: list[str]) -> None:
     environment = {**os.environ, **home, "VOMSTUDIO_SETTINGS": str(folder / "settings.toml")}
     subprocess.run(
         [sys.executable, "-m", "tests.benchmarks.bench_thousands", *words],
-        check=True, env=environment,
-    )  # fmt: skip
+        check=True,
+        env=environment,
+    )
 
 
 if __name__ == "__main__":

@@ -263,15 +263,19 @@ def display(app: QApplication, view, heart: Heartbeat, steps: int) -> None:  # t
     there = time.perf_counter() - started
     pump(app, 60.0, whole)
     spent = time.perf_counter() - started
-    print(f"shown by elevation              {there:6.2f} s colours, {spent:.2f} s whole, "
-          f"{heart.report()}, {memory_mb() - before:+.0f} MB")  # fmt: skip
+    print(
+        f"shown by elevation              {there:6.2f} s colours, {spent:.2f} s whole, "
+        f"{heart.report()}, {memory_mb() - before:+.0f} MB"
+    )
     heart.restart()
     started = time.perf_counter()
     view.display.set_mode("textured")
     pump(app, 0.1)
     pump(app, 60.0, whole)
-    print(f"and back                        {time.perf_counter() - started:6.2f} s, "
-          f"{heart.report()}, {memory_mb() - before:+.0f} MB")  # fmt: skip
+    print(
+        f"and back                        {time.perf_counter() - started:6.2f} s, "
+        f"{heart.report()}, {memory_mb() - before:+.0f} MB"
+    )
     box = ClipBox.around(scene.models["m"].corners_world())
     view.clip.set_box(box)
     pump(app, 0.1)
@@ -302,8 +306,10 @@ def display(app: QApplication, view, heart: Heartbeat, steps: int) -> None:  # t
         pump(app, 60.0, whole)
         heart.restart()
         shaded = [redraw(app, view, whole) for _ in range(3)]
-        print(f"rest frame                      {min(bare):6.2f} s, with eye-dome lighting "
-              f"{min(shaded):.2f} s, {heart.report()}")  # fmt: skip
+        print(
+            f"rest frame                      {min(bare):6.2f} s, with eye-dome lighting "
+            f"{min(shaded):.2f} s, {heart.report()}"
+        )
 
 
 def redraw(app: QApplication, view, whole) -> float:  # type: ignore[no-untyped-def]
@@ -331,9 +337,13 @@ def clip_drag(app: QApplication, widget: QWidget, x: float, y: float, steps: int
         app.processEvents()
         times.append(time.perf_counter() - started)
     end = QMouseEvent(
-        QMouseEvent.Type.MouseButtonRelease, at, widget.mapToGlobal(at), left, none,
+        QMouseEvent.Type.MouseButtonRelease,
+        at,
+        widget.mapToGlobal(at),
+        left,
+        none,
         Qt.KeyboardModifier.NoModifier,
-    )  # fmt: skip
+    )
     app.sendEvent(widget, end)
     return times[3:]
 
@@ -367,8 +377,10 @@ def memory(app: QApplication, millions: float, folder: Path) -> None:
     grown = (memory_mb() - before) * 1e6
     with open("/proc/self/status") as file:
         peak = next(int(line.split()[1]) for line in file if line.startswith("VmHWM")) * 1024
-    print(f"drawing {len(mesh.faces):,} triangles: {grown / len(mesh.faces):.0f} bytes each, "
-          f"{(peak - before * 1e6) / len(mesh.faces):.0f} at the most")  # fmt: skip
+    print(
+        f"drawing {len(mesh.faces):,} triangles: {grown / len(mesh.faces):.0f} bytes each, "
+        f"{(peak - before * 1e6) / len(mesh.faces):.0f} at the most"
+    )
     window.close()
     view.shutdown()
 

@@ -69,8 +69,12 @@ def run(folder: Path, command: list[str]) -> Figures:
         # /usr/bin/time would be one program more to have: a child of its own gives the peak.
         done = subprocess.run(
             [sys.executable, __file__, "--child", *asked],
-            cwd=folder, env=environment, text=True, capture_output=True, check=False,
-        )  # fmt: skip
+            cwd=folder,
+            env=environment,
+            text=True,
+            capture_output=True,
+            check=False,
+        )
         wall = time.perf_counter() - started
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
     if done.returncode:
@@ -132,8 +136,11 @@ def said(old: list[Figures], new: list[Figures], bound: float) -> int:
         middle, low, high = ratio(before, after)
         word = "  SLOWER" if low > bound else ""
         slower += bool(word)
-        print(f"{np.median(before):10.4f} {np.median(after):10.4f}   "
-              f"{middle:.3f} ({low:.3f}..{high:.3f})  {name}{word}", flush=True)  # fmt: skip
+        print(
+            f"{np.median(before):10.4f} {np.median(after):10.4f}   "
+            f"{middle:.3f} ({low:.3f}..{high:.3f})  {name}{word}",
+            flush=True,
+        )
     return slower
 
 

@@ -197,8 +197,11 @@ class Journey:
 
     def words(self) -> list[str]:
         """After the program's name."""
-        return {"sample": [], "project": [str(STAGE / "schema1.vom")],
-                "photos": [str(STAGE / "photos")]}[self.act]  # fmt: skip
+        return {
+            "sample": [],
+            "project": [str(STAGE / "schema1.vom")],
+            "photos": [str(STAGE / "photos")],
+        }[self.act]
 
     def _begin(self) -> None:
         from PySide6.QtCore import Qt
@@ -207,9 +210,14 @@ class Journey:
         application = QApplication.instance()
         assert isinstance(application, QApplication)
         application.setCursorFlashTime(0)
-        for effect in (Qt.UIEffect.UI_AnimateMenu, Qt.UIEffect.UI_AnimateCombo,
-                       Qt.UIEffect.UI_AnimateTooltip, Qt.UIEffect.UI_FadeMenu,
-                       Qt.UIEffect.UI_FadeTooltip, Qt.UIEffect.UI_AnimateToolBox):  # fmt: skip
+        for effect in (
+            Qt.UIEffect.UI_AnimateMenu,
+            Qt.UIEffect.UI_AnimateCombo,
+            Qt.UIEffect.UI_AnimateTooltip,
+            Qt.UIEffect.UI_FadeMenu,
+            Qt.UIEffect.UI_FadeTooltip,
+            Qt.UIEffect.UI_AnimateToolBox,
+        ):
             application.setEffectEnabled(effect, False)
         self.window = next(w for w in application.topLevelWidgets() if isinstance(w, QMainWindow))
         self.window.move(0, 0)
@@ -326,9 +334,11 @@ class Journey:
         from PySide6.QtWidgets import QApplication
 
         def shown() -> list[Any]:
-            return [w for w in QApplication.topLevelWidgets()
-                    if w is not self.window and w.isVisible() and w.isWindow()
-                    and w.windowTitle()]  # fmt: skip
+            return [
+                w
+                for w in QApplication.topLevelWidgets()
+                if w is not self.window and w.isVisible() and w.isWindow() and w.windowTitle()
+            ]
 
         self.wait(shown, "a dialog")
         dialog = shown()[-1]
@@ -400,10 +410,15 @@ class Journey:
         widget, place = self.at(x, y)
         for _ in range(abs(notches)):
             event = QWheelEvent(
-                QPointF(place), QPointF(x, y), QPoint(), QPoint(0, 120 if notches > 0 else -120),
-                Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier,
-                Qt.ScrollPhase.NoScrollPhase, False,
-            )  # fmt: skip
+                QPointF(place),
+                QPointF(x, y),
+                QPoint(),
+                QPoint(0, 120 if notches > 0 else -120),
+                Qt.MouseButton.NoButton,
+                Qt.KeyboardModifier.NoModifier,
+                Qt.ScrollPhase.NoScrollPhase,
+                False,
+            )
             QApplication.sendEvent(widget, event)
             self.pause(0.05)
 

@@ -345,9 +345,10 @@ def prepare(folder: Path) -> dict[str, str]:
     (work / "used" / "notes.txt").write_text("not to be touched\n")
     (work / "broken.csv").write_text("x,y,z\n1,2,3\n4,five,6\n7,8,9\n")
     (work / "short.csv").write_text(
-        "x,y,z,part\n" + "".join(f"{x},{y},{0.3 * x + 0.1 * y * y},a\n" for x in range(4)
-                                 for y in range(3)) + "0,0,0,b\n1,1,1,b\n"
-    )  # fmt: skip
+        "x,y,z,part\n"
+        + "".join(f"{x},{y},{0.3 * x + 0.1 * y * y},a\n" for x in range(4) for y in range(3))
+        + "0,0,0,b\n1,1,1,b\n"
+    )
     (work / "repeats.csv").write_text(
         "id,dip_direction,dip,max_confidence95_deg,repeat_of,interpreter\na,90,40,3,,AB\n"
         "b,100,50,3,,AB\nc,120,60,2,,AB\nd,90,43,3,a,AB\ne,101,52,3,b,CD\nf,99,53,3,zz,CD\n"

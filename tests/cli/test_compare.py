@@ -16,8 +16,15 @@ from vomstudio.io.models.writing import write_model
 
 Write = Callable[..., Path]
 PROMISED = {
-    "n", "mean_m", "median_m", "std_m", "mad_m", "rms_m", "lod95_m", "significant_share",
-}  # fmt: skip
+    "n",
+    "mean_m",
+    "median_m",
+    "std_m",
+    "mad_m",
+    "rms_m",
+    "lod95_m",
+    "significant_share",
+}
 
 
 def plane(up: float, seed: int = 1, noise: float = 0.0, n: int = 30) -> np.ndarray:
@@ -56,9 +63,14 @@ def test_tables_are_clouds(run, write: Write) -> None:
 
 def test_accuracy_and_precision_stand_apart_in_words(run, write: Write) -> None:
     ran = run(
-        "compare", write(table(plane(0.25, 1, 0.01)), "a.xyz"), write(table(plane(0)), "b.xyz"),
-        "--m3c2", "0.4", "--registration-error", "0.02",
-    )  # fmt: skip
+        "compare",
+        write(table(plane(0.25, 1, 0.01)), "a.xyz"),
+        write(table(plane(0)), "b.xyz"),
+        "--m3c2",
+        "0.4",
+        "--registration-error",
+        "0.02",
+    )
     assert ran.code == 0, ran.err
     for word in ("accuracy", "precision", "median absolute deviation", "Level of detection"):
         assert word in ran.out
@@ -73,8 +85,9 @@ def test_the_field_is_written_on_the_model(run, write: Write, tmp_path: Path) ->
     raised.vertices[:, 2] = 0.1 + 0.02 * raised.vertices[:, 0]
     write_model(raised, None, model)
     out = tmp_path / "field.ply"
-    ran = run("compare", model, bench, "--m3c2", 0.3, "--registration-error", 0, "-o", out,
-              "--json")  # fmt: skip
+    ran = run(
+        "compare", model, bench, "--m3c2", 0.3, "--registration-error", 0, "-o", out, "--json"
+    )
     assert ran.code == 0, ran.err
     assert ran.json["out"] == str(out)
     data = read_model(out).data

@@ -26,9 +26,21 @@ def table(tmp_path: Path) -> Path:
 def test_everything_promised_is_said_and_written(run, table: Path, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
     out = tmp_path / "d.tif"
     ran = run(
-        "dem", table, "-o", out, "--gsd", 0.5, "--crs", "EPSG:32633", "--hillshade", "--slope",
-        "--aspect", "--contours", 1, "--json",
-    )  # fmt: skip
+        "dem",
+        table,
+        "-o",
+        out,
+        "--gsd",
+        0.5,
+        "--crs",
+        "EPSG:32633",
+        "--hillshade",
+        "--slope",
+        "--aspect",
+        "--contours",
+        1,
+        "--json",
+    )
     assert ran.code == 0, ran.err
     found = ran.json
     assert list(found)[:6] == list(PROMISED)
@@ -144,8 +156,21 @@ def test_a_model_stands_as_in_its_project(run, table: Path, tmp_path: Path) -> N
             east, north = file.xy(row, column)
             x, y = (north - 500) / 2, (1000 - east) / 2
             assert z[row, column] == pytest.approx(2 * (100 + 0.5 * x - 0.25 * y), abs=1e-4)
-    ran = run("section", mesh, "--plane", "090/90", "--through", "990,510,200", "-o",
-              tmp_path / "s.csv", "--slab", 2, "--project", folder, "--json")  # fmt: skip
+    ran = run(
+        "section",
+        mesh,
+        "--plane",
+        "090/90",
+        "--through",
+        "990,510,200",
+        "-o",
+        tmp_path / "s.csv",
+        "--slab",
+        2,
+        "--project",
+        folder,
+        "--json",
+    )
     assert ran.code == 0, ran.err
     assert ran.json["length_m"] == pytest.approx(40 * np.hypot(1, 0.5), rel=0.1)
     for more, said in ((("--crs", "EPSG:32633"), "--crs"), (("--up", "y"), "--up")):

@@ -62,46 +62,72 @@ class Page:
 
 SVGS: dict[str, Callable[[Page], tuple[str, str]]] = {
     "hidden by visibility": lambda p: (
-        p.size, p.lines() + '<g visibility="hidden"><path d="M 5 5 L 50 50"/></g>'),
+        p.size,
+        p.lines() + '<g visibility="hidden"><path d="M 5 5 L 50 50"/></g>',
+    ),
     "hidden by a style sheet": lambda p: (
-        p.size, '<style>.st0{fill:none}.st1{display:none;}</style>' + p.lines()
-        + '<path class="st0 st1" d="M 5 5 L 50 50"/>'),
+        p.size,
+        "<style>.st0{fill:none}.st1{display:none;}</style>"
+        + p.lines()
+        + '<path class="st0 st1" d="M 5 5 L 50 50"/>',
+    ),
     "a clone": lambda p: (
-        p.size, f"<defs><g id='k'>{p.line(0, 1, (-50, -20))}</g></defs>"
-        f"<use xlink:href='#k' x='50' transform='translate(0,20)'/>{p.line(1)}"),
+        p.size,
+        f"<defs><g id='k'>{p.line(0, 1, (-50, -20))}</g></defs>"
+        f"<use xlink:href='#k' x='50' transform='translate(0,20)'/>{p.line(1)}",
+    ),
     "a symbol": lambda p: (
-        p.size, f'<symbol id="s">{p.line(0)}</symbol><use href="#s"/>{p.line(1)}'),
+        p.size,
+        f'<symbol id="s">{p.line(0)}</symbol><use href="#s"/>{p.line(1)}',
+    ),
     "layers called planes and frame": lambda p: (
-        p.size, f'<g inkscape:groupmode="layer" id="layer1" inkscape:label="planes">{p.line(0)}</g>'
-        f'<g inkscape:groupmode="layer" id="frame" inkscape:label="frame">{p.line(1)}</g>'),
+        p.size,
+        f'<g inkscape:groupmode="layer" id="layer1" inkscape:label="planes">{p.line(0)}</g>'
+        f'<g inkscape:groupmode="layer" id="frame" inkscape:label="frame">{p.line(1)}</g>',
+    ),
     "the picture's layer is hidden": lambda p: (
-        A4, f'<g style="display:none">{p.image("o.png", 30, 10)}</g>{p.lines(0.25, (30, 10))}'),
+        A4,
+        f'<g style="display:none">{p.image("o.png", 30, 10)}</g>{p.lines(0.25, (30, 10))}',
+    ),
     "hidden picture on a page of its shape": lambda p: (
         f'viewBox="0 0 {p.w / 2} {p.h / 2}"',
-        f'<g style="display:none">{p.image("o.png", 30, 10)}</g>{p.lines(0.25, (30, 10))}'),
+        f'<g style="display:none">{p.image("o.png", 30, 10)}</g>{p.lines(0.25, (30, 10))}',
+    ),
     "a picture among others of its shape": lambda p: (
-        A4, p.image("other.png", 0, 0) + p.image("file:///C:/outcrop/o.jpg", 30, 10)
-        + p.lines(0.25, (30, 10))),
+        A4,
+        p.image("other.png", 0, 0)
+        + p.image("file:///C:/outcrop/o.jpg", 30, 10)
+        + p.lines(0.25, (30, 10)),
+    ),
     "a picture that keeps its shape in a wider place": lambda p: (
         'viewBox="0 0 2000 1000"',
-        f'<image xlink:href="o.png" width="{2 * p.w}" height="{p.h}"/>'
-        + p.lines(1, (p.w / 2, 0))),
+        f'<image xlink:href="o.png" width="{2 * p.w}" height="{p.h}"/>' + p.lines(1, (p.w / 2, 0)),
+    ),
     "a picture of the whole page": lambda p: (
-        p.size, '<image xlink:href="o.png" width="100%" height="100%"/>' + p.lines()),
+        p.size,
+        '<image xlink:href="o.png" width="100%" height="100%"/>' + p.lines(),
+    ),
     "a picture that is used from the definitions": lambda p: (
-        A4, f'<use xlink:href="#_Image1" transform="matrix(0.25,0,0,0.25,30,10)"/>'
+        A4,
+        f'<use xlink:href="#_Image1" transform="matrix(0.25,0,0,0.25,30,10)"/>'
         f'<defs><image id="_Image1" width="{p.w}px" height="{p.h}px" '
-        f'xlink:href="data:image/png;base64,AAAA"/></defs>{p.lines(0.25, (30, 10))}'),
+        f'xlink:href="data:image/png;base64,AAAA"/></defs>{p.lines(0.25, (30, 10))}',
+    ),
     "a drawing in the drawing": lambda p: (
-        A4, p.image("o.png", 30, 10)
-        + f'<svg x="30" y="10" width="{p.w / 4}" height="{p.h / 4}" '
-        f'viewBox="0 0 {p.w} {p.h}">{p.lines()}</svg>'),
+        A4,
+        p.image("o.png", 30, 10) + f'<svg x="30" y="10" width="{p.w / 4}" height="{p.h / 4}" '
+        f'viewBox="0 0 {p.w} {p.h}">{p.lines()}</svg>',
+    ),
     "moved by its style": lambda p: (
-        p.size, f'<g style="transform:translate(50px, 20px)">{p.lines(1, (-50, -20))}</g>'),
+        p.size,
+        f'<g style="transform:translate(50px, 20px)">{p.lines(1, (-50, -20))}</g>',
+    ),
     "turned over with its picture": lambda p: (
-        p.size, f'<g transform="translate({p.w},0) scale(-1,1)">'
-        f'<image xlink:href="o.png" width="{p.w}" height="{p.h}"/>{p.lines()}</g>'),
-}  # fmt: skip
+        p.size,
+        f'<g transform="translate({p.w},0) scale(-1,1)">'
+        f'<image xlink:href="o.png" width="{p.w}" height="{p.h}"/>{p.lines()}</g>',
+    ),
+}
 
 
 @pytest.mark.parametrize("name", SVGS)
@@ -128,8 +154,16 @@ def test_packed_drawings_and_those_of_illustrator(run, scene, tmp_path) -> None:
     check(run, scene, declared)
     for broken in (b"\x1f\x8b broken", gzip.compress(text.encode())[:90]):
         packed.write_bytes(broken)
-        ran = run("trace", scene / "wall.obj", "--from-ortho", packed, "--sidecar",
-                  scene / "o.json", "-o", tmp_path / "x.csv")  # fmt: skip
+        ran = run(
+            "trace",
+            scene / "wall.obj",
+            "--from-ortho",
+            packed,
+            "--sidecar",
+            scene / "o.json",
+            "-o",
+            tmp_path / "x.csv",
+        )
         assert ran.code == 2
         assert "file.damaged" in shown_codes(ran.err)
 
@@ -139,8 +173,16 @@ def test_two_pictures_that_cannot_be_told_apart_are_refused(run, scene, tmp_path
     drawing = tmp_path / "d.svg"
     body = page.image("data:image/png;base64,AAAA", 0, 0) + page.image("b.png", 30, 10)
     drawing.write_text(HEAD.format(size=A4) + body + page.lines(0.25, (30, 10)) + "</svg>")
-    ran = run("trace", scene / "wall.obj", "--from-ortho", drawing, "--sidecar",
-              scene / "o.json", "-o", tmp_path / "x.csv")  # fmt: skip
+    ran = run(
+        "trace",
+        scene / "wall.obj",
+        "--from-ortho",
+        drawing,
+        "--sidecar",
+        scene / "o.json",
+        "-o",
+        tmp_path / "x.csv",
+    )
     assert ran.code == 2
     assert "2 pictures" in ran.err
     assert "o.tif" in ran.err
@@ -249,8 +291,17 @@ def test_splines_of_fit_points_come_back_from_an_orthophoto(run, scene, tmp_path
         document.modelspace().add_spline(fit_points=[(*xy, 0.0) for xy in line])
     document.modelspace().add_spline(fit_points=[(*plane[0][0], 0.0)] * 2)
     table = tmp_path / "x.csv"
-    ran = run("trace", scene / "wall.obj", "--from-ortho", saved(document, tmp_path), "--sidecar",
-              scene / "o.json", "-o", table, "--json")  # fmt: skip
+    ran = run(
+        "trace",
+        scene / "wall.obj",
+        "--from-ortho",
+        saved(document, tmp_path),
+        "--sidecar",
+        scene / "o.json",
+        "-o",
+        table,
+        "--json",
+    )
     assert ran.code == 0, ran.err
     assert ran.json["lines"] == 2
     (finding,) = [w for w in ran.json["warnings"] if w["code"] == "drawing.invalid-shapes"]
@@ -266,8 +317,16 @@ def test_a_binary_spline_without_control_points_is_named(run, scene, tmp_path) -
     document = ezdxf.new("R2010")
     document.modelspace().add_spline(fit_points=[(0, 0, 0), (1, 1, 0), (2, 0, 0)])
     drawing = saved(document, tmp_path, fmt="bin")
-    ran = run("trace", scene / "wall.obj", "--from-ortho", drawing, "--sidecar",
-              scene / "o.json", "-o", tmp_path / "x.csv")  # fmt: skip
+    ran = run(
+        "trace",
+        scene / "wall.obj",
+        "--from-ortho",
+        drawing,
+        "--sidecar",
+        scene / "o.json",
+        "-o",
+        tmp_path / "x.csv",
+    )
     assert ran.code == 2
     assert shown_values(ran.err, "drawing.splines") == {"count": "1"}
 
@@ -275,9 +334,16 @@ def test_a_binary_spline_without_control_points_is_named(run, scene, tmp_path) -
 def layers(path: Path, *given: tuple[str, list[Any], str | None]) -> Path:
     for k, (name, lines, crs) in enumerate(given):
         pyogrio.raw.write(
-            path, shapely.to_wkb(np.array(lines, object)), [], [], layer=name, driver="GPKG",
-            geometry_type="LineString", crs=crs, append=k > 0,
-        )  # fmt: skip
+            path,
+            shapely.to_wkb(np.array(lines, object)),
+            [],
+            [],
+            layer=name,
+            driver="GPKG",
+            geometry_type="LineString",
+            crs=crs,
+            append=k > 0,
+        )
     return path
 
 
@@ -290,8 +356,17 @@ def test_layers_in_several_systems_are_each_in_their_own(run, scene, tmp_path, o
     degrees = shapely.transform(lines[1], lambda xy: np.stack(away.transform(*xy.T), 1))
     given = [("utm", [lines[0]], "EPSG:32633"), ("gps", [degrees], "EPSG:4326")][::order]
     path = layers(tmp_path / "d.gpkg", *given)
-    ran = run("trace", scene / "wall.obj", "--from-ortho", path, "--sidecar", scene / "map.json",
-              "-o", tmp_path / "d.csv", "--json")  # fmt: skip
+    ran = run(
+        "trace",
+        scene / "wall.obj",
+        "--from-ortho",
+        path,
+        "--sidecar",
+        scene / "map.json",
+        "-o",
+        tmp_path / "d.csv",
+        "--json",
+    )
     assert ran.code == 0, ran.err
     assert (ran.json["lines"], ran.json["off_surface"]) == (2, 0)
     rows = pd.read_csv(tmp_path / "d.csv", comment="#")[["x", "y"]].to_numpy()
@@ -318,8 +393,17 @@ def test_layers_of_other_pictures_and_lines_that_are_none(run, scene, tmp_path) 
         ("roads", [shapely.LineString(truth()[0][:, :2])], "EPSG:32633"),
     )
     check(run, scene, path)
-    ran = run("trace", scene / "wall.obj", "--from-ortho", path, "--sidecar", scene / "o.json",
-              "-o", tmp_path / "e.csv", "--json")  # fmt: skip
+    ran = run(
+        "trace",
+        scene / "wall.obj",
+        "--from-ortho",
+        path,
+        "--sidecar",
+        scene / "o.json",
+        "-o",
+        tmp_path / "e.csv",
+        "--json",
+    )
     others = ("beds of the other picture", "roads")
     assert by_code(ran.json["warnings"])["drawing.layers-left-out"]["names"] == others
     counts = {w["code"]: w.get("count") for w in ran.json["warnings"]}
@@ -350,15 +434,43 @@ def test_the_interpretation_of_a_roof_lies_on_the_map(run, tmp_path, plunge) -> 
     with vs.Project.create(tmp_path / "p.vom"):
         pass
     run("project", tmp_path / "p.vom", "add-model", tmp_path / "roof.obj")
-    run("project", tmp_path / "p.vom", "add-picks", tmp_path / "t.csv", "--by", "trace", "--type",
-        "bedding")  # fmt: skip
-    made = run("ortho", tmp_path / "roof.obj", "--trend", 0, f"--plunge={plunge}", "--gsd", 0.05,
-               "-o", tmp_path / "o.tif", "--draw", tmp_path / "p.vom", "--json")  # fmt: skip
+    run(
+        "project",
+        tmp_path / "p.vom",
+        "add-picks",
+        tmp_path / "t.csv",
+        "--by",
+        "trace",
+        "--type",
+        "bedding",
+    )
+    made = run(
+        "ortho",
+        tmp_path / "roof.obj",
+        "--trend",
+        0,
+        f"--plunge={plunge}",
+        "--gsd",
+        0.05,
+        "-o",
+        tmp_path / "o.tif",
+        "--draw",
+        tmp_path / "p.vom",
+        "--json",
+    )
     assert made.code == 0, made.err
     for ending, name in (("gpkg", "bed"), ("dxf", "1"), ("svg", "bed")):
-        ran = run("trace", tmp_path / "roof.obj", "--from-ortho", made.json["drawing"][ending],
-                  "--sidecar", made.json["sidecar"], "-o", tmp_path / "back.csv",
-                  "--force")  # fmt: skip
+        ran = run(
+            "trace",
+            tmp_path / "roof.obj",
+            "--from-ortho",
+            made.json["drawing"][ending],
+            "--sidecar",
+            made.json["sidecar"],
+            "-o",
+            tmp_path / "back.csv",
+            "--force",
+        )
         assert ran.code == 0, (ending, ran.err)
         back = pd.read_csv(tmp_path / "back.csv", comment="#", dtype={"line": str})
         assert set(back["line"]) == {name}
@@ -388,8 +500,19 @@ def test_a_line_on_a_cloud_lies_on_the_sheet_that_the_picture_shows(run, tmp_pat
 
     cloud = np.concatenate([wall(3, 0.0, 30_000), wall(6, 2.0, 60_000)])
     np.savetxt(tmp_path / "c.xyz", cloud, fmt="%.5f")
-    made = run("ortho", tmp_path / "c.xyz", "--trend", 0, "--plunge", 0, "--gsd", 0.03,
-               "-o", tmp_path / "o.tif", "--json")  # fmt: skip
+    made = run(
+        "ortho",
+        tmp_path / "c.xyz",
+        "--trend",
+        0,
+        "--plunge",
+        0,
+        "--gsd",
+        0.03,
+        "-o",
+        tmp_path / "o.tif",
+        "--json",
+    )
     assert made.code == 0, made.err
     t = np.linspace(0.2, 2.6, 300)
     line = np.stack([t, 0.3 * t + 0.1 * (1 + t), 1 + t], 1) + origin
@@ -399,8 +522,17 @@ def test_a_line_on_a_cloud_lies_on_the_sheet_that_the_picture_shows(run, tmp_pat
         m, crs = file.transform, file.crs.to_wkt()
     plane = pixels @ [[m.a, m.d], [m.b, m.e]] + [m.c, m.f]
     path = layers(tmp_path / "d.gpkg", ("beds", [shapely.LineString(plane)], crs))
-    ran = run("trace", tmp_path / "c.xyz", "--from-ortho", path, "--sidecar", tmp_path / "o.json",
-              "-o", tmp_path / "back.csv", "--json")  # fmt: skip
+    ran = run(
+        "trace",
+        tmp_path / "c.xyz",
+        "--from-ortho",
+        path,
+        "--sidecar",
+        tmp_path / "o.json",
+        "-o",
+        tmp_path / "back.csv",
+        "--json",
+    )
     assert ran.code == 0, ran.err
     assert (ran.json["points"], ran.json["off_surface"]) == (300, 0)
     back = pd.read_csv(tmp_path / "back.csv", comment="#")[["x", "y", "z"]].to_numpy()

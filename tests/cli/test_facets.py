@@ -56,10 +56,14 @@ def test_sets_are_named_in_the_table_and_counted_in_the_labels(run, tmp_path: Pa
     rng = np.random.default_rng(2)
     parts = [
         sheet(
-            rng, ATTITUDES[k % 3], (3.0 * (k % 6), 3.0 * (k // 6), 0.0), size=1.5, count=400,
+            rng,
+            ATTITUDES[k % 3],
+            (3.0 * (k % 6), 3.0 * (k // 6), 0.0),
+            size=1.5,
+            count=400,
         )
         for k in range(36)
-    ]  # fmt: skip
+    ]
     cloud, part = clouds_of(*parts)
     path, table, labels = (tmp_path / name for name in ("c.xyz", "t.csv", "l.ply"))
     np.savetxt(path, cloud.points, fmt="%.5f")
@@ -118,10 +122,15 @@ def test_nothing_found_is_a_plain_answer(run, cloud: Path, tmp_path: Path) -> No
 @pytest.mark.parametrize(
     "words",
     [
-        ["--angle", "0"], ["--angle", "90"], ["--angle", "nan"], ["--max-distance", "-1"],
-        ["--min-points", "2"], ["--min-area", "inf"], ["--labels", "out.doc"],
+        ["--angle", "0"],
+        ["--angle", "90"],
+        ["--angle", "nan"],
+        ["--max-distance", "-1"],
+        ["--min-points", "2"],
+        ["--min-area", "inf"],
+        ["--labels", "out.doc"],
     ],
-)  # fmt: skip
+)
 def test_wrong_thresholds_are_refused_before_anything_is_read(
     run, tmp_path: Path, words: list[str]
 ) -> None:

@@ -156,9 +156,11 @@ def test_a_name_that_no_system_takes_is_a_sentence(here: Path, run: Any) -> None
 def test_the_program_answers_so_without_a_screen(here: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "vomstudio", "stereonett"],
-        capture_output=True, text=True, check=False,
+        capture_output=True,
+        text=True,
+        check=False,
         env={"PATH": "/usr/bin", "HOME": str(here), "PYTHONPATH": str(Path(__file__).parents[2])},
-    )  # fmt: skip
+    )
     assert done.returncode == 2
     assert str(unknown_command("stereonett", "stereonet")) in done.stderr
     assert "screen" not in done.stderr
@@ -238,9 +240,11 @@ def test_uninstalling_removes_what_was_installed_and_nothing_else(
     assert (done.code, done.out.splitlines()) == (0, installed)
     assert [path for path in data.rglob("*") if path.is_file()] == [other]
     assert (tmp_path / "calls").read_text().split() == [
-        "update-desktop-database", str(data / "applications"),
-        "update-mime-database", str(data / "mime"),
-    ]  # fmt: skip
+        "update-desktop-database",
+        str(data / "applications"),
+        "update-mime-database",
+        str(data / "mime"),
+    ]
     # A part of it is removed too, and again there is nothing.
     run("--install-desktop")
     Path(installed[0]).unlink()

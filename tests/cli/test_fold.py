@@ -59,8 +59,10 @@ def test_a_table_with_kinds_is_taken_for_bedding_only(run, write) -> None:
     found = run("fold", path, "--json").json
     assert (found["n"], found["used"]) == (10, 7)
     assert {(o["what"], o["n"]) for o in found["left_out"]} == {
-        ("joint", 1), ("Joint", 1), ("no kind", 1),
-    }  # fmt: skip
+        ("joint", 1),
+        ("Joint", 1),
+        ("no kind", 1),
+    }
     assert found["beta"]["plunge_deg"] == pytest.approx(0.0, abs=1.0)
     assert "left out" in run("fold", path).out
 
@@ -197,8 +199,16 @@ def test_one_domain_is_refused(run, write) -> None:
 def test_overturned_beds_of_a_table_close_the_fold(run, write) -> None:
     """One limb dips by 30 to the east, the other by 60 and is overturned: 30 degrees of a tight
     fold, where 150 would be told of beds that are all upright."""
-    rows = [(90, 29, ""), (90, 30, ""), (90, 31, ""), (90, 59, "true"), (90, 60, "true"),
-            (90, 61, "yes"), (92, 30, ""), (88, 60, "x")]  # fmt: skip
+    rows = [
+        (90, 29, ""),
+        (90, 30, ""),
+        (90, 31, ""),
+        (90, 59, "true"),
+        (90, 60, "true"),
+        (90, 61, "yes"),
+        (92, 30, ""),
+        (88, 60, "x"),
+    ]
     found = run("fold", write(table("dipdir", "dip", "overturned", rows=rows)), "--json").json
     limbs = found["limbs"]
     assert sorted(limbs["overturned"]) == [False, True]

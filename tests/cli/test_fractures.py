@@ -24,10 +24,15 @@ def save(
 ) -> Path:
     kind = "Polygon" if shapes[0].geom_type == "Polygon" else "Unknown"
     pyogrio.raw.write(
-        path, shapely.to_wkb(np.array(shapes, object)), [np.array(v) for v in columns.values()],
-        list(columns), geometry_type=kind if path.suffix == ".shp" else "Unknown", crs=crs,
-        layer=layer, append=layer is not None and path.exists(),
-    )  # fmt: skip
+        path,
+        shapely.to_wkb(np.array(shapes, object)),
+        [np.array(v) for v in columns.values()],
+        list(columns),
+        geometry_type=kind if path.suffix == ".shp" else "Unknown",
+        crs=crs,
+        layer=layer,
+        append=layer is not None and path.exists(),
+    )
     return path
 
 
@@ -55,8 +60,14 @@ def test_the_formats_of_gis_programs(run, tmp_path: Path, ending: str) -> None:
     area = save(tmp_path / "area.gpkg", [shapely.box(*(AT - [5, 0]), *(AT + [5, 10]))])
     path = tmp_path / f"traces.{ending}"
     if ending == "shp":
-        pyogrio.raw.write(path, shapely.to_wkb(np.array(ladder(), object)), [], [],
-                          geometry_type="LineString", crs=CRS)  # fmt: skip
+        pyogrio.raw.write(
+            path,
+            shapely.to_wkb(np.array(ladder(), object)),
+            [],
+            [],
+            geometry_type="LineString",
+            crs=CRS,
+        )
     elif ending == "geojson":
         geojson(path, ladder(), "urn:ogc:def:crs:EPSG::32633")
     else:
@@ -266,8 +277,14 @@ def test_the_figure_has_all_of_it(run, tmp_path: Path) -> None:
     ran = run("fractures", traces, "--area", area, "--plot", picture)
     assert ran.code == 0, ran.err
     words = " ".join(ElementTree.parse(picture).getroot().itertext())
-    for wanted in ("10 traces", "nodes: I 9, Y 0, X 9", "strike, %", "mean length", "rung (9)",
-                   "whole area"):  # fmt: skip
+    for wanted in (
+        "10 traces",
+        "nodes: I 9, Y 0, X 9",
+        "strike, %",
+        "mean length",
+        "rung (9)",
+        "whole area",
+    ):
         assert wanted in words
     again = run("fractures", traces, "--area", area, "--plot", picture)
     assert again.code == 2

@@ -19,10 +19,25 @@ from tests.cli.golden_cases import (
 from vomstudio.cli import COMMANDS
 
 PROMISED = {
-    "photos", "registered", "unregistered", "reprojection_error_px", "cameras", "sparse", "dense",
-    "mesh", "dense_points", "faces", "frame", "seconds", "peak_memory_mb", "unseen_share", "texel",
-    "photo_pixel", "unit", "device",
-}  # fmt: skip
+    "photos",
+    "registered",
+    "unregistered",
+    "reprojection_error_px",
+    "cameras",
+    "sparse",
+    "dense",
+    "mesh",
+    "dense_points",
+    "faces",
+    "frame",
+    "seconds",
+    "peak_memory_mb",
+    "unseen_share",
+    "texel",
+    "photo_pixel",
+    "unit",
+    "device",
+}
 
 
 @pytest.fixture(scope="module")

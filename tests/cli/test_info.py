@@ -10,9 +10,19 @@ import pytest
 from tests.messages import codes, messages
 
 PROMISED = {
-    "path", "kind", "points", "faces", "materials", "textures", "bounds", "crs", "units",
-    "resolution_m", "fields", "warnings",
-}  # fmt: skip
+    "path",
+    "kind",
+    "points",
+    "faces",
+    "materials",
+    "textures",
+    "bounds",
+    "crs",
+    "units",
+    "resolution_m",
+    "fields",
+    "warnings",
+}
 OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 2\nf 1 2 3\n"
 
 
@@ -317,9 +327,16 @@ def test_a_raster_that_pillow_does_not_know_is_described(run, tmp_path: Path, ba
 
     path = tmp_path / "a.tif"
     with rasterio.open(
-        path, "w", driver="GTiff", width=30, height=20, count=bands, dtype=kind, crs="EPSG:32633",
+        path,
+        "w",
+        driver="GTiff",
+        width=30,
+        height=20,
+        count=bands,
+        dtype=kind,
+        crs="EPSG:32633",
         transform=rasterio.Affine(1, 0, 5e5, 0, -1, 2e5),
-    ) as dataset:  # fmt: skip
+    ) as dataset:
         dataset.write(np.ones((bands, 20, 30), kind))
     (found,) = run("info", path, "--json").json["files"]
     assert (found["kind"], found["width"], found["height"]) == ("raster", 30, 20)

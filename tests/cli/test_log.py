@@ -136,8 +136,9 @@ def project(tmp_path: Path) -> Path:
 def test_a_log_of_a_project_says_what_was_typed(run, project: Path, tmp_path: Path) -> None:
     """Thicknesses are those that the beds were made with."""
     target = tmp_path / "l.csv"
-    ran = run("log", project, "--line", "section A", "-o", target, "--plot", tmp_path / "l.pdf",
-              "--json")  # fmt: skip
+    ran = run(
+        "log", project, "--line", "section A", "-o", target, "--plot", tmp_path / "l.pdf", "--json"
+    )
     assert ran.code == 0, ran.err
     found = ran.json
     assert [i["thickness_m"]["value"] for i in found["intervals"]] == pytest.approx([1, 2, 0.5])

@@ -12,10 +12,25 @@ import vomstudio as vs
 from vomstudio.io.models.opening import read_model
 
 PROMISED = {
-    "file", "plane", "length_m", "resolution_m", "noise_m", "registration_error_deg", "angle_deg",
-    "element", "elements", "area_m2", "shares", "trace_shares", "exposed_share", "patches",
-    "median_deg", "tenth_deg", "best", "warnings",
-}  # fmt: skip
+    "file",
+    "plane",
+    "length_m",
+    "resolution_m",
+    "noise_m",
+    "registration_error_deg",
+    "angle_deg",
+    "element",
+    "elements",
+    "area_m2",
+    "shares",
+    "trace_shares",
+    "exposed_share",
+    "patches",
+    "median_deg",
+    "tenth_deg",
+    "best",
+    "warnings",
+}
 
 
 @pytest.fixture
@@ -33,9 +48,18 @@ def corner(tmp_path: Path) -> Path:
 def test_the_object_and_a_model_with_fields(run, corner: Path, tmp_path: Path) -> None:
     out = tmp_path / "map.ply"
     ran = run(
-        "measurable", corner, "--plane", "0/0", "--length", "1", "--resolution", "0.01",
-        "-o", out, "--json",
-    )  # fmt: skip
+        "measurable",
+        corner,
+        "--plane",
+        "0/0",
+        "--length",
+        "1",
+        "--resolution",
+        "0.01",
+        "-o",
+        out,
+        "--json",
+    )
     assert ran.code == 0
     assert ran.json.keys() >= PROMISED
     assert sum(ran.json["shares"].values()) == pytest.approx(1.0)
@@ -52,9 +76,20 @@ def test_the_object_and_a_model_with_fields(run, corner: Path, tmp_path: Path) -
 def test_a_raster(run, corner: Path, tmp_path: Path) -> None:
     out = tmp_path / "map.tif"
     ran = run(
-        "measurable", corner, "--plane", "0/0", "--length", "1", "--resolution", "0.01",
-        "-o", out, "--gsd", "0.05", "--json",
-    )  # fmt: skip
+        "measurable",
+        corner,
+        "--plane",
+        "0/0",
+        "--length",
+        "1",
+        "--resolution",
+        "0.01",
+        "-o",
+        out,
+        "--gsd",
+        "0.05",
+        "--json",
+    )
     assert ran.code == 0
     assert ran.json["raster"]["gsd_m"] == 0.05
     with rasterio.open(out) as raster:

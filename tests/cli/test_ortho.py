@@ -13,9 +13,19 @@ from tests.marked import UTM, found_dots, marked_mesh
 from tests.messages import codes, messages, shown_codes
 
 PROMISED = (
-    "image", "sidecar", "depth", "width", "height", "gsd_m", "trend_deg", "plunge_deg",
-    "right", "down", "sense", "coverage",
-)  # fmt: skip
+    "image",
+    "sidecar",
+    "depth",
+    "width",
+    "height",
+    "gsd_m",
+    "trend_deg",
+    "plunge_deg",
+    "right",
+    "down",
+    "sense",
+    "coverage",
+)
 
 
 @pytest.fixture
@@ -145,9 +155,18 @@ def test_a_missing_model_a_wrong_ending_and_an_existing_file_are_refused(
 
 def test_progress_counts_tiles(run, model: Path, tmp_path: Path) -> None:
     ran = run(
-        "ortho", model, "--plane", "0/0", "-o", tmp_path / "o.tif", "--gsd", 0.003,
-        "--progress", "json", "--json",
-    )  # fmt: skip
+        "ortho",
+        model,
+        "--plane",
+        "0/0",
+        "-o",
+        tmp_path / "o.tif",
+        "--gsd",
+        0.003,
+        "--progress",
+        "json",
+        "--json",
+    )
     events = [json.loads(line) for line in ran.err.splitlines() if line.startswith("{")]
     (stage,) = [e for e in events if e.get("stage") == "Casting rays" and e["event"] == "stage"]
     steps = [e["done"] for e in events if e["event"] == "step" and e["stage"] == "Casting rays"]

@@ -164,8 +164,10 @@ def test_frames_are_taken_and_counted(run, tmp_path: Path) -> None:
 
 def test_frames_of_no_video_are_refused(run, tmp_path: Path) -> None:
     (tmp_path / "a.mp4").write_bytes(b"no video")
-    for words in (("frames", tmp_path / "a.mp4", "-o", tmp_path / "o"),
-                  ("frames", tmp_path / "b.mp4", "-o", tmp_path / "o")):  # fmt: skip
+    for words in (
+        ("frames", tmp_path / "a.mp4", "-o", tmp_path / "o"),
+        ("frames", tmp_path / "b.mp4", "-o", tmp_path / "o"),
+    ):
         ran = run(*words)
         assert ran.code == 2
         assert ran.said

@@ -118,8 +118,11 @@ def test_steps_are_taken_back_and_done_again_as_in_the_window(run, project: Path
     assert label == "Add bedding trace B01"
     assert undone["features"] == 0
     assert undone["history"] == {
-        "undo": 1, "redo": 1, "undo_label": "Open model cliff", "redo_label": label,
-    }  # fmt: skip
+        "undo": 1,
+        "redo": 1,
+        "undo_label": "Open model cliff",
+        "redo_label": label,
+    }
     assert not undone["unsaved"]
     redone = run("project", project, "redo", "--json").json
     assert redone["redone"] == label
@@ -246,8 +249,17 @@ def test_points_in_world_lie_where_they_were_in_the_models_own_frame(
 def test_picks_that_are_no_planes_are_named_and_the_others_added(run, project: Path, write) -> None:
     lines = ["x,y,z,bed", *(f"{x},{y},{z},good" for x, y, z in EAST)]
     lines += ["0,0,0,short", "1,1,1,short"]
-    ran = run("project", project, "add-picks", write("\n".join(lines)), "--type", "bedding",
-              "--by", "bed", "--json")  # fmt: skip
+    ran = run(
+        "project",
+        project,
+        "add-picks",
+        write("\n".join(lines)),
+        "--type",
+        "bedding",
+        "--by",
+        "bed",
+        "--json",
+    )
     assert [item["name"] for item in ran.json["added"]] == ["good"]
     assert [item["id"] for item in ran.json["skipped"]] == ["short"]
     assert by_code(ran.json["warnings"])["model.file-missing"]["model"] == "cliff"
@@ -286,8 +298,10 @@ def test_a_sound_project_is_said_to_be_sound_and_needs_no_repair(run, project: P
 
 
 def test_a_damaged_row_is_named_and_a_repair_keeps_all_the_rest(run, project: Path, write) -> None:
-    lines = ["x,y,z,bed", *(f"{x},{y},{z + shift},{name}" for name, shift in (("a", 5.0),)
-                            for x, y, z in EAST)]  # fmt: skip
+    lines = [
+        "x,y,z,bed",
+        *(f"{x},{y},{z + shift},{name}" for name, shift in (("a", 5.0),) for x, y, z in EAST),
+    ]
     table = write("\n".join(lines))
     run("project", project, "add-picks", table, "--type", "fault", "--by", "bed")
     change_rows(project, "UPDATE journal SET label = 'x' WHERE label = 'Add bedding trace B01'")
@@ -391,9 +405,16 @@ def test_features_of_an_earlier_rule_say_so_and_are_measured_anew(run: Run, tmp_
     xyz = np.column_stack([x, -0.5 * down - 0.866 * off, 4.0 - 0.866 * down + 0.5 * off])
     points = tuple((a, b, c) for a, b, c in xyz.tolist())
     old = Trace(
-        "old", "B01", "bedding", model.id, model.content_hash, points, resolution=3.0,
-        outcrop_normal=(0.0, 0.0, 1.0), method="regression",
-    )  # fmt: skip
+        "old",
+        "B01",
+        "bedding",
+        model.id,
+        model.content_hash,
+        points,
+        resolution=3.0,
+        outcrop_normal=(0.0, 0.0, 1.0),
+        method="regression",
+    )
     session.apply(edits.add_trace(session.records, old))
     session.save()
     opened.close()
@@ -444,9 +465,18 @@ def test_a_model_is_placed_by_points_and_what_was_measured_moves_with_it(
     table = tmp_path / "pairs.csv"
     table.write_text("\n".join(["label,model_x,model_y,model_z,x,y,z", *rows]))
     ran = run(
-        "project", folder, "register", table, "--model", "face", "--crs", "EPSG:32633",
-        "--click-sigma", "0", "--json"
-    )  # fmt: skip
+        "project",
+        folder,
+        "register",
+        table,
+        "--model",
+        "face",
+        "--crs",
+        "EPSG:32633",
+        "--click-sigma",
+        "0",
+        "--json",
+    )
     assert ran.code == 0, ran.err
     assert ran.json["turned_deg"] == pytest.approx(90.0)
     # A pole of dip d turns on a small circle about the vertical: 2 asin(sin d sin 45).

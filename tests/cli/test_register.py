@@ -148,8 +148,9 @@ def test_the_placement_alone_is_written_as_its_json(run, write: Write, tmp_path:
 
 # --- lengths, azimuths, compass -------------------------------------------------------------------
 def test_one_length_and_one_azimuth_are_partial(run) -> None:
-    told = run("register", "-", "--scale", "0,0,0,2,0,0,5", "--bearing", "0,0,0,1,0,0,30",
-               "--json").json  # fmt: skip
+    told = run(
+        "register", "-", "--scale", "0,0,0,2,0,0,5", "--bearing", "0,0,0,1,0,0,30", "--json"
+    ).json
     assert told["scale"] == pytest.approx(2.5)
     # East of the model now points to 030; what is up stays up.
     np.testing.assert_allclose(turn_of(told) @ [1, 0, 0], [0.5, np.sqrt(0.75), 0], atol=1e-9)
@@ -383,8 +384,15 @@ def marked_corners(write: Write, views, label: str = "P{}", photo: str = "{}"):
 def test_marks_in_photos_place_the_control_points(run, write: Write, stations) -> None:
     model, _, views = stations
     control, marks = marked_corners(write, views[:4])
-    told = run("register", model, "--gcp", control, "--marks",
-               write("\n".join(marks), "marks.csv"), "--json").json  # fmt: skip
+    told = run(
+        "register",
+        model,
+        "--gcp",
+        control,
+        "--marks",
+        write("\n".join(marks), "marks.csv"),
+        "--json",
+    ).json
     assert off_deg(told) < 1e-3
     assert told["scale"] == pytest.approx(SCALE, rel=1e-5)
     assert [p["pixels"] for p in told["control"]] == pytest.approx([0.0] * 8, abs=0.01)
@@ -407,8 +415,15 @@ def test_residuals_of_marks_are_told_in_pixels(run, write: Write, stations) -> N
         for each in views[:2]:
             x, y = each.project(corner)[0]
             marks.append(f"P{number},{each.name},{x},{y}")
-    told = run("register", model, "--gcp", control, "--marks",
-               write("\n".join(marks), "marks.csv"), "--json").json  # fmt: skip
+    told = run(
+        "register",
+        model,
+        "--gcp",
+        control,
+        "--marks",
+        write("\n".join(marks), "marks.csv"),
+        "--json",
+    ).json
     (point,) = told["check"]
     depth = SCALE * float(view.depths(CORNERS[7:])[0])
     other = views[1]
@@ -563,14 +578,24 @@ def test_two_points_go_with_a_reference_but_do_not_replace_it(
 def test_a_mask_says_what_of_the_reference_counts(run, write: Write, tmp_path: Path) -> None:
     reference, model, truth = wall_and_copy(tmp_path)
     low, high = truth.min(axis=0), truth.max(axis=0)
-    ring = [[low[0], low[1] - 1], [high[0] - 3, low[1] - 1], [high[0] - 3, high[1] + 1],
-            [low[0], high[1] + 1], [low[0], low[1] - 1]]  # fmt: skip
+    ring = [
+        [low[0], low[1] - 1],
+        [high[0] - 3, low[1] - 1],
+        [high[0] - 3, high[1] + 1],
+        [low[0], high[1] + 1],
+        [low[0], low[1] - 1],
+    ]
     layer = {
         "type": "FeatureCollection",
         "crs": {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32633"}},
-        "features": [{"type": "Feature", "properties": {},
-                      "geometry": {"type": "Polygon", "coordinates": [ring]}}],
-    }  # fmt: skip
+        "features": [
+            {
+                "type": "Feature",
+                "properties": {},
+                "geometry": {"type": "Polygon", "coordinates": [ring]},
+            }
+        ],
+    }
     mask = write(json.dumps(layer), "stable.geojson")
     told = run("register", model, "--reference", reference, "--stable", mask, "--json").json
     assert told["reference"]["overlap"] < 0.85

@@ -66,9 +66,10 @@ def drones(folder: Path, views: Sequence[View], turn: float = 0.0, **gps: bool) 
     for number, view in enumerate(views):
         yaw, pitch, roll = gimbal(view)
         xmp = maker.drone_xmp(
-            GimbalYawDegree=f"{yaw + turn:+.6f}", GimbalPitchDegree=f"{pitch:+.6f}",
+            GimbalYawDegree=f"{yaw + turn:+.6f}",
+            GimbalPitchDegree=f"{pitch:+.6f}",
             GimbalRollDegree=f"{roll:+.6f}",
-        )  # fmt: skip
+        )
         maker.write_photo(
             folder / view.name, seed=number, xmp=xmp, gps=located(view) if gps else {}
         )
@@ -81,9 +82,12 @@ def located(view: View) -> maker.Fields:
 
 
 def phones(
-    folder: Path, views: Sequence[View], off: float = 0.0, north: str | None = None,
+    folder: Path,
+    views: Sequence[View],
+    off: float = 0.0,
+    north: str | None = None,
     orientation: int = 1,
-) -> Path:  # fmt: skip
+) -> Path:
     """Vertical by the accelerometer; the direction of the view where a north is given."""
     for number, view in enumerate(views):
         right, down, ahead = -there(view)[2]
@@ -168,9 +172,11 @@ def test_heights_are_those_of_xmp_where_exif_contradicts_their_sign(run, model: 
     for number, view in enumerate(VIEWS):
         longitude, latitude, z = degrees(world(view.centre[None]))[0]
         maker.write_photo(
-            folder / view.name, seed=number, gps=maker.at(latitude, longitude, z, 1),
+            folder / view.name,
+            seed=number,
+            gps=maker.at(latitude, longitude, z, 1),
             xmp=maker.drone_xmp(AbsoluteAltitude=f"{z:+.3f}"),
-        )  # fmt: skip
+        )
     told = run("register", model, "--cameras", folder, "--crs", "EPSG:32633", "--json").json
     assert "photo.altitude-sign" in codes(told)
     assert told["matrix"][2][3] == pytest.approx(320.0, abs=0.5)
@@ -222,10 +228,14 @@ def test_phones_whose_photos_a_program_turned_upright(run, model: Path) -> None:
     for path in folder.iterdir():
         path.unlink()
     tall = [
-        View(v.name, type(lens).pinhole(3000, 4000, 3200.0, 1500.0, 2000.0), v.rotation,
-             v.translation)
+        View(
+            v.name,
+            type(lens).pinhole(3000, 4000, 3200.0, 1500.0, 2000.0),
+            v.rotation,
+            v.translation,
+        )
         for v in VIEWS
-    ]  # fmt: skip
+    ]
     text = files.colmap_text(model.parent / "sparse" / "0", tall)
     (text / "cameras.txt").write_text("1 SIMPLE_PINHOLE 3000 4000 3200 1500 2000\n")
     phones(model.parent / "photos", stored, orientation=6)
@@ -252,8 +262,17 @@ def test_phones_by_magnetic_north(run, model: Path) -> None:
     np.testing.assert_allclose(up_of(told), TURN[2], atol=1e-5)
     assert 19.0 < told["rotation_error_95_deg"]["about_up"] < 25.0
     assert told["rotation_error_95_deg"]["about_east"] < 0.5
-    given = run("register", model, "--attitudes", folder, "--crs", "EPSG:32633",
-                "--declination", declination + 1.0, "--json").json  # fmt: skip
+    given = run(
+        "register",
+        model,
+        "--attitudes",
+        folder,
+        "--crs",
+        "EPSG:32633",
+        "--declination",
+        declination + 1.0,
+        "--json",
+    ).json
     assert off_deg(given) == pytest.approx(1.0, abs=0.01)
 
 
@@ -263,14 +282,16 @@ def test_a_compass_that_is_off_is_told_by_what_else_is_known(
     folder = phones(model.parent / "photos", VIEWS, 15.0, "T")
     rows = ["photo,x,y,z"]
     rows += [f"{v.name},{','.join(f'{c:.4f}' for c in world(v.centre))}" for v in VIEWS]
-    told = run("register", model, "--attitudes", folder, "--cameras", write("\n".join(rows)),
-               "--json").json  # fmt: skip
+    told = run(
+        "register", model, "--attitudes", folder, "--cameras", write("\n".join(rows)), "--json"
+    ).json
     assert off_deg(told) < 0.1
     (turn,) = (w for w in told["warnings"] if w["code"] == "registration.north-turned")
     assert turn["turn_deg"] == pytest.approx(15.0, abs=0.1)
     phones(folder, VIEWS, 90.0, "T")
-    told = run("register", model, "--attitudes", folder, "--cameras", write("\n".join(rows)),
-               "--json").json  # fmt: skip
+    told = run(
+        "register", model, "--attitudes", folder, "--cameras", write("\n".join(rows)), "--json"
+    ).json
     assert [p["yaw_deg"] for p in told["attitudes"]] == pytest.approx([-90.0] * 9, abs=0.1)
     for photo in told["attitudes"]:
         assert (photo["pitch_deg"], photo["roll_deg"]) == pytest.approx((0, 0), abs=0.1)
@@ -453,8 +474,18 @@ def test_the_day_and_the_place_give_the_declination(run, write: Write) -> None:
     grid = np.degrees(np.arctan2(east, north))
     declination = declination_deg(longitude, latitude, date(2024, 5, 12))
     read = (grid - declination + convergence) % 360.0
-    words = ("register", "-", "--pairs", write("\n".join(rows)), "--north", "magnetic",
-             "--date", "2024-05-12", "--bearing", f"0,0,0,1,0,0,{read}")  # fmt: skip
+    words = (
+        "register",
+        "-",
+        "--pairs",
+        write("\n".join(rows)),
+        "--north",
+        "magnetic",
+        "--date",
+        "2024-05-12",
+        "--bearing",
+        f"0,0,0,1,0,0,{read}",
+    )
     told = run(*words, "--crs", "EPSG:32633", "--json").json
     # It agrees with the points to some thousandths of a degree.
     assert off_deg(told) < 0.01

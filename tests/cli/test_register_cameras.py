@@ -167,8 +167,10 @@ def test_positions_in_feet_by_their_crs_are_converted(run, write: Write, model: 
 
 def test_the_reference_of_metashape_gives_positions(run, write: Write, model: Path) -> None:
     colmap(model.parent)
-    rows = ["# CoordinateSystem: WGS 84 (EPSG::4326)",
-            "#Label,X/Longitude,Y/Latitude,Z/Altitude,X_est,Y_est,Z_est"]  # fmt: skip
+    rows = [
+        "# CoordinateSystem: WGS 84 (EPSG::4326)",
+        "#Label,X/Longitude,Y/Latitude,Z/Altitude,X_est,Y_est,Z_est",
+    ]
     for view, (longitude, latitude, z) in zip(VIEWS, degrees(THERE), strict=True):
         rows.append(f"{view.name},{longitude:.10f},{latitude:.10f},{z:.4f},1,2,3")
     table = write("\n".join(rows), "reference.txt")

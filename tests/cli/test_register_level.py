@@ -31,8 +31,11 @@ def test_two_level_lines_level_a_model_and_tell_no_more(run) -> None:
     told = ran.json
     assert turn_of(told) @ UP == pytest.approx([0.0, 0.0, 1.0], abs=1e-6)
     assert told["known"] == {
-        "north": False, "vertical": True, "scale": False, "position": False,
-    }  # fmt: skip
+        "north": False,
+        "vertical": True,
+        "scale": False,
+        "position": False,
+    }
     # Half a degree (1 sigma) of each line is the error about the other.
     errors = told["rotation_error_deg"]
     assert errors["about_up"] is None

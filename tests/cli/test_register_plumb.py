@@ -32,8 +32,11 @@ def test_the_command_and_python_level_a_model_by_a_plumb_line(run) -> None:
     assert ran.code == 0, ran.err
     assert turn_of(ran.json) @ UP == pytest.approx([0.0, 0.0, 1.0], abs=1e-6)
     assert ran.json["known"] == {
-        "north": False, "vertical": True, "scale": False, "position": False,
-    }  # fmt: skip
+        "north": False,
+        "vertical": True,
+        "scale": False,
+        "position": False,
+    }
     with pytest.warns(vs.errors.VomWarning):
         placed = vs.register("-", plumb=PLUMB)
     assert placed.matrix == pytest.approx(np.array(ran.json["matrix"]), abs=1e-8)
@@ -78,8 +81,10 @@ def test_readings_from_grid_north_warn_as_well_and_stated_offsets_do_not(run) ->
 def test_points_know_north_beside_a_compass(run, tmp_path) -> None:
     table = tmp_path / "pairs.csv"
     rows = zip(CORNERS.tolist(), world(CORNERS).tolist(), strict=True)
-    table.write_text("label,model_x,model_y,model_z,x,y,z\n" + "\n".join(
-        f"P{i}," + ",".join(map(repr, [*m, *w])) for i, (m, w) in enumerate(rows)))  # fmt: skip
+    table.write_text(
+        "label,model_x,model_y,model_z,x,y,z\n"
+        + "\n".join(f"P{i}," + ",".join(map(repr, [*m, *w])) for i, (m, w) in enumerate(rows))
+    )
     ran = run("register", "-", "--pairs", table, "--bearing", azimuth(40.0), "--json")
     assert ran.code == 0, ran.err
     assert "registration.compass-alone" not in codes(ran)

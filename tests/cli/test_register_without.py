@@ -79,8 +79,10 @@ def test_what_readings_look_like_is_said(run, tmp_path) -> None:
         return by_code(answer["warnings"])
 
     assert "compass.radians" not in findings(rows)
-    small = [",".join([c[0], f"{np.radians(float(c[1])):.5f}", f"{np.radians(float(c[2])):.5f}",
-                       *c[3:]]) for c in (row.split(",") for row in rows[1:])]  # fmt: skip
+    small = [
+        ",".join([c[0], f"{np.radians(float(c[1])):.5f}", f"{np.radians(float(c[2])):.5f}", *c[3:]])
+        for c in (row.split(",") for row in rows[1:])
+    ]
     assert "compass.radians" in findings([rows[0], *small])
     assert findings([*rows, rows[2]])["compass.repeated-names"]["labels"] == ("B1",)
     # Of two sources of north one may be off: not of a compass alone.

@@ -38,10 +38,22 @@ class Drawing:
         """Import a drawing into the project and return the JSON."""
         model = self.project / "models" / "face" / "face.obj"
         ran = self.run(
-            "trace", model, "--sidecar", self.sidecar, "--from-ortho", drawing, "--into",
-            self.project, "--on", "face", "-o", self.folder / "t.csv", "--force", "--json",
+            "trace",
+            model,
+            "--sidecar",
+            self.sidecar,
+            "--from-ortho",
+            drawing,
+            "--into",
+            self.project,
+            "--on",
+            "face",
+            "-o",
+            self.folder / "t.csv",
+            "--force",
+            "--json",
             *options,
-        )  # fmt: skip
+        )
         assert ran.code == 0, ran.err
         return ran.json
 
@@ -50,10 +62,12 @@ class Drawing:
         meta, _, shapes, columns = pyogrio.raw.read(self.files["gpkg"], layer="traces")
         names = list(meta["fields"])
         return [
-            ({name: str(column[i] or "") for name, column in zip(names, columns, strict=True)},
-             shape)
+            (
+                {name: str(column[i] or "") for name, column in zip(names, columns, strict=True)},
+                shape,
+            )
             for i, shape in enumerate(shapely.from_wkb(shapes))
-        ]  # fmt: skip
+        ]
 
     def write(self, rows: Rows, name: str = "edited.gpkg") -> Path:
         """Write traces as a program that keeps id, name, kind and set does."""
@@ -62,8 +76,15 @@ class Drawing:
         names = ["id", "name", "kind", "set"]
         values = [np.array([row.get(n, "") for row, _ in rows], object) for n in names]
         crs = pyogrio.read_info(self.files["gpkg"], layer="traces")["crs"]
-        pyogrio.raw.write(path, shapely.to_wkb(np.array([s for _, s in rows], object)), values,
-                          names, geometry_type="LineString", crs=crs, layer="traces")  # fmt: skip
+        pyogrio.raw.write(
+            path,
+            shapely.to_wkb(np.array([s for _, s in rows], object)),
+            values,
+            names,
+            geometry_type="LineString",
+            crs=crs,
+            layer="traces",
+        )
         return path
 
     def shown_lines(self) -> Counter[str]:
@@ -95,8 +116,21 @@ def drawing(run, tmp_path: Path) -> Drawing:
     project = tmp_path / "p.vom"
     shutil.copytree(SPECIMEN, project)
     model = project / "models" / "face" / "face.obj"
-    made = run("ortho", model, "--trend", 31, "--plunge", 11, "--gsd", 0.05, "-o",
-               tmp_path / "o.tif", "--draw", project, "--json").json  # fmt: skip
+    made = run(
+        "ortho",
+        model,
+        "--trend",
+        31,
+        "--plunge",
+        11,
+        "--gsd",
+        0.05,
+        "-o",
+        tmp_path / "o.tif",
+        "--draw",
+        project,
+        "--json",
+    ).json
     return Drawing(run, tmp_path, project, made["sidecar"], made["drawing"])
 
 

@@ -61,9 +61,15 @@ def test_structures_named_by_a_column_and_lines(run, write) -> None:
     assert found["stated95_deg"] is None
     frame = pandas.read_csv(path)
     assert vs.repeats(frame, by="station", interpreter="who").to_dict()["pairs"] == [
-        {"first": "1", "repeat": "2", "by": ["x", "y"], "angle_deg": pytest.approx(4.0),
-         "stated95_deg": None, "within95": None},
-    ]  # fmt: skip
+        {
+            "first": "1",
+            "repeat": "2",
+            "by": ["x", "y"],
+            "angle_deg": pytest.approx(4.0),
+            "stated95_deg": None,
+            "within95": None,
+        },
+    ]
 
 
 def test_a_table_without_repeats_says_so(run, write) -> None:
@@ -88,11 +94,14 @@ def test_a_ring_of_repeats_is_left_out_and_a_line_is_no_repeat_of_a_plane(run, w
 @pytest.mark.parametrize(
     "words",
     [
-        "stats {table}", "fold {table}", "rose {table} -o {folder}/rose.svg --force",
+        "stats {table}",
+        "fold {table}",
+        "rose {table} -o {folder}/rose.svg --force",
         "stereonet {table} -o {folder}/net.svg --force",
-        "slope {table} --face 100/70 --friction 30", "sets {table} -o {folder}/sets.csv --force",
+        "slope {table} --face 100/70 --friction 30",
+        "sets {table} -o {folder}/sets.csv --force",
     ],
-)  # fmt: skip
+)
 def test_repeats_are_counted_nowhere(run, write, tmp_path, words: str) -> None:
     """The answer is that of the table without them, and it is said that they were left out."""
     firsts = "".join(line for line in TABLE.splitlines(True) if line[0] not in "defg")
@@ -130,21 +139,35 @@ def test_a_table_of_repeats_alone_is_refused(run, write) -> None:
 def test_a_repeated_trace_is_no_further_fracture(run, write) -> None:
     def layer(*repeat_of: str | None) -> str:
         features = [
-            {"type": "Feature", "properties": {"name": f"t{i}", "repeat_of": of},
-             "geometry": {"type": "LineString", "coordinates": [[0, i], [4, i]]}}
+            {
+                "type": "Feature",
+                "properties": {"name": f"t{i}", "repeat_of": of},
+                "geometry": {"type": "LineString", "coordinates": [[0, i], [4, i]]},
+            }
             for i, of in enumerate(repeat_of)
-        ]  # fmt: skip
+        ]
         crs = {"type": "name", "properties": {"name": "EPSG:32633"}}
         return json.dumps({"type": "FeatureCollection", "crs": crs, "features": features})
 
     area = write(
-        json.dumps({"type": "FeatureCollection",
-                    "crs": {"type": "name", "properties": {"name": "EPSG:32633"}},
-                    "features": [{"type": "Feature", "properties": {}, "geometry": {
-                        "type": "Polygon", "coordinates": [
-                            [[0, -1], [4, -1], [4, 4], [0, 4], [0, -1]]]}}]}),
+        json.dumps(
+            {
+                "type": "FeatureCollection",
+                "crs": {"type": "name", "properties": {"name": "EPSG:32633"}},
+                "features": [
+                    {
+                        "type": "Feature",
+                        "properties": {},
+                        "geometry": {
+                            "type": "Polygon",
+                            "coordinates": [[[0, -1], [4, -1], [4, 4], [0, 4], [0, -1]]],
+                        },
+                    }
+                ],
+            }
+        ),
         "area.geojson",
-    )  # fmt: skip
+    )
     traces = write(layer(None, "", "t0"), "traces.geojson")
     found = run("fractures", traces, "--area", area, "--json").json
     assert (found["traces"], found["P21_1_per_m"]) == (2, pytest.approx(8 / 20))

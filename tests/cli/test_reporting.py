@@ -76,11 +76,23 @@ def test_a_step_that_takes_long_adds_to_the_estimate() -> None:
 
 def test_durations_are_clocks_and_estimates_are_rounded() -> None:
     assert [clock(s) for s in (0.9, 61, 3599.9, 3600, 36061)] == [
-        "0:00", "1:01", "59:59", "1:00:00", "10:01:01",
-    ]  # fmt: skip
+        "0:00",
+        "1:01",
+        "59:59",
+        "1:00:00",
+        "10:01:01",
+    ]
     assert [rounded_time(s) for s in (0, 11, 57, 58, 89, 91, 3569, 3600, 4500)] == [
-        "5 s", "15 s", "60 s", "1 min", "1 min", "2 min", "59 min", "1 h 0 min", "1 h 15 min",
-    ]  # fmt: skip
+        "5 s",
+        "15 s",
+        "60 s",
+        "1 min",
+        "1 min",
+        "2 min",
+        "59 min",
+        "1 h 0 min",
+        "1 h 15 min",
+    ]
 
 
 # Plain lines -------------------------------------------------------------------------------------

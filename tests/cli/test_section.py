@@ -74,8 +74,21 @@ def test_features_in_a_table(run, model: Path, tmp_path: Path) -> None:  # type:
         "id,dip_direction,dip,x,y,z\nB1,60,45,4,2,6\nB2,300,20,4,40,6\n=1,0,30,3,5,1\n"
     )
     out = tmp_path / "s.csv"
-    ran = run("section", model, "--plane", "180/90", "--through", "0,4,0", "-o", out,
-              "--within", 10, "--features", planes, "--json")  # fmt: skip
+    ran = run(
+        "section",
+        model,
+        "--plane",
+        "180/90",
+        "--through",
+        "0,4,0",
+        "-o",
+        out,
+        "--within",
+        10,
+        "--features",
+        planes,
+        "--json",
+    )
     found = ran.json
     assert (found["features"], found["left_out"]) == (2, 1)
     table = pd.read_csv(found["features_file"], comment="#")
@@ -137,9 +150,14 @@ def hooked(path: Path) -> set[tuple[float, float]]:
 
 @pytest.mark.parametrize(
     ("column", "yes", "no"),
-    [("overturned", "true", "false"), ("Overturned", "1", "0"), ("inverted", "Yes", ""),
-     ("overturned_bed", "x", "no"), ("overturned", "ja", "nein")],
-)  # fmt: skip
+    [
+        ("overturned", "true", "false"),
+        ("Overturned", "1", "0"),
+        ("inverted", "Yes", ""),
+        ("overturned_bed", "x", "no"),
+        ("overturned", "ja", "nein"),
+    ],
+)
 def test_overturned_beds_of_a_table(run, model, tmp_path, column, yes, no) -> None:  # type: ignore[no-untyped-def]
     planes = tmp_path / "planes.csv"
     planes.write_text(
@@ -163,8 +181,19 @@ def test_what_of_a_table_is_not_on_the_section_is_said(run, model, tmp_path) -> 
         "dip_direction,dip,trend,plunge,x,y,z,overturned\n"
         "90,45,,,4,2,4,maybe\n90,60,,,,,,\n,,120,30,5,5,3,\n,,,,5,5,3,\n"
     )
-    ran = run("section", model, "--plane", "180/90", "--through", "0,4,0", "-o",
-              tmp_path / "s.csv", "--features", planes, "--json")  # fmt: skip
+    ran = run(
+        "section",
+        model,
+        "--plane",
+        "180/90",
+        "--through",
+        "0,4,0",
+        "-o",
+        tmp_path / "s.csv",
+        "--features",
+        planes,
+        "--json",
+    )
     assert ran.code == 0, ran.err
     findings = by_code(ran.json["warnings"])
     assert {"table.rows-left-out", "orientation.unclear-overturned"} <= findings.keys()
@@ -188,8 +217,18 @@ def test_an_azimuth_of_a_table_can_be_told(run, model, tmp_path) -> None:  # typ
 def test_a_dip_over_90_is_told_how_it_is_written(run, model, tmp_path) -> None:  # type: ignore[no-untyped-def]
     planes = tmp_path / "planes.csv"
     planes.write_text("dip_direction,dip,x,y,z\n90,110,4,4,4\n")
-    ran = run("section", model, "--plane", "180/90", "--through", "0,4,0", "--features", planes,
-              "-o", tmp_path / "s.csv")  # fmt: skip
+    ran = run(
+        "section",
+        model,
+        "--plane",
+        "180/90",
+        "--through",
+        "0,4,0",
+        "--features",
+        planes,
+        "-o",
+        tmp_path / "s.csv",
+    )
     assert ran.code == 2
     assert "line 2, dip" in ran.err
     finding = Finding("orientation.overturned-dip", value=110, dip=70)

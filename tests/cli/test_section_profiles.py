@@ -35,8 +35,14 @@ def layer(path: Path, xy: np.ndarray, crs: str | None) -> Path:
         document.modelspace().add_lwpolyline(xy)
         document.saveas(path)
     else:
-        pyogrio.raw.write(path, shapely.to_wkb(shapely.linestrings(xy[None])), [], [],
-                          geometry_type="LineString", crs=crs)  # fmt: skip
+        pyogrio.raw.write(
+            path,
+            shapely.to_wkb(shapely.linestrings(xy[None])),
+            [],
+            [],
+            geometry_type="LineString",
+            crs=crs,
+        )
     return path
 
 

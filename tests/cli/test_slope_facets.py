@@ -24,9 +24,10 @@ def labelled(path: Path) -> Path:
     down = np.array([np.cos(b), 0, -np.sin(b)])
     other = np.array([[5.0, 0, 0], [5.0, 0, 0] + right, [5.0, 0, 0] - down])[[0, 2, 1]]
     mesh = Mesh(
-        np.vstack([one, other, [[9, 9, 9]]]), np.array([[0, 1, 2], [3, 4, 5]], np.int32),
+        np.vstack([one, other, [[9, 9, 9]]]),
+        np.array([[0, 1, 2], [3, 4, 5]], np.int32),
         fields={"facet": np.array([0, 0, 0, 1, 1, 1, -1], np.int32)},
-    )  # fmt: skip
+    )
     write_model(mesh, None, path)
     return path
 
@@ -72,13 +73,16 @@ def test_facets_are_painted_and_overhangs_are_seen(run, write, tmp_path: Path) -
 def test_words_that_do_not_go_together(run, write, tmp_path: Path) -> None:
     planes, facets = write(TABLE, "planes.csv"), write(FACETS, "facets.csv")
     for words in (
-        [], ["--face", "100/70", "--facets", facets],
+        [],
+        ["--face", "100/70", "--facets", facets],
         ["--face", "100/70", "--labelled-model", "m.ply"],
-        ["--facets", facets, "--plot", "a.svg"], ["--facets", facets, "--paint", "a.ply"],
-        ["--facets", facets, "--lateral", "-3"], ["--facets", tmp_path / "none.csv"],
+        ["--facets", facets, "--plot", "a.svg"],
+        ["--facets", facets, "--paint", "a.ply"],
+        ["--facets", facets, "--lateral", "-3"],
+        ["--facets", tmp_path / "none.csv"],
         ["--facets", write("dipdir,dip\n0,0\n", "flat.csv")],
         ["--face", "100/70", "-o", "a.csv"],
-    ):  # fmt: skip
+    ):
         ran = run("slope", planes, "--friction", 30, *words)
         assert ran.code == 2, words
         assert "Traceback" not in ran.err

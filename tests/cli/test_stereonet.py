@@ -68,24 +68,41 @@ def test_contours_of_a_few_and_of_nothing_dense_are_warned_of(run, write, tmp_pa
     ("words", "code", "values"),
     [
         (["-o", "net.svg", "--levels", "2,4"], "option.requires", {"field": "--levels"}),
-        (["-o", "net.svg", "--contour", "kamb", "--levels", "2;4"], "net.not-levels",
-         {"text": "2;4", "field": "--levels"}),
-        (["-o", "net.svg", "--contour", "kamb", "--levels", "-1"], "net.not-levels",
-         {"text": "-1", "field": "--levels"}),
-        (["-o", "net.svg", "--contour", "kamb", "--kamb-sigma", "0"], "option.out-of-range",
-         {"value": 0, "field": "--kamb-sigma"}),
+        (
+            ["-o", "net.svg", "--contour", "kamb", "--levels", "2;4"],
+            "net.not-levels",
+            {"text": "2;4", "field": "--levels"},
+        ),
+        (
+            ["-o", "net.svg", "--contour", "kamb", "--levels", "-1"],
+            "net.not-levels",
+            {"text": "-1", "field": "--levels"},
+        ),
+        (
+            ["-o", "net.svg", "--contour", "kamb", "--kamb-sigma", "0"],
+            "option.out-of-range",
+            {"value": 0, "field": "--kamb-sigma"},
+        ),
         (["-o", "net.jpg"], "output.unknown-format", {"formats": PICTURES, "suffix": ".jpg"}),
         (["-o", "net"], "output.unknown-format", {"formats": PICTURES}),
         (["-o", "net.svg", "--contour", "magic"], "option.not-a-choice", {"value": "magic"}),
-        (["-o", "net.svg", "--projection", "mercator"], "option.not-a-choice",
-         {"value": "mercator", "field": "--projection"}),
+        (
+            ["-o", "net.svg", "--projection", "mercator"],
+            "option.not-a-choice",
+            {"value": "mercator", "field": "--projection"},
+        ),
         ([], "command.arguments-missing", {"names": ["--output"], "field": "--output"}),
     ],
-)  # fmt: skip
+)
 def test_wrong_wishes_are_refused_and_nothing_is_drawn(
-    run, write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], code: str,
+    run,
+    write,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    words: list[str],
+    code: str,
     values: dict[str, object],
-) -> None:  # fmt: skip
+) -> None:
     monkeypatch.chdir(tmp_path)
     ran = run("stereonet", write(TABLE), *words, "--json")
     assert ran.code == 2
@@ -128,8 +145,20 @@ def test_untilting_brings_the_beds_to_the_horizontal(run, write, tmp_path) -> No
 
 def test_circles_and_intersections_are_drawn_and_named(run, write, tmp_path) -> None:
     path = write("dipdir,dip\n90,30\n200,60\n330,45\n")
-    ran = run("stereonet", path, "-o", tmp_path / "net.svg", "--plane", "100/50",
-              "--cone", "125/26/60", "--cone", "0/0/20", "--intersections", "--json")  # fmt: skip
+    ran = run(
+        "stereonet",
+        path,
+        "-o",
+        tmp_path / "net.svg",
+        "--plane",
+        "100/50",
+        "--cone",
+        "125/26/60",
+        "--cone",
+        "0/0/20",
+        "--intersections",
+        "--json",
+    )
     assert ran.json["circles"] == ["Plane 100/50", "Cone 125/26/60", "Cone 0/0/20"]
     assert ran.json["sets"]["Intersections"] == 3
     drawn = (tmp_path / "net.svg").read_text()

@@ -23,9 +23,13 @@ def slope(tmp_path: Path) -> Path:
     grey = np.where(np.abs(z - 1.0) < 0.02, 10, 200)
     path = tmp_path / "slope.csv"
     np.savetxt(
-        path, np.column_stack([x, y, z, grey]), fmt="%.4f", delimiter=",", header="x,y,z,grey",
+        path,
+        np.column_stack([x, y, z, grey]),
+        fmt="%.4f",
+        delimiter=",",
+        header="x,y,z,grey",
         comments="",
-    )  # fmt: skip
+    )
     return path
 
 
@@ -100,9 +104,13 @@ def test_the_edges_of_a_network_are_followed(run, tmp_path: Path) -> None:
     grey = np.where(np.abs(z - 1.0) < 0.02, 10, 250) + np.zeros((3, 1))
     model, clicks, network = (tmp_path / n for n in ("s.csv", "c.csv", "n.onnx"))
     np.savetxt(
-        model, np.column_stack([x, y, z, *grey]), fmt="%.4f", delimiter=",", header="x,y,z,r,g,b",
+        model,
+        np.column_stack([x, y, z, *grey]),
+        fmt="%.4f",
+        delimiter=",",
+        header="x,y,z,r,g,b",
         comments="",
-    )  # fmt: skip
+    )
     clicks.write_text("x,y,z\n0.05,1.9,1.0\n2.0,2.1,1.0\n3.9,2.4,1.0\n")
     network.write_bytes(convolution(DARK, bias=1.0))
     words = ["trace", model, "--through", clicks, "--cost", "onnx"]
@@ -112,9 +120,17 @@ def test_the_edges_of_a_network_are_followed(run, tmp_path: Path) -> None:
     points = np.loadtxt(tmp_path / "t.csv", delimiter=",", skiprows=5, comments="#")
     assert np.median(np.abs(points[:, 2] - 1.0)) < 0.05
     seen = run(
-        "trace", model, "--propose", "--cost", "onnx", "--onnx-model", network,
-        "-o", tmp_path / "p.csv", "--json",
-    )  # fmt: skip
+        "trace",
+        model,
+        "--propose",
+        "--cost",
+        "onnx",
+        "--onnx-model",
+        network,
+        "-o",
+        tmp_path / "p.csv",
+        "--json",
+    )
     assert seen.code == 0, seen.said
     assert seen.json["cost"] == "onnx"
     notes = seen.json["proposals"][0]["plane"]["notes"]
@@ -141,12 +157,18 @@ def photographed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     written(made, folder)
     mesh = made.mesh()
     lines = [
-        "ply", "format ascii 1.0", f"element vertex {len(mesh.vertices)}", "property double x",
-        "property double y", "property double z", f"element face {len(mesh.faces)}",
-        "property list uchar int vertex_indices", "end_header",
+        "ply",
+        "format ascii 1.0",
+        f"element vertex {len(mesh.vertices)}",
+        "property double x",
+        "property double y",
+        "property double z",
+        f"element face {len(mesh.faces)}",
+        "property list uchar int vertex_indices",
+        "end_header",
         *(" ".join(f"{v:.9f}" for v in p) for p in mesh.vertices),
         *(f"3 {a} {b} {c}" for a, b, c in mesh.faces),
-    ]  # fmt: skip
+    ]
     (folder / "wall.ply").write_text("\n".join(lines) + "\n")
     rows = [",".join(f"{v:.6f}" for v in p) for p in wall_clicks(made)]
     (folder / "clicks.csv").write_text("\n".join(["x,y,z", *rows]) + "\n")
@@ -157,10 +179,17 @@ def photographed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_trace_is_followed_in_a_photo(run, photographed: Path, tmp_path: Path) -> None:
     table = tmp_path / "bed.csv"
     words = [
-        "trace", photographed / "wall.ply", "--photo", photographed / "p0.png",
-        "--cameras", photographed / "cameras.json", "--through", photographed / "clicks.csv",
-        "-o", table,
-    ]  # fmt: skip
+        "trace",
+        photographed / "wall.ply",
+        "--photo",
+        photographed / "p0.png",
+        "--cameras",
+        photographed / "cameras.json",
+        "--through",
+        photographed / "clicks.csv",
+        "-o",
+        table,
+    ]
     ran = run(*words, "--json")
     assert ran.code == 0, ran.said
     assert ran.json.keys() >= PROMISED | {"photo", "voters", "agreeing_share"}
@@ -182,9 +211,16 @@ def test_a_trace_is_followed_in_a_photo(run, photographed: Path, tmp_path: Path)
     pixels = read_cameras(photographed / "cameras.json").views[0].project(wall_clicks(made))
     clicks.write_text("column,row\n" + "\n".join(f"{x:.4f},{y:.4f}" for x, y in pixels) + "\n")
     again = run(
-        "trace", photographed / "wall.ply", "--photo", "p0.png", "--through", clicks,
-        "-o", tmp_path / "again.csv", "--json",
-    )  # fmt: skip
+        "trace",
+        photographed / "wall.ply",
+        "--photo",
+        "p0.png",
+        "--through",
+        clicks,
+        "-o",
+        tmp_path / "again.csv",
+        "--json",
+    )
     assert again.code == 0, again.said
     assert (tmp_path / "again.csv").read_text() == table.read_text()
 
@@ -197,9 +233,17 @@ def test_in_a_photo_the_best_cost_and_a_network(run, photographed, tmp_path, mor
     if "onnx" in more:
         more = [*more, "--onnx-model", network]
     ran = run(
-        "trace", photographed / "wall.ply", "--photo", "p0.png",
-        "--through", photographed / "clicks.csv", "-o", tmp_path / "t.csv", "--json", *more,
-    )  # fmt: skip
+        "trace",
+        photographed / "wall.ply",
+        "--photo",
+        "p0.png",
+        "--through",
+        photographed / "clicks.csv",
+        "-o",
+        tmp_path / "t.csv",
+        "--json",
+        *more,
+    )
     assert ran.code == 0, ran.said
     made = wall(4)
     points = np.loadtxt(tmp_path / "t.csv", delimiter=",", skiprows=6)
@@ -238,9 +282,15 @@ def test_what_cannot_be_followed_in_a_photo_is_refused(
     run, photographed: Path, tmp_path: Path, more: list[str], code: str, values: dict[str, object]
 ) -> None:
     ran = run(
-        "trace", photographed / "wall.ply", "--through", photographed / "clicks.csv",
-        "-o", tmp_path / "t.csv", *more, "--json",
-    )  # fmt: skip
+        "trace",
+        photographed / "wall.ply",
+        "--through",
+        photographed / "clicks.csv",
+        "-o",
+        tmp_path / "t.csv",
+        *more,
+        "--json",
+    )
     assert ran.code == 2
     error_of(ran.json, code, **values)
     assert not (tmp_path / "t.csv").exists()
@@ -248,14 +298,23 @@ def test_what_cannot_be_followed_in_a_photo_is_refused(
 
 def test_a_drawing_is_not_followed_in_a_photo(run, slope: Path, tmp_path: Path) -> None:
     ran = run(
-        "trace", slope, "--from-ortho", "drawn.gpkg", "--photo", "p0.png",
-        "-o", tmp_path / "t.csv", "--json",
-    )  # fmt: skip
+        "trace",
+        slope,
+        "--from-ortho",
+        "drawn.gpkg",
+        "--photo",
+        "p0.png",
+        "-o",
+        tmp_path / "t.csv",
+        "--json",
+    )
     assert ran.code == 2
     error = ran.json["error"]
     assert (error["code"], error["option"], error["other"]) == (
-        "option.requires", "--photo", "--through",
-    )  # fmt: skip
+        "option.requires",
+        "--photo",
+        "--through",
+    )
 
 
 def test_lines_are_proposed_and_no_results(run, slope: Path, tmp_path: Path) -> None:
@@ -273,7 +332,9 @@ def test_lines_are_proposed_and_no_results(run, slope: Path, tmp_path: Path) -> 
     words = ["trace", slope, "--propose", "-o", tmp_path / "n.csv", "--json"]
     error = run(*words, "--into", tmp_path).json["error"]
     assert (error["code"], error["option"], error["other"]) == (
-        "option.requires", "--into", "--from-ortho",
-    )  # fmt: skip
+        "option.requires",
+        "--into",
+        "--from-ortho",
+    )
     both = run("trace", slope, "--propose", "--through", slope, "-o", tmp_path / "n.csv")
     assert both.code == 2

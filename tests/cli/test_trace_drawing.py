@@ -45,8 +45,19 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "wall.obj").write_text("\n".join(lines) + "\n")
     (folder / "wall.prj").write_text("EPSG:32633\n")
     for name, trend, plunge in (("o", 10, 5), ("other", 340, 5), ("map", 0, 90)):
-        words = ["ortho", folder / "wall.obj", "--trend", trend, "--plunge", plunge, "--gsd", GSD,
-                 "-o", folder / f"{name}.tif", "--json"]  # fmt: skip
+        words = [
+            "ortho",
+            folder / "wall.obj",
+            "--trend",
+            trend,
+            "--plunge",
+            plunge,
+            "--gsd",
+            GSD,
+            "-o",
+            folder / f"{name}.tif",
+            "--json",
+        ]
         assert main([str(word) for word in words]) == 0
     return folder
 
@@ -62,8 +73,10 @@ def drawn(folder: Path, name: str = "o") -> tuple[np.ndarray, np.ndarray]:
     """The true points in pixels, and in the GeoTIFF's coordinates; a geologist's clicks."""
     facts = json.loads((folder / f"{name}.json").read_text("utf-8"))
     points = truth()
-    pixels = np.linalg.solve(np.array(facts["pixel_to_world"]), np.concatenate(
-        [points.reshape(-1, 3).T, np.ones((1, points.size // 3))])).T[:, :2]  # fmt: skip
+    pixels = np.linalg.solve(
+        np.array(facts["pixel_to_world"]),
+        np.concatenate([points.reshape(-1, 3).T, np.ones((1, points.size // 3))]),
+    ).T[:, :2]
     with rasterio.open(folder / f"{name}.tif") as file:
         t = file.transform
     xy = pixels @ [[t.a, t.d], [t.b, t.e]] + [t.c, t.f]
@@ -73,8 +86,17 @@ def drawn(folder: Path, name: str = "o") -> tuple[np.ndarray, np.ndarray]:
 def check(run, scene: Path, drawing: Path, names=("1", "2"), picture: str = "o") -> None:  # type: ignore[no-untyped-def]
     """Every vertex is back within a pixel."""
     table = drawing.with_suffix(".csv")
-    ran = run("trace", scene / "wall.obj", "--from-ortho", drawing, "--sidecar",
-              scene / f"{picture}.json", "-o", table, "--json")  # fmt: skip
+    ran = run(
+        "trace",
+        scene / "wall.obj",
+        "--from-ortho",
+        drawing,
+        "--sidecar",
+        scene / f"{picture}.json",
+        "-o",
+        table,
+        "--json",
+    )
     assert ran.code == 0, ran.err
     assert list(ran.json)[:4] == ["lines", "points", "off_surface", "table"]
     assert (ran.json["lines"], ran.json["points"], ran.json["off_surface"]) == (2, 18, 0)
@@ -96,14 +118,27 @@ def test_lines_that_ogr_wrote_come_back(run, scene, tmp_path, ending, picture) -
     path = tmp_path / f"d.{ending}"
     fields = {} if ending == "dxf" else {"name": np.array(["bed", "fault"], object)}
     pyogrio.raw.write(
-        path, shapely.to_wkb(shapely.linestrings(xy)), list(fields.values()),
-        np.array(list(fields), object), geometry_type="LineString", crs=crs,
-    )  # fmt: skip
+        path,
+        shapely.to_wkb(shapely.linestrings(xy)),
+        list(fields.values()),
+        np.array(list(fields), object),
+        geometry_type="LineString",
+        crs=crs,
+    )
     if picture == "map":
         # From above a wall shows its upper edge; it is the geometry of the file that counts here.
         table = tmp_path / "d.csv"
-        ran = run("trace", scene / "wall.obj", "--from-ortho", path, "--sidecar",
-                  scene / "map.json", "-o", table, "--json")  # fmt: skip
+        ran = run(
+            "trace",
+            scene / "wall.obj",
+            "--from-ortho",
+            path,
+            "--sidecar",
+            scene / "map.json",
+            "-o",
+            table,
+            "--json",
+        )
         assert ran.code == 0, ran.err
         rows = pd.read_csv(table, comment="#")
         if not ran.json["off_surface"]:
@@ -167,8 +202,16 @@ def test_a_page_of_the_pictures_own_pixels_comes_back(run, scene: Path, tmp_path
     drawing.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" {size}>{"".join(lines)}</svg>')
     check(run, scene, drawing)
     drawing.write_text(drawing.read_text().replace('viewBox="0 0', 'viewBox="0 0 3'))
-    ran = run("trace", scene / "wall.obj", "--from-ortho", drawing, "--sidecar", scene / "o.json",
-              "-o", tmp_path / "x.csv")  # fmt: skip
+    ran = run(
+        "trace",
+        scene / "wall.obj",
+        "--from-ortho",
+        drawing,
+        "--sidecar",
+        scene / "o.json",
+        "-o",
+        tmp_path / "x.csv",
+    )
     assert ran.code == 2
     assert "drawing.other-picture" in shown_codes(ran.err)
 
@@ -210,24 +253,49 @@ def test_a_drawing_of_another_picture_is_refused(run, scene: Path, tmp_path: Pat
     shapes = shapely.to_wkb(shapely.linestrings(xy))
     pyogrio.raw.write(path, shapes, [], [], geometry_type="LineString", crs=crs)
     for sidecar in ("o", "map"):
-        ran = run("trace", scene / "wall.obj", "--from-ortho", path, "--sidecar",
-                  scene / f"{sidecar}.json", "-o", tmp_path / "x.csv")  # fmt: skip
+        ran = run(
+            "trace",
+            scene / "wall.obj",
+            "--from-ortho",
+            path,
+            "--sidecar",
+            scene / f"{sidecar}.json",
+            "-o",
+            tmp_path / "x.csv",
+        )
         assert ran.code == 2
         assert "drawing.other-picture" in shown_codes(ran.err)
     check(run, scene, path, picture="other")
     plain = tmp_path / "plain.dxf"
-    pyogrio.raw.write(plain, shapely.to_wkb(shapely.linestrings(xy + 1000)), [], [],
-                      geometry_type="LineString")  # fmt: skip
-    ran = run("trace", scene / "wall.obj", "--from-ortho", plain, "--sidecar",
-              scene / "other.json", "-o", tmp_path / "x.csv")  # fmt: skip
+    pyogrio.raw.write(
+        plain, shapely.to_wkb(shapely.linestrings(xy + 1000)), [], [], geometry_type="LineString"
+    )
+    ran = run(
+        "trace",
+        scene / "wall.obj",
+        "--from-ortho",
+        plain,
+        "--sidecar",
+        scene / "other.json",
+        "-o",
+        tmp_path / "x.csv",
+    )
     assert "drawing.other-picture" in shown_codes(ran.err)
     for drawing, sidecar, said in (
         (path, scene / "wall.obj", "not the sidecar"),
         (scene / "wall.obj", scene / "o.json", "cannot be read as a drawing"),
         (path, scene / "none.json", "cannot be read"),
     ):
-        ran = run("trace", scene / "wall.obj", "--from-ortho", drawing, "--sidecar", sidecar,
-                  "-o", tmp_path / "x.csv")  # fmt: skip
+        ran = run(
+            "trace",
+            scene / "wall.obj",
+            "--from-ortho",
+            drawing,
+            "--sidecar",
+            sidecar,
+            "-o",
+            tmp_path / "x.csv",
+        )
         assert ran.code == 2
         assert said in ran.err
     assert not (tmp_path / "x.csv").exists()
@@ -243,7 +311,7 @@ def test_points_beside_the_surface_are_counted_and_the_line_made_denser(
     beside = np.array([[c, f], [c + a, f + e], *xy[0]])
     path = tmp_path / "d.gpkg"
     both = [shapely.linestrings(beside), shapely.linestrings(xy[1])]
-    pyogrio.raw.write(path, shapely.to_wkb(both), [], [], geometry_type="LineString")  # fmt: skip
+    pyogrio.raw.write(path, shapely.to_wkb(both), [], [], geometry_type="LineString")
     words = ("trace", scene / "wall.obj", "--from-ortho", path, "--sidecar", scene / "o.json")
     ran = run(*words, "-o", tmp_path / "a.csv", "--json")
     assert ran.json["points"] == 18
@@ -295,8 +363,15 @@ def test_the_interpretation_goes_over_the_picture_and_back_into_a_project(run, t
         cosine = abs(line @ right) / np.linalg.norm(line)
         assert abs(dip) == pytest.approx(np.degrees(np.arccos(cosine)), abs=1e-4)
     back = ("trace", model, "--sidecar", found["sidecar"])
-    refused = run(*back, "--from-ortho", found["drawing"]["svg"], "-o", tmp_path / "u.csv",
-                  "--type", "bedding")  # fmt: skip
+    refused = run(
+        *back,
+        "--from-ortho",
+        found["drawing"]["svg"],
+        "-o",
+        tmp_path / "u.csv",
+        "--type",
+        "bedding",
+    )
     assert refused.code == 2
     assert run(*back, "--from-ortho", found["drawing"]["svg"], "-o", tmp_path / "u.csv").code == 0
     assert run(*back, "--from-ortho", found["drawing"]["dxf"], "-o", tmp_path / "v.csv").code == 0
@@ -320,8 +395,18 @@ def test_parts_of_the_interpretation_are_chosen(run, tmp_path: Path) -> None:  #
     assert set(lines.values()) == {"LineString"}
     assert set(whole) == {*points, *lines, *layers("patches.tif", "--show", "patches")}
     # A picture beside everything has no drawing, and says so.
-    far = run(*words, "-o", tmp_path / "far.tif", "--draw", SPECIMEN, "--json", "--sheet",
-              tmp_path / "far.png", "--around", "364534,4721857,859,0.3,0.3")  # fmt: skip
+    far = run(
+        *words,
+        "-o",
+        tmp_path / "far.tif",
+        "--draw",
+        SPECIMEN,
+        "--json",
+        "--sheet",
+        tmp_path / "far.png",
+        "--around",
+        "364534,4721857,859,0.3,0.3",
+    )
     assert far.code == 0, far.err
     assert far.json["drawing"] is None
     assert "interpretation.not-in-view" in codes(far.json)
@@ -330,8 +415,11 @@ def test_parts_of_the_interpretation_are_chosen(run, tmp_path: Path) -> None:  #
     assert alone.code == 2
     error = alone.json["error"]
     assert (error["code"], error["option"], error["other"], error["field"]) == (
-        "option.requires", "--show", "--draw", "--show",
-    )  # fmt: skip
+        "option.requires",
+        "--show",
+        "--draw",
+        "--show",
+    )
     assert not (tmp_path / "none.tif").exists()
     parts = ["traces", "patches", "symbols", "legend"]
     for show, code, values in (

@@ -39,9 +39,12 @@ def _value(name: str, dims: Sequence[int | str]) -> bytes:
 
 def _node(op: str, inputs: Sequence[str], outputs: Sequence[str], attributes: bytes = b"") -> bytes:
     return (
-        b"".join(_bytes(1, i) for i in inputs) + b"".join(_bytes(2, o) for o in outputs)
-        + _bytes(3, f"{op}_{outputs[0]}") + _bytes(4, op) + attributes
-    )  # fmt: skip
+        b"".join(_bytes(1, i) for i in inputs)
+        + b"".join(_bytes(2, o) for o in outputs)
+        + _bytes(3, f"{op}_{outputs[0]}")
+        + _bytes(4, op)
+        + attributes
+    )
 
 
 def _ints(name: str, values: Sequence[int]) -> bytes:
@@ -60,17 +63,23 @@ def convolution(
     out, channels, k, _ = weights.shape
     pad = k // 2 if pads is None else pads
     nodes = [
-        _node("Conv", ["picture", "weights", "bias"], ["c0"],
-              _ints("kernel_shape", [k, k]) + _ints("pads", [pad] * 4) + _ints("strides", [1, 1]))
-    ]  # fmt: skip
+        _node(
+            "Conv",
+            ["picture", "weights", "bias"],
+            ["c0"],
+            _ints("kernel_shape", [k, k]) + _ints("pads", [pad] * 4) + _ints("strides", [1, 1]),
+        )
+    ]
     last = "c0"
     for number, op in enumerate(after, 1):
         nodes.append(_node(op, [last], [f"c{number}"]))
         last = f"c{number}"
     graph = (
-        b"".join(_bytes(1, n) for n in nodes) + _bytes(2, "small")
-        + _bytes(5, _tensor("weights", weights)) + _bytes(5, _tensor("bias", np.full(out, bias)))
+        b"".join(_bytes(1, n) for n in nodes)
+        + _bytes(2, "small")
+        + _bytes(5, _tensor("weights", weights))
+        + _bytes(5, _tensor("bias", np.full(out, bias)))
         + _bytes(11, _value("picture", [1, channels, *size]))
         + _bytes(12, _value(last, [1, out, *size]))
-    )  # fmt: skip
+    )
     return _int(1, 8) + _bytes(7, graph) + _bytes(8, _bytes(1, "") + _int(2, 13))

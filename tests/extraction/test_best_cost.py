@@ -103,9 +103,13 @@ def test_a_line_on_a_flat_face_leaves_its_plane_open(mesh: bool, cost: str) -> N
         if made is None:
             continue
         found = followed_trace(
-            SurfaceGraph(made.data), made.way_points, cost=cost, resolution=made.spacing,
-            model="", frame="local",
-        )  # fmt: skip
+            SurfaceGraph(made.data),
+            made.way_points,
+            cost=cost,
+            resolution=made.spacing,
+            model="",
+            frame="local",
+        )
         assert found.plane is not None
         count += 1
         held += found.plane["quality"] == "poor" and found.plane["total95_deg"] > 60.0

@@ -33,8 +33,9 @@ def divided(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
 def ball(rounds: int) -> tuple[Floats, Ints]:
     """Of radius one, its faces outward."""
     places = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1.0]])
-    faces = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4],
-                      [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]])  # fmt: skip
+    faces = np.array(
+        [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]]
+    )
     for _ in range(rounds):
         places, faces = divided(places, faces)
         places = places / np.linalg.norm(places, axis=1)[:, None]

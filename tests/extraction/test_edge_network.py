@@ -108,11 +108,12 @@ def test_textures_become_edges(tmp_path) -> None:
     picture[:, 32:] = 200
     Image.fromarray(picture).save(tmp_path / "t.png")
     mesh = Mesh(
-        np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], float), np.array([[0, 1, 2]]),
+        np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], float),
+        np.array([[0, 1, 2]]),
         uv=np.array([[0, 0], [1, 0], [0, 1]], np.float32),
         materials=(Material("t", tmp_path / "t.png"), Material("plain")),
         material_offsets=np.array([0, 1, 1]),
-    )  # fmt: skip
+    )
     net = network(tmp_path, convolution(SOBEL, after=["Abs"]))
     made = wearing_edges(mesh, 1.0, lambda p, f: write_edges(net, p, f, Silent()), tmp_path / "e")
     worn = np.asarray(Image.open(made.materials[0].texture))

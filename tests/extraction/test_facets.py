@@ -231,11 +231,21 @@ def test_a_mesh_of_few_large_faces_has_facets() -> None:
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], np.float64)
     faces = np.array(
         [
-            [0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
-            [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3],
+            [0, 1, 3],
+            [0, 3, 2],
+            [4, 6, 7],
+            [4, 7, 5],
+            [0, 4, 5],
+            [0, 5, 1],
+            [2, 3, 7],
+            [2, 7, 6],
+            [0, 2, 6],
+            [0, 6, 4],
+            [1, 5, 7],
+            [1, 7, 3],
         ],
         np.int32,
-    )  # fmt: skip
+    )
     found = find_facets(Mesh(corners, faces))
     assert len(found.facets) == 6
     assert sorted(round(f.area, 9) for f in found.facets) == [1.0] * 6

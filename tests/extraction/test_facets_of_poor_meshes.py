@@ -93,9 +93,14 @@ def two_tiles(apart: float = 0.0, gap: float = 0.0, coarse: int = 1) -> Mesh:
 
 
 UNSTITCHED = [
-    {"apart": 1e-6}, {"apart": 5e-4}, {"apart": 2e-3}, {"gap": 0.02}, {"gap": -0.02},
-    {"coarse": 4}, {"coarse": 5, "gap": 0.01},
-]  # fmt: skip
+    {"apart": 1e-6},
+    {"apart": 5e-4},
+    {"apart": 2e-3},
+    {"gap": 0.02},
+    {"gap": -0.02},
+    {"coarse": 4},
+    {"coarse": 5, "gap": 0.01},
+]
 
 
 @pytest.mark.parametrize("tiles", UNSTITCHED)

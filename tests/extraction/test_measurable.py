@@ -294,11 +294,16 @@ def test_on_the_sample_simulated_traces_state_what_the_map_tells() -> None:
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        ("length_m", 0.0), ("length_m", -1.0), ("length_m", float("nan")), ("resolution_m", 0.0),
-        ("noise_m", float("inf")), ("points", 3), ("angle_deg", 60.0),
+        ("length_m", 0.0),
+        ("length_m", -1.0),
+        ("length_m", float("nan")),
+        ("resolution_m", 0.0),
+        ("noise_m", float("inf")),
+        ("points", 3),
+        ("angle_deg", 60.0),
         ("registration_error_deg", 90.0),
     ],
-)  # fmt: skip
+)
 def test_values_outside_their_bounds_are_refused(name: str, value: float) -> None:
     with pytest.raises(UsageError) as error:
         MeasurableOptions(**{name: value})

@@ -230,9 +230,12 @@ def test_cameras_stand_in_the_frame_of_the_models_file(scene: tuple[Wall, Path])
     world = mesh.vertices @ turn[:3, :3].T
     here = opened(scene)
     there = open_photos(
-        replace(mesh, vertices=world), 0.05 * 0.3048, folder / "p0.png",
-        folder / "cameras.json", turn,
-    )  # fmt: skip
+        replace(mesh, vertices=world),
+        0.05 * 0.3048,
+        folder / "p0.png",
+        folder / "cameras.json",
+        turn,
+    )
     points = clicks(made)
     assert np.allclose(
         there.views.pixels(0, points @ turn[:3, :3].T), here.views.pixels(0, points), atol=1e-6
@@ -287,9 +290,14 @@ def test_what_cannot_be_followed_in_a_photo_is_refused(
     ends = np.column_stack([ends, made.height(ends)])
     with refused("path.not-shown", GeometryError, number=1, photo="p0.png"):
         photo_trace(
-            SurfaceGraph(made.mesh()), photos, ends, cost="dark", resolution=0.05, model="",
+            SurfaceGraph(made.mesh()),
+            photos,
+            ends,
+            cost="dark",
+            resolution=0.05,
+            model="",
             frame="local",
-        )  # fmt: skip
+        )
     with refused("photo.no-camera", UsageError, photo="other.png", cameras="cameras.json"):
         open_photos(made.mesh(), 0.05, folder / "other.png", folder / "cameras.json")
     with refused("file.missing", file=tmp_path / "p0.png"):

@@ -165,9 +165,12 @@ def test_a_bed_in_the_texture_of_large_faces_is_found(tmp_path) -> None:
         [np.stack([first, first + 1, first + 4], 1), np.stack([first + 1, first + 5, first + 4], 1)]
     )
     mesh = Mesh(
-        np.column_stack([u, 0.5 * v, v]), faces, uv=np.column_stack([u, v]) / 3.0,
-        materials=(Material("a", tmp_path / "a.png"),), material_offsets=np.array([0, len(faces)]),
-    )  # fmt: skip
+        np.column_stack([u, 0.5 * v, v]),
+        faces,
+        uv=np.column_stack([u, v]) / 3.0,
+        materials=(Material("a", tmp_path / "a.png"),),
+        material_offsets=np.array([0, len(faces)]),
+    )
     found = propose_traces(
         SurfaceGraph(mesh),
         ProposalOptions(cost="dark", min_length_m=2.0, max_lines=5),
@@ -205,8 +208,10 @@ def test_way_points_hold_a_line() -> None:
     wave = np.column_stack([x, np.sin(2.0 * x), 0.3 * x])
     assert len(way_points(wave, 0.001, 7)) == 7
     assert run_along([line, line + [0.0, 0.0, 1.0], line[:40]], [line[50:]], 0.1) == [
-        True, False, False,
-    ]  # fmt: skip
+        True,
+        False,
+        False,
+    ]
 
 
 def test_of_very_many_points_a_part_is_looked_at() -> None:

@@ -70,10 +70,16 @@ def test_with_turns_it_costs_what_scipys_does_on_the_graph_of_headings(seed: int
         cosine = way @ [np.cos(angle), np.sin(angle)] / np.linalg.norm(way, axis=1)
         off = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
         free = off <= WIDEST_DEG
-        rows += [first[free] * HEADINGS + h, np.arange(n) * HEADINGS + h,
-                 np.arange(n) * HEADINGS + h]  # fmt: skip
-        ends += [near[free] * HEADINGS + h, np.arange(n) * HEADINGS + (h + 1) % HEADINGS,
-                 np.arange(n) * HEADINGS + (h - 1) % HEADINGS]  # fmt: skip
+        rows += [
+            first[free] * HEADINGS + h,
+            np.arange(n) * HEADINGS + h,
+            np.arange(n) * HEADINGS + h,
+        ]
+        ends += [
+            near[free] * HEADINGS + h,
+            np.arange(n) * HEADINGS + (h + 1) % HEADINGS,
+            np.arange(n) * HEADINGS + (h - 1) % HEADINGS,
+        ]
         prices += [step[free], np.full(n, each), np.full(n, each)]
     whole = csr_array(
         (np.concatenate(prices), (np.concatenate(rows), np.concatenate(ends))),

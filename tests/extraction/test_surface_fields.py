@@ -196,8 +196,14 @@ def test_points_on_a_line_have_no_dip() -> None:
         surface_fields(PointCloud(line), 0.3)
     with refused("fields.points-in-line", GeometryError, radius_m=0.3):
         surface_fields(PointCloud(np.repeat(UTM[None], 100, axis=0)), 0.3)
-    sheet_points = sheet(np.random.default_rng(2), (130.0, 35.0), tuple(UTM + 20.0), size=4.0,
-                         count=20_000, noise=0.0)  # fmt: skip
+    sheet_points = sheet(
+        np.random.default_rng(2),
+        (130.0, 35.0),
+        tuple(UTM + 20.0),
+        size=4.0,
+        count=20_000,
+        noise=0.0,
+    )
     found = surface_fields(PointCloud(np.concatenate([sheet_points, line])), 0.3)
     for values in found.values.values():
         assert np.isnan(values[20_000:]).all()

@@ -168,10 +168,15 @@ def tiff(chance: random.Random) -> Bent:
     start = 16 if big else 8
     places = start + len(data)
     tags: list[tuple[int, int, int, int]] = [
-        (256, 4, 1, width), (257, 4, 1, height), (258, 3, 1, bits), (259, 3, 1, packing),
-        (262, 3, 1, 2 if samples == 3 else 1), (277, 3, 1, samples), (284, 3, 1, 1),
+        (256, 4, 1, width),
+        (257, 4, 1, height),
+        (258, 3, 1, bits),
+        (259, 3, 1, packing),
+        (262, 3, 1, 2 if samples == 3 else 1),
+        (277, 3, 1, samples),
+        (284, 3, 1, 1),
         (339, 3, 1, 3 if is_float else 1),
-    ]  # fmt: skip
+    ]
     many = (places, places + 4 * blocks) if blocks > 1 else (start, len(data))
     if tiled:
         tags += [(322, 4, 1, across), (323, 4, 1, down)]
@@ -329,9 +334,15 @@ def _refused(message: str, path: Path) -> object:
 
 
 READERS: dict[str, Callable[[Path], object]] = {
-    "photo": _photo, "mask": _mask, "texture": _texture, "orthophoto": _orthophoto,
-    "decoded": _decoded, "info": _info, "heights": _heights, "place": _place,
-}  # fmt: skip
+    "photo": _photo,
+    "mask": _mask,
+    "texture": _texture,
+    "orthophoto": _orthophoto,
+    "decoded": _decoded,
+    "info": _info,
+    "heights": _heights,
+    "place": _place,
+}
 _ONLY_TIFF = {"heights", "place"}
 _WHOLE = {"photo", "texture", "decoded"}
 """Readers that read a valid picture, if it is of a format of theirs."""
@@ -402,8 +413,11 @@ class Reader:
         if self._process is None:
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "tests.fuzz.bent_pictures", "--child"],
-                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
-            )  # fmt: skip
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                text=True,
+            )
             self._say(str(self._small))
             self._hear(300.0)
         self._say(f"{name} {path}")

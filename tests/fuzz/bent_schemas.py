@@ -43,9 +43,12 @@ Expected = Literal["refused", "closed", "read", "any"]
 Bend = Callable[[sqlite3.Connection, random.Random], None]
 ENDLESS = "WITH RECURSIVE n(k) AS (SELECT 1 UNION ALL SELECT k + 1 FROM n)"
 _SYSTEM_TABLES = (
-    "gpkg_contents", "gpkg_geometry_columns", "gpkg_spatial_ref_sys", "gpkg_extensions",
+    "gpkg_contents",
+    "gpkg_geometry_columns",
+    "gpkg_spatial_ref_sys",
+    "gpkg_extensions",
     "gpkg_ogr_contents",
-)  # fmt: skip
+)
 
 
 # --- bending --------------------------------------------------------------------------------------
@@ -79,14 +82,16 @@ def _endless_system_table(db: sqlite3.Connection, chance: random.Random) -> None
 
 def _harmless_looking_view(db: sqlite3.Connection, chance: random.Random) -> None:
     name = chance.choice(["spatial_ref_sys", "geometry_columns", "st_geometry_columns", "v"])
-    select = chance.choice([
-        "SELECT srs_id, zeroblob(900000000) AS srid FROM gpkg_spatial_ref_sys",
-        "SELECT a.srs_id FROM gpkg_spatial_ref_sys a, gpkg_spatial_ref_sys b, gpkg_contents c",
-        f"{ENDLESS} SELECT k FROM n",
-        "SELECT srs_id FROM gpkg_spatial_ref_sys UNION ALL SELECT srs_id FROM"
-        " gpkg_spatial_ref_sys",
-        "SELECT randomblob(100000000) AS definition",
-    ])  # fmt: skip
+    select = chance.choice(
+        [
+            "SELECT srs_id, zeroblob(900000000) AS srid FROM gpkg_spatial_ref_sys",
+            "SELECT a.srs_id FROM gpkg_spatial_ref_sys a, gpkg_spatial_ref_sys b, gpkg_contents c",
+            f"{ENDLESS} SELECT k FROM n",
+            "SELECT srs_id FROM gpkg_spatial_ref_sys UNION ALL SELECT srs_id FROM"
+            " gpkg_spatial_ref_sys",
+            "SELECT randomblob(100000000) AS definition",
+        ]
+    )
     db.execute(f"CREATE VIEW {name} AS {select}")
 
 
@@ -100,10 +105,15 @@ def _trigger(db: sqlite3.Connection, chance: random.Random) -> None:
 
 def _virtual_table(db: sqlite3.Connection, chance: random.Random) -> None:
     name = chance.choice(["search", "rtree_real_geom2", "gpkg_search"])
-    module = chance.choice([
-        "fts5(a)", "fts4(a)", "rtree(id, x0, x1)", "rtree_i32(id, minx, maxx, miny, maxy)",
-        "rtree(id, minx, maxx, miny, maxy, minz, maxz)",
-    ])  # fmt: skip
+    module = chance.choice(
+        [
+            "fts5(a)",
+            "fts4(a)",
+            "rtree(id, x0, x1)",
+            "rtree_i32(id, minx, maxx, miny, maxy)",
+            "rtree(id, minx, maxx, miny, maxy, minz, maxz)",
+        ]
+    )
     db.execute(f"CREATE VIRTUAL TABLE {name} USING {module}")
 
 
@@ -132,10 +142,16 @@ def _hidden_in_the_schema(db: sqlite3.Connection, chance: random.Random) -> None
 
 
 def _foreign_module(db: sqlite3.Connection, chance: random.Random) -> None:
-    module = chance.choice([
-        "VirtualOGR('/etc/passwd')", "VirtualShape('/etc/passwd', CP1252, -1)",
-        "VirtualGPKG('real', 'geom')", "json_each", "dbstat", "sqlite_dbpage",
-    ])  # fmt: skip
+    module = chance.choice(
+        [
+            "VirtualOGR('/etc/passwd')",
+            "VirtualShape('/etc/passwd', CP1252, -1)",
+            "VirtualGPKG('real', 'geom')",
+            "json_each",
+            "dbstat",
+            "sqlite_dbpage",
+        ]
+    )
     db.execute("PRAGMA writable_schema = ON")
     db.execute(
         "INSERT INTO sqlite_master VALUES ('table', 'm', 'm', 0, ?)",
@@ -154,10 +170,13 @@ def _rtree_nodes(db: sqlite3.Connection, chance: random.Random) -> None:
 
 def _numbers(db: sqlite3.Connection, chance: random.Random) -> None:
     for table, column in (
-        ("gpkg_ogr_contents", "feature_count"), ("gpkg_contents", "srs_id"),
-        ("gpkg_contents", "min_x"), ("gpkg_geometry_columns", "srs_id"),
-        ("gpkg_geometry_columns", "z"), ("real", "fid"),
-    ):  # fmt: skip
+        ("gpkg_ogr_contents", "feature_count"),
+        ("gpkg_contents", "srs_id"),
+        ("gpkg_contents", "min_x"),
+        ("gpkg_geometry_columns", "srs_id"),
+        ("gpkg_geometry_columns", "z"),
+        ("real", "fid"),
+    ):
         if chance.random() < 0.5:
             value = chance.choice([2**62, -1, 1e300, "x" * 10_000, None, b"\0" * 9])
             try:
@@ -230,12 +249,23 @@ def _nothing(db: sqlite3.Connection, chance: random.Random) -> None:
 
 
 BENDS: list[tuple[Bend, Expected]] = [
-    (_endless_layer, "refused"), (_endless_system_table, "refused"),
-    (_harmless_looking_view, "refused"), (_trigger, "refused"), (_virtual_table, "refused"),
-    (_computed_column, "refused"), (_hidden_in_the_schema, "closed"), (_foreign_module, "closed"),
-    (_rtree_nodes, "any"), (_numbers, "any"), (_geometries, "any"), (_reference_system, "any"),
-    (_many_tables, "any"), (_plain_extras, "read"), (_standard_views, "read"), (_nothing, "read"),
-]  # fmt: skip
+    (_endless_layer, "refused"),
+    (_endless_system_table, "refused"),
+    (_harmless_looking_view, "refused"),
+    (_trigger, "refused"),
+    (_virtual_table, "refused"),
+    (_computed_column, "refused"),
+    (_hidden_in_the_schema, "closed"),
+    (_foreign_module, "closed"),
+    (_rtree_nodes, "any"),
+    (_numbers, "any"),
+    (_geometries, "any"),
+    (_reference_system, "any"),
+    (_many_tables, "any"),
+    (_plain_extras, "read"),
+    (_standard_views, "read"),
+    (_nothing, "read"),
+]
 
 
 @cache
@@ -248,9 +278,15 @@ def _honest(folder: Path) -> bytes:
     ends = np.stack([np.stack([at, at * 0], 1), np.stack([at + 1, at + 5.25], 1)], 1)
     path = folder / "honest.gpkg"
     pyogrio.raw.write(
-        path, shapely.to_wkb(shapely.linestrings(ends + 500_000.0)), [at], ["value"], layer="real",
-        geometry_type="LineString", driver="GPKG", crs="EPSG:32633",
-    )  # fmt: skip
+        path,
+        shapely.to_wkb(shapely.linestrings(ends + 500_000.0)),
+        [at],
+        ["value"],
+        layer="real",
+        geometry_type="LineString",
+        driver="GPKG",
+        crs="EPSG:32633",
+    )
     return path.read_bytes()
 
 

@@ -42,9 +42,11 @@ def end_by_signal(words: Sequence[str], number: int, after_s: float) -> tuple[in
     """
     process = subprocess.Popen(
         [sys.executable, "-P", "-m", "vomstudio", *words],
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, preexec_fn=default_signals,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        preexec_fn=default_signals,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
-    )  # fmt: skip
+    )
     try:
         code = process.wait(after_s)
     except subprocess.TimeoutExpired:

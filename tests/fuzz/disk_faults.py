@@ -49,9 +49,18 @@ def files_in(folder: Path) -> Files:
 # --- commands ---------------------------------------------------------------------------------
 FACE = "{specimens}/schema1.vom/models/face/face.obj"
 FORMATS = (
-    "csv", "gpkg", "shp", "geojson", "dxf", "stereonet", "orient", "faultkin",
-    "gempy", "loopstructural", "gems",
-)  # fmt: skip
+    "csv",
+    "gpkg",
+    "shp",
+    "geojson",
+    "dxf",
+    "stereonet",
+    "orient",
+    "faultkin",
+    "gempy",
+    "loopstructural",
+    "gems",
+)
 COMMANDS: dict[str, tuple[str, ...]] = {
     "ortho": (
         f"ortho {FACE} --trend 31 --plunge 11 --gsd 0.1 --draw {{specimens}}/schema1.vom"
@@ -123,13 +132,19 @@ def run_apart(
         counter.write(bytes(8))
         counter.flush()
         fault = {
-            "FAULTY_DISK": str(below), "FAULTY_DISK_AT": str(at), "FAULTY_DISK_ERROR": str(number),
-            "FAULTY_DISK_COUNTER": counter.name, **({} if goes_on else {"FAULTY_DISK_ONCE": "1"}),
-        }  # fmt: skip
+            "FAULTY_DISK": str(below),
+            "FAULTY_DISK_AT": str(at),
+            "FAULTY_DISK_ERROR": str(number),
+            "FAULTY_DISK_COUNTER": counter.name,
+            **({} if goes_on else {"FAULTY_DISK_ONCE": "1"}),
+        }
         done = subprocess.run(
             [sys.executable, "-m", "vomstudio", *words, "--json"],
-            env={**os.environ, **fault}, capture_output=True, text=True, check=False,
-        )  # fmt: skip
+            env={**os.environ, **fault},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
         calls = int.from_bytes(Path(counter.name).read_bytes(), sys.byteorder)
     return done.returncode, json.loads(done.stdout or "{}"), done.stderr, calls
 
@@ -455,14 +470,40 @@ class Work:
             last = dict(project.session.records)
         finally:
             project.close()
-        return self._judged(where, before, present, failed, done, known, kept, waits, last, met,
-                            target, number, goes_on, bool(told))  # fmt: skip
+        return self._judged(
+            where,
+            before,
+            present,
+            failed,
+            done,
+            known,
+            kept,
+            waits,
+            last,
+            met,
+            target,
+            number,
+            goes_on,
+            bool(told),
+        )
 
     def _judged(
-        self, where: Path, before: Any, present: Any, failed: str, done: bool, known: bool,
-        kept: Any, waits: bool, last: Any, met: bool, target: Path, number: int,
-        goes_on: bool, told: bool,
-    ) -> str:  # fmt: skip
+        self,
+        where: Path,
+        before: Any,
+        present: Any,
+        failed: str,
+        done: bool,
+        known: bool,
+        kept: Any,
+        waits: bool,
+        last: Any,
+        met: bool,
+        target: Path,
+        number: int,
+        goes_on: bool,
+        told: bool,
+    ) -> str:
         from vomstudio.project.verify import verify
 
         if not known:

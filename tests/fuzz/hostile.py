@@ -29,18 +29,62 @@ from tests.fuzz.kinds import READERS, Files, seeds
 from tests.fuzz.readers import Reader, lay
 
 SIDES = (
-    ".prj", ".qpj", ".tfw", ".tifw", ".wld", ".aux.xml", ".ovr", ".msk", ".offset.txt", ".xmp",
-    ".mtl", ".png", ".jpg", ".cpg", ".dbf", ".shx", ".sbn", ".sbx", ".qix", ".idm", ".ind", ".json",
-    ".txt", ".csv", ".IMD", ".RPB", "_RPC.TXT", "_rpc.txt", "_metadata.xml", "_mask.png", ".geom",
-)  # fmt: skip
+    ".prj",
+    ".qpj",
+    ".tfw",
+    ".tifw",
+    ".wld",
+    ".aux.xml",
+    ".ovr",
+    ".msk",
+    ".offset.txt",
+    ".xmp",
+    ".mtl",
+    ".png",
+    ".jpg",
+    ".cpg",
+    ".dbf",
+    ".shx",
+    ".sbn",
+    ".sbx",
+    ".qix",
+    ".idm",
+    ".ind",
+    ".json",
+    ".txt",
+    ".csv",
+    ".IMD",
+    ".RPB",
+    "_RPC.TXT",
+    "_rpc.txt",
+    "_metadata.xml",
+    "_mask.png",
+    ".geom",
+)
 """Endings that stand in the place of a file's own."""
 BEHIND = (".aux.xml", ".ovr", ".msk", ".xmp", ".prj", "-wal", "-journal", "-shm", ".properties")
 """Endings that come behind it."""
 IN_FOLDER = (
-    "masks", "geo.txt", "gcp_list.txt", "cameras.json", "cameras.xml", "cameras.txt",
-    "points3D.txt", "control.csv", "marks.csv", "settings.ini", "settings.toml", "metadata.xml",
-    "stage.json", "request.json", "lock", "lock-journal", "project.gpkg", "json.py", "METADATA.DIM",
-)  # fmt: skip
+    "masks",
+    "geo.txt",
+    "gcp_list.txt",
+    "cameras.json",
+    "cameras.xml",
+    "cameras.txt",
+    "points3D.txt",
+    "control.csv",
+    "marks.csv",
+    "settings.ini",
+    "settings.toml",
+    "metadata.xml",
+    "stage.json",
+    "request.json",
+    "lock",
+    "lock-journal",
+    "project.gpkg",
+    "json.py",
+    "METADATA.DIM",
+)
 LARGE = 1 << 36
 
 
@@ -93,10 +137,17 @@ def _asking(place: Path) -> None:
 
 
 NATURES: dict[str, Callable[[Path], None]] = {
-    "a pipe": _pipe, "a folder": _folder, "without an end": _endless, "a circle": _circle,
-    "a link into nothing": _nowhere, "a link upwards": _up, "64 GB of nothing": _large,
-    "nested": _nested, "no text": _no_text, "asking for others": _asking,
-}  # fmt: skip
+    "a pipe": _pipe,
+    "a folder": _folder,
+    "without an end": _endless,
+    "a circle": _circle,
+    "a link into nothing": _nowhere,
+    "a link upwards": _up,
+    "64 GB of nothing": _large,
+    "nested": _nested,
+    "no text": _no_text,
+    "asking for others": _asking,
+}
 
 
 # --- archives -----------------------------------------------------------------------------------
@@ -134,8 +185,11 @@ def archives(data: bytes) -> Iterator[tuple[str, bytes]]:
     yield "pointing behind its end", patched(plain, central, 42, "<I", 2**31)
     yield "of wrong sums", patched(plain, central, 16, "<I", 7)
     for what, name in (
-        ("above", "../{}"), ("absolute", "/etc/{}"), ("of Windows", "C:\\{}"), ("ending", "{}\0"),
-    ):  # fmt: skip
+        ("above", "../{}"),
+        ("absolute", "/etc/{}"),
+        ("of Windows", "C:\\{}"),
+        ("ending", "{}\0"),
+    ):
         yield f"with names {what}", packed([(name.format(n), c) for n, c in members])
     yield "with a name that is no UTF-8", plain.replace(members[0][0].encode()[:2], b"\xff\xfe")
     yield "with a member twice", _silently(lambda: packed([*members, *members]))

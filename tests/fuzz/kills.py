@@ -91,19 +91,36 @@ class Editor:
 
     def steps(self) -> list[tuple[str, Callable[[], Any]]]:
         often = [
-            ("trace", self.trace), ("trace", self.trace), ("click", self.click),
-            ("click", self.click), ("finish", self.followed), ("set", self.accepted_sets),
-            ("notes", self.notes), ("delete", self.delete), ("point", self.point),
-            ("mark", self.mark), ("mask", self.mask), ("feature", self.feature),
-            ("feature", self.feature), ("change", self.change), ("repeat", self.repeat),
-            ("cells", self.cells), ("undo", self.undo), ("undo", self.undo),
-            ("redo", self.redo), ("save", self.save),
-        ]  # fmt: skip
+            ("trace", self.trace),
+            ("trace", self.trace),
+            ("click", self.click),
+            ("click", self.click),
+            ("finish", self.followed),
+            ("set", self.accepted_sets),
+            ("notes", self.notes),
+            ("delete", self.delete),
+            ("point", self.point),
+            ("mark", self.mark),
+            ("mask", self.mask),
+            ("feature", self.feature),
+            ("feature", self.feature),
+            ("change", self.change),
+            ("repeat", self.repeat),
+            ("cells", self.cells),
+            ("undo", self.undo),
+            ("undo", self.undo),
+            ("redo", self.redo),
+            ("save", self.save),
+        ]
         return often * 3 + [
-            ("model", self.model), ("photos", self.photos), ("register", self.register),
-            ("reconstruction", self.reconstruction), ("discard", self.discard),
-            ("save as", self.save_as), ("compact", self.compact),
-        ]  # fmt: skip
+            ("model", self.model),
+            ("photos", self.photos),
+            ("register", self.register),
+            ("reconstruction", self.reconstruction),
+            ("discard", self.discard),
+            ("save as", self.save_as),
+            ("compact", self.compact),
+        ]
 
     @property
     def records(self) -> Any:
@@ -132,9 +149,13 @@ class Editor:
         draft = self.project.session.draft
         clicks = [] if draft is None else list(draft.state["vertices"])
         self.project.session.set_draft(
-            {"tool": "trace", "model_id": "m1", "cost": "dark",
-             "vertices": [*clicks, [self.chance.random() for _ in range(3)]]}
-        )  # fmt: skip
+            {
+                "tool": "trace",
+                "model_id": "m1",
+                "cost": "dark",
+                "vertices": [*clicks, [self.chance.random() for _ in range(3)]],
+            }
+        )
         return "clicked"
 
     def followed(self) -> Edit | None:

@@ -88,10 +88,16 @@ class Interpreter(Editor):
 
     def steps(self) -> list[tuple[str, Callable[[], object]]]:
         return [
-            ("click", self.click), ("click", self.click), ("click", self.click),
-            ("take back", self.take_back), ("finish", self.finish), ("finish", self.finish),
-            ("follow", self.follow), ("delete", self.delete), ("set", self.put_in_set),
-        ]  # fmt: skip
+            ("click", self.click),
+            ("click", self.click),
+            ("click", self.click),
+            ("take back", self.take_back),
+            ("finish", self.finish),
+            ("finish", self.finish),
+            ("follow", self.follow),
+            ("delete", self.delete),
+            ("set", self.put_in_set),
+        ]
 
     def click(self) -> None:
         from PySide6.QtCore import Qt
@@ -181,10 +187,15 @@ class Photographer(Editor):
 
     def steps(self) -> list[tuple[str, Callable[[], object]]]:
         return [
-            ("mask", self.stroke), ("mask", self.stroke), ("invert", self.invert),
-            ("repeat", self.repeat), ("mark", self.mark), ("mark", self.mark),
-            ("nudge", self.nudge), ("photo", self.another),
-        ]  # fmt: skip
+            ("mask", self.stroke),
+            ("mask", self.stroke),
+            ("invert", self.invert),
+            ("repeat", self.repeat),
+            ("mark", self.mark),
+            ("mark", self.mark),
+            ("nudge", self.nudge),
+            ("photo", self.another),
+        ]
 
     def _at(self) -> Any:
         from tests.journeys.test_photo_window import on
@@ -264,8 +275,11 @@ def one_kill(words: list[str], delay_s: float, user: Path) -> tuple[list[list[st
     with tempfile.TemporaryFile() as errors:
         process = subprocess.Popen(
             [sys.executable, "-m", "tests.fuzz.kills_in_window", "--edit", *words],
-            cwd=ROOT, env=environment, stdout=subprocess.PIPE, stderr=errors,
-        )  # fmt: skip
+            cwd=ROOT,
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=errors,
+        )
         assert process.stdout is not None
         out = process.stdout.fileno()
         said, end = b"", time.monotonic() + _START_S

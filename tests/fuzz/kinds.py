@@ -181,10 +181,23 @@ WITH_E57 = importlib.util.find_spec("pye57") is not None
 
 READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     **({"e.e57": ("e.e57", _model)} if WITH_E57 else {}),
-    **{name: (name, _model) for name in (
-        "a.obj", "a.ply", "a.glb", "a.gltf", "a.stl", "s.stl", "b.las", "b.laz", "b.xyz", "b.ply",
-        "c.tif", "o.ply",
-    )},
+    **{
+        name: (name, _model)
+        for name in (
+            "a.obj",
+            "a.ply",
+            "a.glb",
+            "a.gltf",
+            "a.stl",
+            "s.stl",
+            "b.las",
+            "b.laz",
+            "b.xyz",
+            "b.ply",
+            "c.tif",
+            "o.ply",
+        )
+    },
     "d.copc.laz": ("d.copc.laz", _streamed),
     "meta.json": ("meta.json", _cache),
     **{name: (name, _photo) for name in ("p.jpg", "p.png", "p.tiff")},
@@ -204,19 +217,32 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "levels.csv": ("levels.csv", _of(_OBSERVED, "read_level_lines")),
     "compass.csv": ("compass.csv", _of(_OBSERVED, "read_compass")),
     "attitudes.csv": ("attitudes.csv", _of(f"{_CONTROL}attitude_tables", "read_attitudes")),
-    **{name: (name, _cameras) for name in (
-        "cameras.json", "cameras.xml", "reconstruction.json", "shots.geojson", "centres.csv",
-        "images.txt",
-    )},
+    **{
+        name: (name, _cameras)
+        for name in (
+            "cameras.json",
+            "cameras.xml",
+            "reconstruction.json",
+            "shots.geojson",
+            "centres.csv",
+            "images.txt",
+        )
+    },
     "t.csv": ("t.csv", _of(f"{_TEXT}oriented_planes", "read_planes")),
     "field.csv": ("field.csv", _of("vomstudio.project.imports.field_table", "read_field_table")),
     "slips.txt": ("slips.txt", _of(f"{_TEXT}slip_reading", "read_slips")),
     "log.csv": ("log.csv", _of("vomstudio.io.gate.point_tables", "read_boundaries")),
     "points.csv": ("points.csv", _of("vomstudio.io.gate.point_tables", "read_points")),
     "pixels.csv": ("pixels.csv", _of(f"{_TEXT}pixel_tables", "read_pixels")),
-    **{name: (name, _layer) for name in (
-        "l.geojson", "l.gpkg", "l.shp", "l.dxf",
-    )},
+    **{
+        name: (name, _layer)
+        for name in (
+            "l.geojson",
+            "l.gpkg",
+            "l.shp",
+            "l.dxf",
+        )
+    },
     "area.geojson": ("area.geojson", _area),
     "k.kml": ("k.kml", _layer),
     "stations.csv": ("stations.csv", _listed),
@@ -232,10 +258,11 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "journal.sqlite": ("journal.sqlite", _journal),
     "run/reconstruction.json": ("run/reconstruction.json", _run),
     "r.registration.json": (
-        "r.registration.json", _of("vomstudio.io.models.registration_file", "read_registration")
+        "r.registration.json",
+        _of("vomstudio.io.models.registration_file", "read_registration"),
     ),
     "comparisons/c.json": ("comparisons/c.json", _comparison),
-}  # fmt: skip
+}
 """By kind: the file that is named, and who reads it."""
 GO_ON = ("comparisons/c.json", "features.npz", "settings.toml")
 """Kinds without which work goes on: they are kept, or computed, anew."""
@@ -297,9 +324,17 @@ def _models(folder: Path) -> Files:
     from rasterio import Affine
 
     with rasterio.open(
-        folder / "c.tif", "w", driver="GTiff", width=16, height=16, count=1, dtype="float32",
-        crs="EPSG:32632", transform=Affine(1, 0, 500000, 0, -1, 5200000), compress="deflate",
-    ) as file:  # fmt: skip
+        folder / "c.tif",
+        "w",
+        driver="GTiff",
+        width=16,
+        height=16,
+        count=1,
+        dtype="float32",
+        crs="EPSG:32632",
+        transform=Affine(1, 0, 500000, 0, -1, 5200000),
+        compress="deflate",
+    ) as file:
         file.write(chance.random((1, 16, 16), np.float32))
     import laspy
 
@@ -391,11 +426,16 @@ def _texts() -> Files:
     lens = {"model": "PINHOLE", "width": 40, "height": 30, "params": [40.0, 40.0, 20.0, 15.0]}
     view = {"name": "p.jpg", "rotation": np.eye(3).tolist(), "translation": [0.0, 0.0, 5.0], **lens}
     cameras = {
-        "format": "vomstudio cameras", "version": 1, "crs": None, "scaled": True,
-        "origin": [0, 0, 0], "photos": ".", "views": [view],
-    }  # fmt: skip
+        "format": "vomstudio cameras",
+        "version": 1,
+        "crs": None,
+        "scaled": True,
+        "origin": [0, 0, 0],
+        "photos": ".",
+        "views": [view],
+    }
     written = {
-        "t.csv": "id,strike,dip,set,note,x,y,z\n1,30,45,S0,a,1,2,3\n2,120,60,S0,\"b, c\",2,2,3\n"
+        "t.csv": 'id,strike,dip,set,note,x,y,z\n1,30,45,S0,a,1,2,3\n2,120,60,S0,"b, c",2,2,3\n'
         "3,211.5,88,J1,'=d,3,2,3\n",
         "field.csv": "station;dip dir;dip;date;notes\nA1;211;88;2024-05-01;=d\nA2;30;45;;x\n",
         "slips.txt": "strike\tdip\ttrend\tplunge\tsense\n20\t60\t100\t59.6\tNL\n"
@@ -438,15 +478,16 @@ def _texts() -> Files:
         "</Document></kml>",
         "area.geojson": json.dumps(_geojson("Polygon", [[[0, 0], [9, 0], [9, 9], [0, 0]]])),
         "cameras.json": json.dumps(cameras),
-    }  # fmt: skip
+    }
     return {name: text.encode() for name, text in written.items()}
 
 
 def _geojson(kind: str, coordinates: object) -> dict[str, Any]:
     feature = {
-        "type": "Feature", "properties": {"name": "a", "n": 3},
+        "type": "Feature",
+        "properties": {"name": "a", "n": 3},
         "geometry": {"type": kind, "coordinates": coordinates},
-    }  # fmt: skip
+    }
     crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32633"}}
     return {"type": "FeatureCollection", "crs": crs, "features": [feature]}
 
@@ -481,8 +522,10 @@ def _of_several(folder: Path, single: Mapping[str, Files]) -> dict[str, Files]:
             {"bufferView": 1, "componentType": 5123, "type": "SCALAR", "count": 3},
         ],
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
-        "nodes": [{"mesh": 0, "scale": [1, 2, 3]}], "scenes": [{"nodes": [0]}], "scene": 0,
-    }  # fmt: skip
+        "nodes": [{"mesh": 0, "scale": [1, 2, 3]}],
+        "scenes": [{"nodes": [0]}],
+        "scene": 0,
+    }
     mesh = Mesh(np.eye(3), np.array([[0, 1, 2]], np.int32))
     kept = LoadedModel(mesh, "mesh", None, (), Path("/nowhere/a.obj"), "0" * 64)
     model_cache.save(kept, folder / "cache")
@@ -492,27 +535,46 @@ def _of_several(folder: Path, single: Mapping[str, Files]) -> dict[str, Files]:
         db.execute("PRAGMA journal_mode = DELETE")
         db.execute("VACUUM")
     result = {
-        "photos": 9, "registered": 8, "reprojection_error_px": 0.5,
-        "settings": {"quality": "low"}, "versions": {"vomstudio": "1"},
+        "photos": 9,
+        "registered": 8,
+        "reprojection_error_px": 0.5,
+        "settings": {"quality": "low"},
+        "versions": {"vomstudio": "1"},
         "registration": {"scale": 1.0, "residuals": []},
-    }  # fmt: skip
+    }
     rows = np.eye(4).tolist()
     stream = io.BytesIO()
     np.savez(stream, distance=np.zeros(3))
     comparison = {
-        "model_id": "m1", "model_name": "a", "content_hash": "0", "to_world": rows,
-        "benchmark": "b", "benchmark_path": "b.ply", "benchmark_to_world": rows, "radius_m": None,
-        "made": "2024", "version": "1",
+        "model_id": "m1",
+        "model_name": "a",
+        "content_hash": "0",
+        "to_world": rows,
+        "benchmark": "b",
+        "benchmark_path": "b.ply",
+        "benchmark_to_world": rows,
+        "radius_m": None,
+        "made": "2024",
+        "version": "1",
         "figures": {
-            "n": 3, "beyond": 0, "mean_m": 0.0, "median_m": 0.0, "std_m": None, "mad_m": 0.0,
-            "rms_m": 0.0, "lod95_m": None, "significant_share": None, "warnings": [],
+            "n": 3,
+            "beyond": 0,
+            "mean_m": 0.0,
+            "median_m": 0.0,
+            "std_m": None,
+            "mad_m": 0.0,
+            "rms_m": 0.0,
+            "lod95_m": None,
+            "significant_share": None,
+            "warnings": [],
             "positive_toward": {"trend_deg": 10.0, "plunge_deg": 20.0},
         },
-    }  # fmt: skip
+    }
     return {
         "a.obj": with_texture,
         "o.ply": {
-            "o.ply": single["b.ply"]["b.ply"], "o.prj": prj.encode(),
+            "o.ply": single["b.ply"]["b.ply"],
+            "o.prj": prj.encode(),
             "o.offset.txt": b"offset 500000 5200000 800\nEPSG:32632\n",
         },
         "a.gltf": {"a.gltf": json.dumps(gltf).encode(), "g.bin": positions + corners},
@@ -527,7 +589,7 @@ def _of_several(folder: Path, single: Mapping[str, Files]) -> dict[str, Files]:
             "comparisons/c.json": json.dumps(comparison).encode(),
             "comparisons/c.npz": stream.getvalue(),
         },
-    }  # fmt: skip
+    }
 
 
 def _registration(folder: Path) -> Files:
@@ -556,15 +618,19 @@ def _other_cameras(folder: Path) -> dict[str, Files]:
             {
                 "type": "Feature",
                 "properties": {
-                    "filename": view.name, "camera": "a", "focal": 0.8, "width": 4000,
-                    "height": 3000, "translation": view.centre.tolist(),
+                    "filename": view.name,
+                    "camera": "a",
+                    "focal": 0.8,
+                    "width": 4000,
+                    "height": 3000,
+                    "translation": view.centre.tolist(),
                     "rotation": [0.1, 0.2, 0.3],
                 },
                 "geometry": {"type": "Point", "coordinates": view.centre.tolist()},
             }
             for view in views
         ],
-    }  # fmt: skip
+    }
     return {
         "images.txt": {p.name: p.read_bytes() for p in (folder / "colmap").iterdir()},
         **{
@@ -642,25 +708,37 @@ def _layers(folder: Path) -> dict[str, Files]:
     lines = [shapely.LineString([(k, 0), (k + 3, 5), (k + 4, 9)]) for k in range(4)]
     shapes, names = np.array(shapely.to_wkb(lines), object), np.array(list("abcd"), object)
     for name, driver in (
-        ("l.gpkg", "GPKG"), ("l.shp", "ESRI Shapefile"), ("l.geojson", "GeoJSON"), ("l.dxf", "DXF")
-    ):  # fmt: skip
+        ("l.gpkg", "GPKG"),
+        ("l.shp", "ESRI Shapefile"),
+        ("l.geojson", "GeoJSON"),
+        ("l.dxf", "DXF"),
+    ):
         with warnings.catch_warnings():
             # A DXF has no place for a CRS.
             warnings.simplefilter("ignore")
             pyogrio.raw.write(
-            folder / name, shapes, [] if driver == "DXF" else [names],
-            [] if driver == "DXF" else ["name"], geometry_type="LineString", driver=driver,
-            crs=None if driver == "DXF" else "EPSG:32633",
-        )  # fmt: skip
+                folder / name,
+                shapes,
+                [] if driver == "DXF" else [names],
+                [] if driver == "DXF" else ["name"],
+                geometry_type="LineString",
+                driver=driver,
+                crs=None if driver == "DXF" else "EPSG:32633",
+            )
     svg = (
         '<svg xmlns="http://www.w3.org/2000/svg" width="100" height="80" viewBox="0 0 100 80">'
         '<g transform="translate(1 2)"><path d="M 1 1 L 9 9 C 1 2 3 4 5 6 z"/>'
         '<polyline points="1,1 20,30"/></g></svg>'
     )
     sidecar = {
-        "pixel_to_world": np.eye(4).tolist(), "geotransform": [1, 0, 0, 0, -1, 80], "width": 100,
-        "height": 80, "plane_coordinates": None, "crs": "EPSG:32633", "picture_id": "a",
-    }  # fmt: skip
+        "pixel_to_world": np.eye(4).tolist(),
+        "geotransform": [1, 0, 0, 0, -1, 80],
+        "width": 100,
+        "height": 80,
+        "plane_coordinates": None,
+        "crs": "EPSG:32633",
+        "picture_id": "a",
+    }
     return {
         **{name: {name: (folder / name).read_bytes()} for name in ("l.gpkg", "l.geojson", "l.dxf")},
         "l.shp": {p.name: p.read_bytes() for p in folder.iterdir() if p.suffix in _OF_SHAPES},

@@ -26,14 +26,37 @@ from tests.fuzz.readers import Reader, lay, mutated
 from tests.fuzz.stopping import until_stopped
 
 KINDS = {
-    ".obj": "a.obj", ".ply": "a.ply", ".glb": "a.glb", ".gltf": "a.gltf", ".stl": "a.stl",
-    ".las": "b.las", ".laz": "b.laz", ".xyz": "b.xyz", ".pts": "b.xyz", ".asc": "c.tif",
-    ".tif": "c.tif", ".jpg": "p.jpg", ".jpeg": "p.jpg", ".png": "p.png", ".tiff": "p.tiff",
-    ".webp": "t.webp", ".bmp": "t.bmp", ".tga": "t.tga", ".csv": "t.csv", ".txt": "slips.txt",
-    ".xml": "cameras.xml", ".json": "cameras.json", ".geojson": "l.geojson", ".gpkg": "l.gpkg",
-    ".shp": "l.shp", ".dxf": "l.dxf", ".kml": "k.kml", ".svg": "drawn.svg",
-    ".copc.laz": "d.copc.laz", ".e57": "e.e57",
-}  # fmt: skip
+    ".obj": "a.obj",
+    ".ply": "a.ply",
+    ".glb": "a.glb",
+    ".gltf": "a.gltf",
+    ".stl": "a.stl",
+    ".las": "b.las",
+    ".laz": "b.laz",
+    ".xyz": "b.xyz",
+    ".pts": "b.xyz",
+    ".asc": "c.tif",
+    ".tif": "c.tif",
+    ".jpg": "p.jpg",
+    ".jpeg": "p.jpg",
+    ".png": "p.png",
+    ".tiff": "p.tiff",
+    ".webp": "t.webp",
+    ".bmp": "t.bmp",
+    ".tga": "t.tga",
+    ".csv": "t.csv",
+    ".txt": "slips.txt",
+    ".xml": "cameras.xml",
+    ".json": "cameras.json",
+    ".geojson": "l.geojson",
+    ".gpkg": "l.gpkg",
+    ".shp": "l.shp",
+    ".dxf": "l.dxf",
+    ".kml": "k.kml",
+    ".svg": "drawn.svg",
+    ".copc.laz": "d.copc.laz",
+    ".e57": "e.e57",
+}
 """Whose reader takes files of an ending."""
 _NAME_OTHERS = (".obj", ".gltf")
 _LARGEST, _MOST_OF_A_KIND = 2 << 20, 60

@@ -41,10 +41,34 @@ from vomstudio.project.verify import verify
 
 LONGEST_S = 20.0
 ODD: list[Any] = [
-    None, True, -1, 0, 7, 1e308, -1e-320, 10**400, 2**63, "", "x", "7", "1e999", "../../x",
-    "\ud800", "\0", "a" * 100_000, [], [[]], [1, 2], [None] * 3, ["x"] * 3, {}, {"record": "trace"},
-    {"record": 7}, {"a": {"b": {}}}, "NaN",
-]  # fmt: skip
+    None,
+    True,
+    -1,
+    0,
+    7,
+    1e308,
+    -1e-320,
+    10**400,
+    2**63,
+    "",
+    "x",
+    "7",
+    "1e999",
+    "../../x",
+    "\ud800",
+    "\0",
+    "a" * 100_000,
+    [],
+    [[]],
+    [1, 2],
+    [None] * 3,
+    ["x"] * 3,
+    {},
+    {"record": "trace"},
+    {"record": 7},
+    {"a": {"b": {}}},
+    "NaN",
+]
 
 
 def specimen(folder: Path) -> Path:

@@ -50,12 +50,40 @@ FREE_BYTES = 500 << 20
 _TRACED_S = 0.3
 """What took longer is not read again to see which lines it reaches."""
 _TOKENS = [
-    b"\0", b"\xff", b"\xff\xff\xff\xff", b"\x7f\xff\xff\xff", b"\0\0\0\x80", b"-1", b"1e999",
-    b"nan", b"null", b"Infinity", b"true", b"\\u0000", b"&a;", b"=", b"\t", b";",
-    b"99999999999999999999", b"\n", b" ", b",", b"'", b'"', b"[", b"{", b"<", b">", b"/", b"../",
+    b"\0",
+    b"\xff",
+    b"\xff\xff\xff\xff",
+    b"\x7f\xff\xff\xff",
+    b"\0\0\0\x80",
+    b"-1",
+    b"1e999",
+    b"nan",
+    b"null",
+    b"Infinity",
+    b"true",
+    b"\\u0000",
+    b"&a;",
+    b"=",
+    b"\t",
+    b";",
+    b"99999999999999999999",
+    b"\n",
+    b" ",
+    b",",
+    b"'",
+    b'"',
+    b"[",
+    b"{",
+    b"<",
+    b">",
+    b"/",
+    b"../",
     b"%",
-    b"4294967295", b"0", b"\xed\xa0\x80", b"\xef\xbb\xbf",
-]  # fmt: skip
+    b"4294967295",
+    b"0",
+    b"\xed\xa0\x80",
+    b"\xef\xbb\xbf",
+]
 Lines = frozenset[tuple[str, int]]
 
 
@@ -363,9 +391,13 @@ def main() -> int:
     kept = Path(tempfile.mkdtemp(prefix="vom-fuzz-"))
     begun = time.monotonic()
     counts, wrong, pool = campaign(
-        asked.files, asked.seed, only=asked.only, guided=asked.guided, keep=_put_into(kept),
+        asked.files,
+        asked.seed,
+        only=asked.only,
+        guided=asked.guided,
+        keep=_put_into(kept),
         reached=_put_into(asked.reached) if asked.reached else None,
-    )  # fmt: skip
+    )
     _told(counts, wrong, pool, time.monotonic() - begun)
     if wrong:
         print("kept in", kept)

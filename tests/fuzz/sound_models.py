@@ -148,8 +148,14 @@ def _heights(path: Path, size: int) -> int:
 
 
 MADE: Mapping[str, Sequence[Callable[[Path, int], int]]] = {
-    "a.ply": (_ply_triangles, _ply_text, _ply_squares), "b.ply": (_cloud,), "b.las": (_cloud,),
-    "b.laz": (_cloud,), "a.stl": (_stl,), "a.glb": (_glb,), "a.obj": (_mesh,), "b.xyz": (_xyz,),
+    "a.ply": (_ply_triangles, _ply_text, _ply_squares),
+    "b.ply": (_cloud,),
+    "b.las": (_cloud,),
+    "b.laz": (_cloud,),
+    "a.stl": (_stl,),
+    "a.glb": (_glb,),
+    "a.obj": (_mesh,),
+    "b.xyz": (_xyz,),
     "c.tif": (_heights,),
-}  # fmt: skip
+}
 """By kind: write about so many bytes; how many they are once decoded, as points x fields."""

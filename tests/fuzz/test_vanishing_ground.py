@@ -25,8 +25,12 @@ def run(module: str, *words: str) -> str:
     """In a process of its own, whose disk can fail."""
     done = subprocess.run(
         [sys.executable, "-m", f"tests.fuzz.{module}", *words],
-        env=faulty_disk.environment(), cwd=ROOT, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        env=faulty_disk.environment(),
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 

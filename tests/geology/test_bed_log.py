@@ -26,8 +26,13 @@ def test_ragans_sandstone_is_as_thick_as_in_the_book() -> None:
 def test_the_units_of_a_published_map_are_as_thick_as_published() -> None:
     # Cardozo, Computational structural geology (after Bennison's maps), notebook 5: contacts of the
     # units Q, R, S and T, which strike 84.5 and dip 22.5: 195.6, 278.6, 94.6 and 467.2 m.
-    contacts = [[1147, 3329, 400], [1323, 2362, 500], [1105, 1850, 400], [1768, 940, 300],
-                [1842, 191, 200]]  # fmt: skip
+    contacts = [
+        [1147, 3329, 400],
+        [1323, 2362, 500],
+        [1105, 1850, 400],
+        [1768, 940, 300],
+        [1842, 191, 200],
+    ]
     found = bed_log(contacts, Plane.from_strike(84.5, 22.5), lithologies=["", *"TSRQ"])
     thick = [i.thickness_m.value for i in found.intervals]
     assert thick == pytest.approx([467.2, 94.6, 278.6, 195.6], abs=0.05)
@@ -56,9 +61,12 @@ def test_order_names_and_words_follow_the_beds_up() -> None:
     points = [[0, 0, 0], [0, 0, 3], [0, 0, 1]]
     level = Plane(0.0, 0.0)
     found = bed_log(
-        points, level, names=["a", "b", "c"], lithologies=["Sandstone", "", "gneiss"],
+        points,
+        level,
+        names=["a", "b", "c"],
+        lithologies=["Sandstone", "", "gneiss"],
         notes=["coarse", "", "?"],
-    )  # fmt: skip
+    )
     first, second = found.intervals
     assert (first.base, first.top, first.lithology, first.notes) == (
         "a",
@@ -78,8 +86,9 @@ def test_order_names_and_words_follow_the_beds_up() -> None:
 def test_turning_the_world_changes_nothing() -> None:
     points = np.array([[0, 0, 0], [3, 1, 2], [4, 4, 7.0]])
     turn = np.radians(-30.0)
-    around = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0],
-                       [0, 0, 1]])  # fmt: skip
+    around = np.array(
+        [[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]]
+    )
     one = bed_log(points, Plane(80, 30), bed_error_deg=2.0)
     other = bed_log(points @ around.T + [5e5, 5e6, 100], Plane(110, 30), bed_error_deg=2.0)
     for a, b in zip(one.intervals, other.intervals, strict=True):

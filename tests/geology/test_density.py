@@ -99,10 +99,11 @@ def test_an_even_spread_has_its_expected_count_everywhere(method: str, sigma: fl
         "kamb": (n * area, math.sqrt(n * area * (1.0 - area))),
         "linear_kamb": (n * area, math.sqrt(n * area * (1.0 - area))),
         "exponential_kamb": (
-            n * (1.0 - math.exp(-steep)) / steep, math.sqrt(n * (steep / 2.0 - 1.0)) / steep
+            n * (1.0 - math.exp(-steep)) / steep,
+            math.sqrt(n * (steep / 2.0 - 1.0)) / steep,
         ),
         "schmidt": (1.0 + 0.5, 1.0),
-    }[method]  # fmt: skip
+    }[method]
     expected = (wanted - 0.5) / unit
     if method == "kamb":
         assert wanted / unit == pytest.approx(sigma)
@@ -114,9 +115,12 @@ def test_an_even_spread_has_its_expected_count_everywhere(method: str, sigma: fl
 
 @settings(deadline=None, max_examples=20)
 @given(
-    st.sampled_from(METHODS), st.floats(-180, 180), st.integers(1, 200), st.integers(0, 1000),
+    st.sampled_from(METHODS),
+    st.floats(-180, 180),
+    st.integers(1, 200),
+    st.integers(0, 1000),
     st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(0.1, 1)),
-)  # fmt: skip
+)
 def test_turning_the_data_turns_their_density(
     method: str, degrees: float, n: int, seed: int, axis: tuple[float, float, float]
 ) -> None:

@@ -57,9 +57,10 @@ def test_a_slip_of_any_rake_comes_back(fault: Plane, rake: float) -> None:
     assert found.net_m.value == pytest.approx(7)
     assert (found.slip_rake_deg - rake + 180) % 360 - 180 == pytest.approx(0, abs=1e-6)
     bed = next(
-        b for b in (Plane(20, 15), Plane(75, 80), Plane(340, 70))
+        b
+        for b in (Plane(20, 15), Plane(75, 80), Plane(340, 70))
         if abs(slip @ normal(b)) > 7 * math.sin(math.radians(15))
-    )  # fmt: skip
+    )
     along_bed = np.cross(normal(bed), [0.3, 0.2, 0.9])
     lineation = rake_of(Line.from_vector(slip), fault)
     by_bed = net_slip_of_cutoffs(AT + slip + 2 * along_bed, AT, fault, bed, lineation)
@@ -134,11 +135,15 @@ def test_stated_errors_are_those_of_simulation() -> None:
     figures = []
     for _ in range(3000):
         one = net_slip_of_cutoffs(
-            AT + slip + chance.normal(0, 0.05, 3), AT + chance.normal(0, 0.05, 3),
-            tilted(fault, 4.0), tilted(bed, 3.0), rake + chance.normal(0, 10 / 1.96),
-        )  # fmt: skip
-        figures.append([one.net_m.value, one.throw_m.value, one.heave_m.value,
-                        one.strike_slip_m.value])  # fmt: skip
+            AT + slip + chance.normal(0, 0.05, 3),
+            AT + chance.normal(0, 0.05, 3),
+            tilted(fault, 4.0),
+            tilted(bed, 3.0),
+            rake + chance.normal(0, 10 / 1.96),
+        )
+        figures.append(
+            [one.net_m.value, one.throw_m.value, one.heave_m.value, one.strike_slip_m.value]
+        )
     spread = 1.96 * np.std(figures, axis=0)
     told = [getattr(stated, n).error95 for n in ("net_m", "throw_m", "heave_m", "strike_slip_m")]
     np.testing.assert_allclose(told, spread, rtol=0.08)
@@ -160,8 +165,10 @@ def test_the_errors_of_three_points_are_those_of_simulation() -> None:
     stated = plane_of_three_points(points, 0.1)
     tried = [plane_of_three_points(points + chance.normal(0, 0.1, (3, 3))) for _ in range(3000)]
     dips = [t.plane.dip_deg for t in tried]
-    turns = [(t.plane.dip_direction_deg - stated.plane.dip_direction_deg + 180) % 360 - 180
-             for t in tried]  # fmt: skip
+    turns = [
+        (t.plane.dip_direction_deg - stated.plane.dip_direction_deg + 180) % 360 - 180
+        for t in tried
+    ]
     assert stated.dip_error_deg == pytest.approx(1.96 * np.std(dips), rel=0.06)
     assert stated.dip_direction_error_deg == pytest.approx(1.96 * np.std(turns), rel=0.06)
     assert stated.max_confidence95_deg > stated.dip_error_deg

@@ -55,9 +55,15 @@ def test_binghams_constant_and_moments_are_those_of_plain_integration() -> None:
 
 @pytest.mark.parametrize(
     "eigenvalues",
-    [(0.5901, 0.3525, 0.0573), (0.98, 0.012, 0.008), (0.5, 0.499, 0.001), (0.6, 0.2, 0.2),
-     (0.34, 0.33, 0.33), (1 - 1e-6, 6e-7, 4e-7)],
-)  # fmt: skip
+    [
+        (0.5901, 0.3525, 0.0573),
+        (0.98, 0.012, 0.008),
+        (0.5, 0.499, 0.001),
+        (0.6, 0.2, 0.2),
+        (0.34, 0.33, 0.33),
+        (1 - 1e-6, 6e-7, 4e-7),
+    ],
+)
 def test_binghams_fit_has_the_moments_of_the_data(eigenvalues: tuple[float, ...]) -> None:
     model = bingham_of(eigenvalues)
     assert model is not None
@@ -109,14 +115,27 @@ def test_kents_fit_is_that_of_his_series(kappa: float, beta: float) -> None:
 
 
 BINGHAM_TABLE = (
-    (0.02, 0.02, -25.55, -25.55), (0.02, 0.06, -25.58, -8.996), (0.06, 0.06, -9.043, -9.043),
-    (0.04, 0.08, -13.16, -6.999), (0.08, 0.10, -7.042, -5.798), (0.12, 0.14, -4.896, -4.258),
-    (0.02, 0.16, -25.65, -3.796), (0.18, 0.18, -3.160, -3.160), (0.10, 0.22, -5.658, -2.609),
-    (0.16, 0.22, -3.518, -2.470), (0.22, 0.26, -2.146, -1.661), (0.28, 0.28, -1.106, -1.106),
-    (0.14, 0.30, -3.842, -1.417), (0.28, 0.32, -0.891, -0.541), (0.24, 0.36, -1.322, -0.249),
-    (0.06, 0.38, -8.670, -0.824), (0.04, 0.40, -12.80, -0.702), (0.14, 0.42, -3.349, -0.104),
-    (0.10, 0.44, -4.955, -0.097), (0.02, 0.46, -25.12, -0.250),
-)  # fmt: skip
+    (0.02, 0.02, -25.55, -25.55),
+    (0.02, 0.06, -25.58, -8.996),
+    (0.06, 0.06, -9.043, -9.043),
+    (0.04, 0.08, -13.16, -6.999),
+    (0.08, 0.10, -7.042, -5.798),
+    (0.12, 0.14, -4.896, -4.258),
+    (0.02, 0.16, -25.65, -3.796),
+    (0.18, 0.18, -3.160, -3.160),
+    (0.10, 0.22, -5.658, -2.609),
+    (0.16, 0.22, -3.518, -2.470),
+    (0.22, 0.26, -2.146, -1.661),
+    (0.28, 0.28, -1.106, -1.106),
+    (0.14, 0.30, -3.842, -1.417),
+    (0.28, 0.32, -0.891, -0.541),
+    (0.24, 0.36, -1.322, -0.249),
+    (0.06, 0.38, -8.670, -0.824),
+    (0.04, 0.40, -12.80, -0.702),
+    (0.14, 0.42, -3.349, -0.104),
+    (0.10, 0.44, -4.955, -0.097),
+    (0.02, 0.46, -25.12, -0.250),
+)
 """S3, S2, k1, k2 of Mardia & Zemroch (1977, Journal of Statistical Computation and Simulation 6,
 29-34), as Onstott (1980, Journal of Geophysical Research 85, 1500-1510) and PmagPy print them."""
 
@@ -148,18 +167,21 @@ def test_kents_ellipse_of_a_published_example(monkeypatch: pytest.MonkeyPatch) -
     found, _ = distributions.kent(v, True)
     assert found is not None
     assert (found.trend_deg, found.plunge_deg) == (
-        pytest.approx(359.15, abs=0.01), pytest.approx(55.03, abs=0.01)
-    )  # fmt: skip
+        pytest.approx(359.15, abs=0.01),
+        pytest.approx(55.03, abs=0.01),
+    )
     assert (found.major.trend_deg, found.major.plunge_deg) == (
-        pytest.approx(147.70, abs=0.01), pytest.approx(30.82, abs=0.01)
-    )  # fmt: skip
+        pytest.approx(147.70, abs=0.01),
+        pytest.approx(30.82, abs=0.01),
+    )
     # There by chi-square, here by F, which is wider for 20: sin^2 = squares 2 F / (n - 2) in place
     # of -2 ln 0.05 / n.
     n = 20
     wider = math.sqrt(2 * f_distribution.ppf(0.95, 2, n - 2) / (n - 2) / (-2 * math.log(0.05) / n))
     for angle, theirs in (
-        (found.max_confidence95_deg, 9.3047), (found.min_confidence95_deg, 7.8052)
-    ):  # fmt: skip
+        (found.max_confidence95_deg, 9.3047),
+        (found.min_confidence95_deg, 7.8052),
+    ):
         sine = math.sin(math.radians(theirs)) * wider
         assert angle == pytest.approx(math.degrees(math.asin(sine)), abs=0.002)
 

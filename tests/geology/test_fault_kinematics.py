@@ -127,10 +127,18 @@ def test_p_and_t_axes_are_those_that_structr_prints(fault, sense, p, t) -> None:
 def test_p_and_t_axes_of_angelier_s_faults_are_those_of_apsg() -> None:
     """Of the first four, by apsg 1.4.0."""
     normals, slips = agia_varvara()
-    p = [(125.45496, 60.796737), (99.997749, 63.782984), (100.964538, 59.084299),
-         (123.62171, 71.370686)]  # fmt: skip
-    t = [(341.354121, 24.360176), (330.402151, 17.424857), (328.597313, 21.977013),
-         (321.452094, 17.792197)]  # fmt: skip
+    p = [
+        (125.45496, 60.796737),
+        (99.997749, 63.782984),
+        (100.964538, 59.084299),
+        (123.62171, 71.370686),
+    ]
+    t = [
+        (341.354121, 24.360176),
+        (330.402151, 17.424857),
+        (328.597313, 21.977013),
+        (321.452094, 17.792197),
+    ]
     for i in range(4):
         assert angle_between_lines(axis(p_axes(normals, slips)[i]), Line(*p[i])) < 1e-4
         assert angle_between_lines(axis(t_axes(normals, slips)[i]), Line(*t[i])) < 1e-4

@@ -186,9 +186,9 @@ def test_few_beds_of_a_cone_are_not_called_valid(n: int) -> None:
     yes = 0
     for _ in range(60):
         t, a = np.radians(rng.uniform(-60.0, 60.0, n)), math.radians(60.0)
-        poles = np.column_stack([
-            math.sin(a) * np.sin(t), np.full(n, math.cos(a)), math.sin(a) * np.cos(t)
-        ]) + math.radians(3.0) * rng.normal(size=(n, 3))  # fmt: skip
+        poles = np.column_stack(
+            [math.sin(a) * np.sin(t), np.full(n, math.cos(a)), math.sin(a) * np.cos(t)]
+        ) + math.radians(3.0) * rng.normal(size=(n, 3))
         poles = np.where(poles[:, 2:] < 0, -poles, poles)
         poles /= np.linalg.norm(poles, axis=1)[:, None]
         dips = np.degrees(np.arccos(poles[:, 2]))

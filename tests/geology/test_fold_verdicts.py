@@ -25,57 +25,74 @@ def _with_strays(rng: Rng) -> np.ndarray:
 
 CASES: dict[str, tuple[Callable[[Rng], FoldAxis], tuple[str, str | None]]] = {
     "a: fault and parallel beds": (
-        lambda rng: common_axis(folded.fault_and_beds(rng, 0, 2, 0)), ("common axis", "yes")
+        lambda rng: common_axis(folded.fault_and_beds(rng, 0, 2, 0)),
+        ("common axis", "yes"),
     ),
     "b: fault and oblique beds": (
-        lambda rng: common_axis(folded.fault_and_beds(rng, 0, 2)), ("common axis", "yes")
+        lambda rng: common_axis(folded.fault_and_beds(rng, 0, 2)),
+        ("common axis", "yes"),
     ),
     "c: two axes by 25 degrees": (
-        lambda rng: common_axis(folded.fault_and_beds(rng, 25, 2)), ("two axes", "no")
+        lambda rng: common_axis(folded.fault_and_beds(rng, 25, 2)),
+        ("two axes", "no"),
     ),
     "d: cylinder, 40 beds, 120 degrees": (
-        lambda rng: fold_axis(*planes(folded.bent(rng, 40, 120, 3))), ("cylindrical", "yes")
+        lambda rng: fold_axis(*planes(folded.bent(rng, 40, 120, 3))),
+        ("cylindrical", "yes"),
     ),
     "cylinder, 20 beds, 100 degrees": (
-        lambda rng: fold_axis(*planes(folded.bent(rng, 20, 100, 2))), ("cylindrical", "yes")
+        lambda rng: fold_axis(*planes(folded.bent(rng, 20, 100, 2))),
+        ("cylindrical", "yes"),
     ),
     "cylinder, wavy by 5 degrees": (
-        lambda rng: fold_axis(*planes(folded.bent(rng, 60, 140, 5))), ("cylindrical", None)
+        lambda rng: fold_axis(*planes(folded.bent(rng, 60, 140, 5))),
+        ("cylindrical", None),
     ),
     "cone of 70 degrees": (
-        lambda rng: fold_axis(*planes(folded.bent(rng, 40, 120, 3, 70))), ("conical", "no")
+        lambda rng: fold_axis(*planes(folded.bent(rng, 40, 120, 3, 70))),
+        ("conical", "no"),
     ),
     "cone of 60 degrees, wavy by 5": (
-        lambda rng: fold_axis(*planes(folded.bent(rng, 40, 130, 5, 60))), ("conical", "no")
+        lambda rng: fold_axis(*planes(folded.bent(rng, 40, 130, 5, 60))),
+        ("conical", "no"),
     ),
     "narrow cone of 30 degrees": (
-        lambda rng: fold_axis(*planes(folded.bent(rng, 40, 120, 3, 30))), ("conical", "no")
+        lambda rng: fold_axis(*planes(folded.bent(rng, 40, 120, 3, 30))),
+        ("conical", "no"),
     ),
     "cone of 50 degrees, all around": (
-        lambda rng: fold_axis(*planes(folded.bent(rng, 40, 360, 3, 50))), ("conical", "no")
+        lambda rng: fold_axis(*planes(folded.bent(rng, 40, 360, 3, 50))),
+        ("conical", "no"),
     ),
     "cylinder, 6 of 60 planes strayed anywhere": (
-        lambda rng: fold_axis(*planes(_with_strays(rng))), ("cylindrical", None)
+        lambda rng: fold_axis(*planes(_with_strays(rng))),
+        ("cylindrical", None),
     ),
     "one dip": (
-        lambda rng: fold_axis(*planes(folded.one_dip(rng, 30, 3))), ("homoclinal", "conditional")
+        lambda rng: fold_axis(*planes(folded.one_dip(rng, 30, 3))),
+        ("homoclinal", "conditional"),
     ),
     "one dip, wavy by 8 degrees": (
-        lambda rng: fold_axis(*planes(folded.one_dip(rng, 40, 8))), ("homoclinal", "conditional")
+        lambda rng: fold_axis(*planes(folded.one_dip(rng, 40, 8))),
+        ("homoclinal", "conditional"),
     ),
     "uniform scatter": (
-        lambda rng: fold_axis(*planes(folded.scatter(rng, 40))), ("scattered", "no")
+        lambda rng: fold_axis(*planes(folded.scatter(rng, 40))),
+        ("scattered", "no"),
     ),
     "chevron of 80 degrees": (
-        lambda rng: fold_axis(*planes(folded.chevron(rng, 30, 80, 3))), UNDETERMINED
+        lambda rng: fold_axis(*planes(folded.chevron(rng, 30, 80, 3))),
+        UNDETERMINED,
     ),
     "one limb and one bed of the other": (
-        lambda rng: fold_axis(*planes(folded.one_and_the_other(rng, 19, 60, 2))), UNDETERMINED
+        lambda rng: fold_axis(*planes(folded.one_and_the_other(rng, 19, 60, 2))),
+        UNDETERMINED,
     ),
     "two folds, axes 30 degrees apart": (
-        lambda rng: fold_axis(*planes(folded.two_folds(rng, 60, 100, 3, 30))), ("two axes", "no")
+        lambda rng: fold_axis(*planes(folded.two_folds(rng, 60, 100, 3, 30))),
+        ("two axes", "no"),
     ),
-}  # fmt: skip
+}
 
 
 def _is(found: FoldAxis, wanted: tuple[str, str | None]) -> bool:
@@ -155,9 +172,13 @@ def test_the_cone_that_was_made_is_found() -> None:
     rng = np.random.default_rng(23)
     t = np.radians(np.linspace(-70, 70, 30))
     poles = np.stack(
-        [np.cos(np.radians(65)) * np.ones(30), np.sin(np.radians(65)) * np.sin(t),
-         -np.sin(np.radians(65)) * np.cos(t)], axis=1,
-    )  # fmt: skip
+        [
+            np.cos(np.radians(65)) * np.ones(30),
+            np.sin(np.radians(65)) * np.sin(t),
+            -np.sin(np.radians(65)) * np.cos(t),
+        ],
+        axis=1,
+    )
     exact = fold_axis(*planes(poles)).figures.cone
     assert exact is not None
     assert exact.half_angle_deg == pytest.approx(65, abs=1e-6)

@@ -86,9 +86,10 @@ def test_the_error_of_big_elks_axis_is_that_of_the_bootstrap(
 
 
 @given(
-    st.floats(0, 360), st.floats(0, 90),
+    st.floats(0, 360),
+    st.floats(0, 90),
     st.lists(st.floats(-90, 90), min_size=2, max_size=12),
-)  # fmt: skip
+)
 def test_the_axis_of_an_exact_cylinder_is_found(
     trend: float, plunge: float, turns: list[float]
 ) -> None:

@@ -153,9 +153,12 @@ def test_the_ellipse_holds_the_true_line_in_95_of_100(between):
     ):
         found = intersection_line(UncertainPlane(m1, a.spread95), UncertainPlane(m2, b.spread95))
         inside += held(
-            found.line, found.confidence_axis, found.max_confidence95_deg,
-            found.min_confidence95_deg, truth,
-        )  # fmt: skip
+            found.line,
+            found.confidence_axis,
+            found.max_confidence95_deg,
+            found.min_confidence95_deg,
+            truth,
+        )
     assert 0.93 <= inside / runs <= 0.97
 
 

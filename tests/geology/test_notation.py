@@ -28,15 +28,51 @@ from vomstudio.geology.orientation import (
 )
 
 SAME_PLANE = [
-    "132/41", "132-41", "132 41", "132 - 41", "132°/41°", "132º 41º", "(132/41)", "132;41",
-    "132, 41", "132,41", "132,0/41,0", "132.0 41.0", "132\u00a041", "132–41", "132°0'/41°0'",
-    "041->132", "41 → 132", "41° → S48E", "dip direction 132, dip 41", "DipDir 132 Dip 41",
-    "dd: 132; dip: 41", "042/41 RHR", "042/41 rhr", "42 41 RH", "222/41 LHR", "042/41 SE",
-    "042/41SE", "222/41 SE", "042,41 SE", "strike 042 dip 41", "strike 042 dip 41 SE",
-    "strike 222, dip 41 SE", "N42E 41SE", "N42E41SE", "N 42° E, 41° SE", "S42W/41SE",
-    "E48N 41SE", "W48S / 41 SE", "n42e / 41 se", "N42E 41 S", "N42E 41 E", "N42E 41 SSE",
-    "N42E/41 RHR", "N42E at 41 SE",
-]  # fmt: skip
+    "132/41",
+    "132-41",
+    "132 41",
+    "132 - 41",
+    "132°/41°",
+    "132º 41º",
+    "(132/41)",
+    "132;41",
+    "132, 41",
+    "132,41",
+    "132,0/41,0",
+    "132.0 41.0",
+    "132\u00a041",
+    "132–41",
+    "132°0'/41°0'",
+    "041->132",
+    "41 → 132",
+    "41° → S48E",
+    "dip direction 132, dip 41",
+    "DipDir 132 Dip 41",
+    "dd: 132; dip: 41",
+    "042/41 RHR",
+    "042/41 rhr",
+    "42 41 RH",
+    "222/41 LHR",
+    "042/41 SE",
+    "042/41SE",
+    "222/41 SE",
+    "042,41 SE",
+    "strike 042 dip 41",
+    "strike 042 dip 41 SE",
+    "strike 222, dip 41 SE",
+    "N42E 41SE",
+    "N42E41SE",
+    "N 42° E, 41° SE",
+    "S42W/41SE",
+    "E48N 41SE",
+    "W48S / 41 SE",
+    "n42e / 41 se",
+    "N42E 41 S",
+    "N42E 41 E",
+    "N42E 41 SSE",
+    "N42E/41 RHR",
+    "N42E at 41 SE",
+]
 
 
 @pytest.mark.parametrize("text", SAME_PLANE)
@@ -123,8 +159,24 @@ def test_what_is_no_plane_is_refused_with_the_reason(
     assert text.strip() in refusal.value.message
 
 
-ROSE = ("N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE",
-        "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW")  # fmt: skip
+ROSE = (
+    "N",
+    "NNE",
+    "NE",
+    "ENE",
+    "E",
+    "ESE",
+    "SE",
+    "SSE",
+    "S",
+    "SSW",
+    "SW",
+    "WSW",
+    "W",
+    "WNW",
+    "NW",
+    "NNW",
+)
 
 
 @pytest.mark.parametrize("number", range(16))
@@ -184,10 +236,16 @@ def test_lines_in_the_usual_notations(text: str, trend: float, plunge: float) ->
 
 @pytest.mark.parametrize(
     ("text", "code"),
-    [("130", "one-angle"), ("130/95", "plunge-out-of-range"), ("130 -25", "unclear-minus"),
-     ("25/130", "plunge-out-of-range"), ("130/25 SE", "not-a-line"), ("", "empty"),
-     ("strike 10 dip 20", "not-a-line")],
-)  # fmt: skip
+    [
+        ("130", "one-angle"),
+        ("130/95", "plunge-out-of-range"),
+        ("130 -25", "unclear-minus"),
+        ("25/130", "plunge-out-of-range"),
+        ("130/25 SE", "not-a-line"),
+        ("", "empty"),
+        ("strike 10 dip 20", "not-a-line"),
+    ],
+)
 def test_what_is_no_line_is_refused_with_the_reason(text: str, code: str) -> None:
     with refused(f"notation.{code}") as refusal:
         parse_line(text)
@@ -218,9 +276,7 @@ def test_no_minus_before_a_plunge_that_rounds_to_zero() -> None:
     assert format_line(Line(10, -3.06), 1) == "010.0/-03.1"
 
 
-@given(
-    st.floats(0, 360), st.floats(0, 90), st.sampled_from(NOTATIONS), st.integers(0, 4)
-)  # fmt: skip
+@given(st.floats(0, 360), st.floats(0, 90), st.sampled_from(NOTATIONS), st.integers(0, 4))
 @example(359.996, 90.0, "quadrant", 2)
 @example(90.0, 0.3, "quadrant", 0)
 @example(0.5, 89.5, "quadrant", 0)

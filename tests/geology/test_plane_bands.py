@@ -20,9 +20,15 @@ from vomstudio.geometry.planes import fit_plane
 
 
 def straight(
-    rng: np.random.Generator, normal: np.ndarray, *, n: int = 40, noise: float = 0.01,
-    bend: float = 0.0, turn: float | None = None, length: float = 4.0,
-) -> np.ndarray:  # fmt: skip
+    rng: np.random.Generator,
+    normal: np.ndarray,
+    *,
+    n: int = 40,
+    noise: float = 0.01,
+    bend: float = 0.0,
+    turn: float | None = None,
+    length: float = 4.0,
+) -> np.ndarray:
     """Points of a trace in a plane, with noise in all directions; bend : relief in the plane."""
     first = np.cross(normal, [0.3, 0.9, 0.1])
     first /= np.linalg.norm(first)

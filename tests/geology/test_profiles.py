@@ -53,8 +53,9 @@ def test_one_missed_limit_makes_a_plane_doubtful_and_two_make_it_poor(
     xyz = points(*shape)
     coplanarity, collinearity = indices(xyz)
     assert (coplanarity < 65.0, collinearity > 6.0) == (
-        COPLANARITY in missed, COLLINEARITY in missed,
-    )  # fmt: skip
+        COPLANARITY in missed,
+        COLLINEARITY in missed,
+    )
     fit = fit_plane(xyz, ordered=False)
     verdict = judge(fit, resolution_m=resolution, outcrop_normal=None, thresholds=TEXTBOOK)
     assert (verdict.quality, verdict.profile) == (quality, "textbook")
@@ -76,9 +77,14 @@ def test_what_the_error_rule_demotes_is_a_note_of_the_textbook() -> None:
     fit = fit_plane(points(4.0, 3.0, 0.3, n=12), ordered=False)
     by_error = judge(fit, resolution_m=None, outcrop_normal=None)
     assert by_error.quality != "good"
-    by_shape = judge(fit, resolution_m=None, outcrop_normal=None, thresholds=replace(
-        TEXTBOOK, profile="loose", least_coplanarity=10.0, most_collinearity=50.0
-    ))  # fmt: skip
+    by_shape = judge(
+        fit,
+        resolution_m=None,
+        outcrop_normal=None,
+        thresholds=replace(
+            TEXTBOOK, profile="loose", least_coplanarity=10.0, most_collinearity=50.0
+        ),
+    )
     assert (by_shape.quality, by_shape.profile) == ("good", "loose")
     assert set(by_error.reasons) < set(by_shape.notes)
 

@@ -115,14 +115,17 @@ def test_an_extent_under_a_hundred_resolutions_is_a_note_and_under_ten_a_reason(
     (note,) = found.notes
     assert note.code == "plane.small"
     assert note.values == {
-        "ratio": 99, "recommended": 100.0, "error_deg": pytest.approx(0.3, abs=0.05),
-    }  # fmt: skip
+        "ratio": 99,
+        "recommended": 100.0,
+        "error_deg": pytest.approx(0.3, abs=0.05),
+    }
     assert judged(GOOD, resolution_m=at / 10.0).quality == "good"
     found = judged(GOOD, resolution_m=at / 9.9)
     assert found.quality == "doubtful"
     assert by_code(found.reasons)["plane.too-small"] == {
-        "ratio": pytest.approx(9.9), "minimum": 10.0,
-    }  # fmt: skip
+        "ratio": pytest.approx(9.9),
+        "minimum": 10.0,
+    }
 
 
 def test_the_resolution_tilts_a_patch_by_half_a_spacing_over_its_width() -> None:
@@ -390,9 +393,13 @@ def test_a_face_without_a_direction_is_not_compared() -> None:
 
 def test_what_follows_from_a_plane_takes_the_figure_it_is_judged_by() -> None:
     fit = replace(
-        GOOD, max_confidence95_deg=2.0, min_confidence95_deg=1.0, bow_tilt_deg=None,
-        max_angular_error_deg=7.0, min_angular_error_deg=3.0,
-    )  # fmt: skip
+        GOOD,
+        max_confidence95_deg=2.0,
+        min_confidence95_deg=1.0,
+        bow_tilt_deg=None,
+        max_angular_error_deg=7.0,
+        min_angular_error_deg=3.0,
+    )
     assert wider_of(fit) == (2.0, 1.0)
     assert wider_of(fit, "patch") == (7.0, 3.0)
     assert wider_of(replace(fit, long_roughness=True)) == (7.0, 3.0)

@@ -54,9 +54,11 @@ CASES: dict[str, tuple[list[Set], int]] = {
     "unequal": ([(30, 89, 150, 1500), (120, 60, 400, 60), (210, 10, 300, 120)], 100),
     "near": ([(30, 80, 200, 250), (52, 80, 200, 250)], 40),
     "steep": ([(0, 90, 200, 200), (60, 89, 200, 200), (120, 89, 200, 200)], 60),
-    "six": ([(a, d, 300, 150) for a, d in ((0, 85), (60, 85), (120, 85), (0, 5), (210, 45),
-                                           (30, 45))], 100),
-}  # fmt: skip
+    "six": (
+        [(a, d, 300, 150) for a, d in ((0, 85), (60, 85), (120, 85), (0, 5), (210, 45), (30, 45))],
+        100,
+    ),
+}
 
 
 @pytest.mark.parametrize("seed", first_in_default_tier(range(3), 1))
@@ -226,8 +228,9 @@ def test_groups_by_chance_are_those_of_a_simulation() -> None:
     counts = []
     for _ in range(400):
         near = np.abs((poles := scatter(12, chance)) @ poles.T) >= least
-        counts.append(sum(near[i, j] and near[i, k] and near[j, k]
-                          for i, j, k in combinations(range(12), 3)))  # fmt: skip
+        counts.append(
+            sum(near[i, j] and near[i, k] and near[j, k] for i, j, k in combinations(range(12), 3))
+        )
     one, two = np.array([0.0, 0.0, 1.0]), np.array([np.sin(np.radians(20)), 0.0, least])
     expected = groups_by_chance(12, np.array([one, two, one]))
     assert np.mean(counts) == pytest.approx(expected, rel=0.15)

@@ -106,8 +106,9 @@ def test_the_region_of_an_axis_is_the_cone_of_its_direction_cosines() -> None:
     chi-square sin(reach)^2 = 2 F s^2 / n, where its tangent would fall short."""
     n, s = 12, 0.35
     turn = 2.0 * np.pi * np.arange(n) / n
-    v = np.column_stack([np.full(n, math.cos(s)), math.sin(s) * np.cos(turn),
-                         math.sin(s) * np.sin(turn)])  # fmt: skip
+    v = np.column_stack(
+        [np.full(n, math.cos(s)), math.sin(s) * np.cos(turn), math.sin(s) * np.sin(turn)]
+    )
     values, axes = orientation_tensor(v)
     region = axes_confidence(v, values, axes)[0]
     assert region is not None

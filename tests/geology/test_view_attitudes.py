@@ -84,8 +84,9 @@ def test_an_aircraft_that_banks_looks_aside() -> None:
 
 def test_the_vertical_and_an_azimuth_make_an_attitude() -> None:
     rng = np.random.default_rng(0)
-    angles = np.column_stack([rng.uniform(0, 360, 50), rng.uniform(-80, 80, 50),
-                              rng.uniform(-180, 180, 50)])  # fmt: skip
+    angles = np.column_stack(
+        [rng.uniform(0, 360, 50), rng.uniform(-80, 80, 50), rng.uniform(-180, 180, 50)]
+    )
     cameras = camera_rotations(angles)
     down = -cameras[:, 2, :]
     np.testing.assert_allclose(from_down_and_azimuth(9.81 * down, angles[:, 0]), cameras, atol=1e-9)

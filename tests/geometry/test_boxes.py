@@ -85,8 +85,12 @@ def test_a_face_goes_where_it_is_drawn_and_stops_a_hair_before_the_other(
     for value in (ends[side] + 0.1, ends[side] - 0.1, ends[side] + (2 * side - 1) * 50.0):
         moved = BOX.with_face(axis, side, value)
         assert (moved.low, moved.high)[side][axis] == value
-        kept = [(end[k], own[k]) for end, own in zip((moved.low, moved.high),
-                (BOX.low, BOX.high), strict=True) for k in range(3) if k != axis]  # fmt: skip
+        kept = [
+            (end[k], own[k])
+            for end, own in zip((moved.low, moved.high), (BOX.low, BOX.high), strict=True)
+            for k in range(3)
+            if k != axis
+        ]
         assert all(now == before for now, before in kept)
         assert (moved.low, moved.high)[1 - side][axis] == ends[1 - side]
     beyond = ends[1 - side] - (2 * side - 1) * 7.0
@@ -181,8 +185,12 @@ def test_a_ray_along_an_axis_meets_what_stands_in_its_way(axis: int) -> None:
     assert not box_hit(low[0], high[0], beside, way)
     assert box_hit(low[0], high[0], beside, way, pad=0.2)
     for k in others:
-        for place, meets in ((0.0, True), (high[0, k], True), (-1e-9, False),
-                             (high[0, k] + 1e-9, False)):  # fmt: skip
+        for place, meets in (
+            (0.0, True),
+            (high[0, k], True),
+            (-1e-9, False),
+            (high[0, k] + 1e-9, False),
+        ):
             beside = origin.copy()
             beside[k] = place
             assert boxes_hit(low, high, beside, way)[0] == meets

@@ -32,8 +32,13 @@ def cubes(levels: int = 5) -> tuple[np.ndarray, np.ndarray]:
     keys = []
     for level in range(levels):
         n = 2**level
-        keys += [(level, x, y, z) for x in range(n) for y in range(n) for z in range(n)
-                 if abs(x - y) <= 1 and abs(y - z) <= 1]  # fmt: skip
+        keys += [
+            (level, x, y, z)
+            for x in range(n)
+            for y in range(n)
+            for z in range(n)
+            if abs(x - y) <= 1 and abs(y - z) <= 1
+        ]
     key = np.array(keys)
     side = 0.5 ** key[:, :1]
     return key, np.stack([key[:, 1:] * side, (key[:, 1:] + 1) * side], axis=1)
@@ -206,9 +211,15 @@ class File:
         self.asked: list[int] = []
         first = tuple(np.flatnonzero(self.keys[:, 0] == 0).tolist())
         self.store = NodeStore(
-            self.boxes, 0.01 * side[:, 0], self.counts, self.starts, parents_of(self.keys),
-            self.read, budget, first,
-        )  # fmt: skip
+            self.boxes,
+            0.01 * side[:, 0],
+            self.counts,
+            self.starts,
+            parents_of(self.keys),
+            self.read,
+            budget,
+            first,
+        )
         start = self.read(first)
         self.asked.clear()
         for row, cloud in zip(first, parts_of(start, self.counts[list(first)]), strict=True):
@@ -389,14 +400,17 @@ def test_nodes_that_touch_a_box_are_those_whose_cubes_have_a_point_in_common_wit
     rng, there = np.random.default_rng(8), file.store.loaded()
     corners = file.boxes.reshape(-1, 3)
     boxes = [np.sort(corners[rng.integers(0, len(corners), 2)], axis=0) for _ in range(40)]
-    boxes += [np.sort(rng.uniform(corners.min(axis=0), corners.max(axis=0), (2, 3)), axis=0)
-              for _ in range(40)]  # fmt: skip
+    boxes += [
+        np.sort(rng.uniform(corners.min(axis=0), corners.max(axis=0), (2, 3)), axis=0)
+        for _ in range(40)
+    ]
     for low, high in boxes:
         found = file.store.touching(low, high)
         wanted = {
-            row for row in there
+            row
+            for row in there
             if (np.maximum(low, file.boxes[row, 0]) <= np.minimum(high, file.boxes[row, 1])).all()
-        }  # fmt: skip
+        }
         assert {row for row, _ in found} == wanted
         assert all(cloud is there[row] for row, cloud in found)
 

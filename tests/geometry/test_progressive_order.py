@@ -138,8 +138,9 @@ def test_points_of_one_level_are_not_drawn_up_in_a_lattice() -> None:
     x, z = np.meshgrid(np.arange(side), np.arange(side))
     points = np.column_stack([x.ravel(), np.zeros(side**2), z.ravel()]) * 0.02
     found = arrange(points)
-    coarse = points[np.concatenate([rows for k, rows in enumerate(nodes(found))
-                                    if found.parents[k] < 0])]  # fmt: skip
+    coarse = points[
+        np.concatenate([rows for k, rows in enumerate(nodes(found)) if found.parents[k] < 0])
+    ]
     columns = np.bincount(np.rint(coarse[:, 0] / 0.02).astype(int), minlength=side)
     assert (columns > 0).mean() > 0.9
 
@@ -196,11 +197,20 @@ def test_an_order_with_any_one_thing_wrong_is_not_sound(monkeypatch: pytest.Monk
     nothing = arrange(np.zeros((0, 3)))
     assert nothing.is_sound(0)
     one_wrong = [
-        ("starts", 0, 1), ("starts", 3, found.starts[2]), ("starts", k, n - 1), ("rows", 7, -1),
-        ("rows", 7, n), ("bounds", (2, 1, 0), np.nan), ("bounds", (0, 0, 2), -np.inf),
-        ("spacing", 4, 0.0), ("spacing", k - 1, -1.0), ("spacing", 1, np.nan), ("parents", 0, 0),
-        ("parents", k - 1, k - 1), ("parents", 2, 3),
-    ]  # fmt: skip
+        ("starts", 0, 1),
+        ("starts", 3, found.starts[2]),
+        ("starts", k, n - 1),
+        ("rows", 7, -1),
+        ("rows", 7, n),
+        ("bounds", (2, 1, 0), np.nan),
+        ("bounds", (0, 0, 2), -np.inf),
+        ("spacing", 4, 0.0),
+        ("spacing", k - 1, -1.0),
+        ("spacing", 1, np.nan),
+        ("parents", 0, 0),
+        ("parents", k - 1, k - 1),
+        ("parents", 2, 3),
+    ]
     for name, place, value in one_wrong:
         array = getattr(found, name).copy()
         array[place] = value

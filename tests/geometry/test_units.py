@@ -10,21 +10,39 @@ from vomstudio.geometry.units import METRES, area_text, bar_text, length_text, r
 @pytest.mark.parametrize(
     ("value", "text"),
     [
-        (None, "–"), (0.0, "0 mm"), (2e-17, "0 mm"), (0.00031, "0.310 mm"), (0.0042, "4.20 mm"),
-        (0.00999, "9.99 mm"), (0.01, "1.00 cm"), (0.4567, "45.7 cm"), (0.9996, "1.00 m"),
-        (1.0, "1.00 m"), (12.345, "12.3 m"), (999.4, "999 m"), (999.7, "1.00 km"),
-        (12345.0, "12.3 km"), (5e6, "5000 km"), (-0.25, "-25.0 cm"),
+        (None, "–"),
+        (0.0, "0 mm"),
+        (2e-17, "0 mm"),
+        (0.00031, "0.310 mm"),
+        (0.0042, "4.20 mm"),
+        (0.00999, "9.99 mm"),
+        (0.01, "1.00 cm"),
+        (0.4567, "45.7 cm"),
+        (0.9996, "1.00 m"),
+        (1.0, "1.00 m"),
+        (12.345, "12.3 m"),
+        (999.4, "999 m"),
+        (999.7, "1.00 km"),
+        (12345.0, "12.3 km"),
+        (5e6, "5000 km"),
+        (-0.25, "-25.0 cm"),
     ],
-)  # fmt: skip
+)
 def test_a_length_stands_in_the_unit_that_suits_it_without_an_exponent(value, text):
     assert length_text(value) == text
 
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(None, "–"), (0.0, "0 cm²"), (0.0012, "12.0 cm²"), (0.0107, "0.0107 m²"), (1234.5, "1234 m²"),
-     (25000.0, "0.0250 km²")],
-)  # fmt: skip
+    [
+        (None, "–"),
+        (0.0, "0 cm²"),
+        (0.0012, "12.0 cm²"),
+        (0.0107, "0.0107 m²"),
+        (1234.5, "1234 m²"),
+        (25000.0, "0.0250 km²"),
+    ],
+)
 def test_an_area_stands_in_the_unit_that_suits_it_without_an_exponent(value, text):
     assert area_text(value) == text
 
@@ -89,9 +107,17 @@ def test_a_number_that_is_none_is_said_to_be_none(text):
 
 @pytest.mark.parametrize(
     ("longest", "text"),
-    [(0.0049, "2 mm"), (0.005, "5 mm"), (0.0199, "1 cm"), (0.9, "50 cm"), (1.0, "1 m"),
-     (7.3, "5 m"), (999.0, "500 m"), (2500.0, "2 km")],
-)  # fmt: skip
+    [
+        (0.0049, "2 mm"),
+        (0.005, "5 mm"),
+        (0.0199, "1 cm"),
+        (0.9, "50 cm"),
+        (1.0, "1 m"),
+        (7.3, "5 m"),
+        (999.0, "500 m"),
+        (2500.0, "2 km"),
+    ],
+)
 def test_a_scale_bar_has_a_round_length_no_longer_than_there_is_room(longest, text):
     assert bar_text(round_length(longest)) == text
 

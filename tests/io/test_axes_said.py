@@ -65,9 +65,15 @@ def test_a_geopackage_names_no_axis_east_without_a_north(
 
     path = tmp_path / "a.gpkg"
     write(
-        str(path), shapely.to_wkb(np.array([shapely.Point(1, 2, 3)])), [np.array([1])],
-        np.array(["a"], object), layer="l", driver="GPKG", geometry_type="Point Z", crs=axes.wkt,
-    )  # fmt: skip
+        str(path),
+        shapely.to_wkb(np.array([shapely.Point(1, 2, 3)])),
+        [np.array([1])],
+        np.array(["a"], object),
+        layer="l",
+        driver="GPKG",
+        geometry_type="Point Z",
+        crs=axes.wkt,
+    )
     opened = sqlite3.connect(path)
     try:
         (found,) = opened.execute(

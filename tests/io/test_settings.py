@@ -105,8 +105,13 @@ def test_comments_and_settings_of_other_versions_outlive_a_change(tmp_path):
     assert (again, problems) == (settings, [])
     text = path.read_text()
     assert tomllib.loads(text)["future"] == 3
-    for kept in ("# of the field laptop", '"strike/dip"  # as in my books', "# of a newer version",
-                 "# the quarry", "# kept by hand"):  # fmt: skip
+    for kept in (
+        "# of the field laptop",
+        '"strike/dip"  # as in my books',
+        "# of a newer version",
+        "# the quarry",
+        "# kept by hand",
+    ):
         assert kept in text
     write_settings(settings, path)
     assert path.read_text() == text
@@ -115,13 +120,21 @@ def test_comments_and_settings_of_other_versions_outlive_a_change(tmp_path):
 @pytest.mark.parametrize(
     "older",
     [
-        "window.geometry = 'x'\n[limits]\n", "limits = {good_K = 0.7}\nwindow = {}\n",
-        "window = 3\n", "[[limits]]\n[[limits]]\n", "a = 1\na = 2\n", "\ufeffx = 1\n",
-        "[window]\n[window.deep]\nx = 1\n", "[limits]\ngood_K = 1\n[a]\n[window]\n[a.b]\n",
-        "recent = [1, {x = 2}]\n", "turntable = 0\npoint_budget = true\n", b"\xff\xfe = 1",
-        "[window.a]\nx = 1\n[limits]\n[window.b]\nx = 1\n", "window.a = 1\nx = 1\nwindow.b = 2\n",
+        "window.geometry = 'x'\n[limits]\n",
+        "limits = {good_K = 0.7}\nwindow = {}\n",
+        "window = 3\n",
+        "[[limits]]\n[[limits]]\n",
+        "a = 1\na = 2\n",
+        "\ufeffx = 1\n",
+        "[window]\n[window.deep]\nx = 1\n",
+        "[limits]\ngood_K = 1\n[a]\n[window]\n[a.b]\n",
+        "recent = [1, {x = 2}]\n",
+        "turntable = 0\npoint_budget = true\n",
+        b"\xff\xfe = 1",
+        "[window.a]\nx = 1\n[limits]\n[window.b]\nx = 1\n",
+        "window.a = 1\nx = 1\nwindow.b = 2\n",
     ],
-)  # fmt: skip
+)
 def test_whatever_stood_there_what_is_written_can_be_read(tmp_path, older):
     path = tmp_path / "settings.toml"
     path.write_bytes(older if isinstance(older, bytes) else older.encode())

@@ -165,9 +165,18 @@ class Walk:
             vertices = tuple(map(tuple, points.tolist()))
             trace = Trace(name, name, kind, model.id, model.content_hash, vertices)
             assert window.studio.attempt(edits.add_trace, trace)
-        for action in ("verdict_profile", "orthophoto", "intersection_of_sets", "feature_types",
-                       "type_on_net", "figure_style", "plan_survey", "video_frames",
-                       "fit_model", "documentation"):  # fmt: skip
+        for action in (
+            "verdict_profile",
+            "orthophoto",
+            "intersection_of_sets",
+            "feature_types",
+            "type_on_net",
+            "figure_style",
+            "plan_survey",
+            "video_frames",
+            "fit_model",
+            "documentation",
+        ):
             with self.seen(action):
                 run(action)
         with self.seen("extend_plane"):
@@ -199,9 +208,18 @@ class Walk:
         opened, zero = self.window.studio.models[model.id], (0.0, 0.0, 0.0)
         ids = np.arange(len(opened.data.faces) // 2)
         patch = Patch(
-            "p1", "P1", "fault", model.id, model.content_hash, "face", (), 0, zero,
-            (zero, zero, zero), 0.0,
-        )  # fmt: skip
+            "p1",
+            "P1",
+            "fault",
+            model.id,
+            model.content_hash,
+            "face",
+            (),
+            0,
+            zero,
+            (zero, zero, zero),
+            0.0,
+        )
         driver.wait(lambda: opened.surface._faces_of is not None, "the search structures")
         patch = replace(patch, **record_figures(opened.surface, ids))
         assert self.window.studio.attempt(edits.add_features, [patch])

@@ -49,8 +49,15 @@ def on_screen(studio: Any) -> dict[str, Any]:
     feature = tool.feature if tool else None
     return {
         "traces": [
-            [t.name, t.type_id, t.set_name, t.notes, t.overturned, t.method,
-             [list(v) for v in t.vertices]]
+            [
+                t.name,
+                t.type_id,
+                t.set_name,
+                t.notes,
+                t.overturned,
+                t.method,
+                [list(v) for v in t.vertices],
+            ]
             for t in studio.session.of(Trace)
         ],
         "patches": [
@@ -58,8 +65,14 @@ def on_screen(studio: Any) -> dict[str, Any]:
             for p in studio.session.of(Patch)
         ],
         "models": [
-            [m.name, m.frame.kind, m.frame.crs, m.content_hash,
-             m.registration.name if m.registration else "", [list(row) for row in m.to_world]]
+            [
+                m.name,
+                m.frame.kind,
+                m.frame.crs,
+                m.content_hash,
+                m.registration.name if m.registration else "",
+                [list(row) for row in m.to_world],
+            ]
             for m in studio.session.of(Model)
         ],
         "photos": [[s.name, s.path, s.crs] for s in studio.session.of(PhotoSet)],
@@ -83,20 +96,32 @@ def on_screen(studio: Any) -> dict[str, Any]:
             for r in studio.session.of(Registration)
         ],
         "lines": [
-            [f.name, f.type_id, f.slip, studio.records[f.plane_id].name if f.plane_id else "",
-             [list(v) for v in f.vertices]]
+            [
+                f.name,
+                f.type_id,
+                f.slip,
+                studio.records[f.plane_id].name if f.plane_id else "",
+                [list(v) for v in f.vertices],
+            ]
             for f in studio.session.of(Lineation)
         ],
         "dimensions": [
             [d.name, d.kind, [list(v) for v in d.vertices]] for d in studio.session.of(Dimension)
         ],
         "draft": [list(v) for v in tool.vertices] if tool else None,
-        "draft_of": [tool.name, getattr(feature, "type_id", ""), getattr(feature, "slip", ""),
-                     getattr(feature, "kind", ""), tool.continued] if tool else None,
+        "draft_of": [
+            tool.name,
+            getattr(feature, "type_id", ""),
+            getattr(feature, "slip", ""),
+            getattr(feature, "kind", ""),
+            tool.continued,
+        ]
+        if tool
+        else None,
         "dirty": studio.session.dirty,
         "undo": studio.session.undo_label,
         "redo": studio.session.redo_label,
-    }  # fmt: skip
+    }
 
 
 def announce(name: str, studio: Any) -> None:
@@ -206,8 +231,10 @@ def studio_events(studio: Any, outcrop: Path) -> list[Event]:
         ("finish", tool.finish),
         click(bed(2.0)[0]),
         click(bed(2.0)[1]),
-        ("rename beside a draft",
-         lambda: attempt(edits.set_attributes, [trace()], set_name="late")),
+        (
+            "rename beside a draft",
+            lambda: attempt(edits.set_attributes, [trace()], set_name="late"),
+        ),
         ("save beside a draft", save),
         ("cancel", tool.cancel),
         ("line tool", lambda: studio.activate("line")),
@@ -225,7 +252,7 @@ def studio_events(studio: Any, outcrop: Path) -> list[Event]:
         click(bed(3.0)[3]),
         *photo_events(studio),
         (LAST, save),
-    ]  # fmt: skip
+    ]
 
 
 def photo_events(studio: Any) -> list[Event]:
@@ -263,21 +290,29 @@ def photo_events(studio: Any) -> list[Event]:
         ("undo", studio.undo),
         ("redo", studio.redo),
         ("tie point", lambda: mark("tie1", 33.0)),
-        ("rename", lambda: document.set_marking(
-            "Rename tie1", document.marking().renamed("tie1", "corner"))),
+        (
+            "rename",
+            lambda: document.set_marking(
+                "Rename tie1", document.marking().renamed("tie1", "corner")
+            ),
+        ),
         ("mask", lambda: mask("a.jpg")),
         ("mask", lambda: mask("a.jpg", "b.jpg")),
         ("undo", studio.undo),
-        ("remove point", lambda: document.set_marking(
-            "Remove corner", document.marking().removed("corner"))),
+        (
+            "remove point",
+            lambda: document.set_marking("Remove corner", document.marking().removed("corner")),
+        ),
         ("undo", studio.undo),
         ("make model", lambda: studio.attempt(add_reconstruction, run, found)),
         ("register", lambda: studio.attempt(edits.set_registration, found, ["m1"])),
-        ("register anew", lambda: studio.attempt(
-            edits.set_registration, replace(found, matrix=east))),
+        (
+            "register anew",
+            lambda: studio.attempt(edits.set_registration, replace(found, matrix=east)),
+        ),
         ("undo", studio.undo),
         ("redo", studio.redo),
-    ]  # fmt: skip
+    ]
 
 
 # --- the whole window ---------------------------------------------------------------------------

@@ -53,9 +53,15 @@ def shown_dialogs(window) -> list[QDialog]:
 def wheel(widget, at: QPoint) -> None:
     where = QPointF(at)
     event = QWheelEvent(
-        where, QPointF(widget.mapToGlobal(at)), QPoint(), QPoint(0, 120), driver.Qt.MouseButton(0),
-        driver.NONE, Qt.ScrollPhase.NoScrollPhase, False,
-    )  # fmt: skip
+        where,
+        QPointF(widget.mapToGlobal(at)),
+        QPoint(),
+        QPoint(0, 120),
+        driver.Qt.MouseButton(0),
+        driver.NONE,
+        Qt.ScrollPhase.NoScrollPhase,
+        False,
+    )
     QApplication.sendEvent(widget, event)
 
 

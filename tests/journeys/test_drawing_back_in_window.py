@@ -57,10 +57,13 @@ def draw(
     for name, points in lines.items():
         pixels = (np.column_stack([points, np.ones(len(points))]) @ to_pixel.T)[:, :2]
         drawn = [rasterio.transform.xy(to_plane, r, c, offset="ul") for c, r in pixels]
-        features.append({
-            "type": "Feature", "properties": {"name": name, "id": (ids or {}).get(name, "")},
-            "geometry": {"type": "LineString", "coordinates": drawn},
-        })  # fmt: skip
+        features.append(
+            {
+                "type": "Feature",
+                "properties": {"name": name, "id": (ids or {}).get(name, "")},
+                "geometry": {"type": "LineString", "coordinates": drawn},
+            }
+        )
     path.write_text(json.dumps({"type": "FeatureCollection", "features": features}), "utf-8")
     return path
 

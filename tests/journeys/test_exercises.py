@@ -117,11 +117,12 @@ def test_2_photos_of_a_drone_with_their_positions(run: Run, tmp_path: Path) -> N
     rock = rock_face.Face(small.vertices * size, small.faces, lambda p: small.paint(p / size))
     lens = Intrinsics.pinhole(480, 360, 480.0, 240.0, 180.0)
     views = [
-        rock_face.looking("", lens, np.array([x, -34.0, h]) + rng.normal(0, 1, 3),
-                          (0.6 * x, 0.0, 0.3 * h))
+        rock_face.looking(
+            "", lens, np.array([x, -34.0, h]) + rng.normal(0, 1, 3), (0.6 * x, 0.0, 0.3 * h)
+        )
         for h in (-6.0, 6.0)
         for x in np.linspace(-16.0, 16.0, 6)
-    ]  # fmt: skip
+    ]
     degrees = Transformer.from_crs("EPSG:32633", "EPSG:4326", always_xy=True)
     gps = []
     for view in views:
@@ -201,13 +202,20 @@ def test_4_a_phone_held_level_and_one_object_of_known_size(run: Run, tmp_path: P
     rows = "".join(f"{name},{pitch_deg(view):.2f},0\n" for name, view in by_name.items())
     held.write_text("photo,pitch,roll\n" + rows, encoding="utf-8")
     placed = run(
-        "register", out / "model.obj", "--attitudes", held,
-        f"--scale={both},2.0", f"--bearing={both},57",
-    )  # fmt: skip
+        "register",
+        out / "model.obj",
+        "--attitudes",
+        held,
+        f"--scale={both},2.0",
+        f"--bearing={both},57",
+    )
     known = placed["known"]
     assert (known["north"], known["vertical"], known["scale"], known["position"]) == (
-        True, True, True, False,
-    )  # fmt: skip
+        True,
+        True,
+        True,
+        False,
+    )
     off = placed_off_deg(placed, out / "cameras.json", by_name, turn(33.0))
     assert off < 1.5 * placed["rotation_error_95_deg"]["weakest"]["error_deg"]
     assert off < 1.5
@@ -248,9 +256,17 @@ def test_5_a_fold_from_beds_to_the_view_along_it(run: Run, tmp_path: Path) -> No
     assert min(angle_between_planes(each, joint) for each in sets) < 3.0
 
     seen = run(
-        "ortho", SAMPLE / "sample.obj", "--fold", by_hand, "--gsd", 0.05,
-        "-o", tmp_path / "along.tif", "--sheet", tmp_path / "along.pdf",
-    )  # fmt: skip
+        "ortho",
+        SAMPLE / "sample.obj",
+        "--fold",
+        by_hand,
+        "--gsd",
+        0.05,
+        "-o",
+        tmp_path / "along.tif",
+        "--sheet",
+        tmp_path / "along.pdf",
+    )
     view = Line(seen["trend_deg"], seen["plunge_deg"])
     assert angle_between_lines(view, axis) < 1.0
     assert (tmp_path / "along.pdf").is_file()

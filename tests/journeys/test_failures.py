@@ -240,9 +240,13 @@ def test_a_mistake_in_a_worker_is_shown_and_the_next_job_is_done(
 
 def test_an_error_in_a_quiet_job_is_not_lost(odd_workers, window):
     window.studio.jobs.submit(
-        odd_jobs.MISTAKE, Nothing(), title="Getting ready",
-        on_done=lambda _: None, on_failed=lambda _: None, quiet=True,
-    )  # fmt: skip
+        odd_jobs.MISTAKE,
+        Nothing(),
+        title="Getting ready",
+        on_done=lambda _: None,
+        on_failed=lambda _: None,
+        quiet=True,
+    )
     is_said(window)
 
 

@@ -27,8 +27,14 @@ def test_a_field_book_is_imported_lassoed_on_the_net_and_drawn(
     studio, net = window.studio, window.net
     name, points = next(iter(picks.items()))
     model = studio.records[model_id]
-    trace = Trace("t1", name, "bedding", model_id, model.content_hash,
-                  tuple(tuple(p) for p in points.tolist()))  # fmt: skip
+    trace = Trace(
+        "t1",
+        name,
+        "bedding",
+        model_id,
+        model.content_hash,
+        tuple(tuple(p) for p in points.tolist()),
+    )
     assert studio.attempt(edits.add_trace, trace)
 
     azimuth, dip = truth[name]
@@ -67,18 +73,21 @@ def test_a_field_book_is_imported_lassoed_on_the_net_and_drawn(
     size, ratio = net.artists.radius_px, net.canvas.devicePixelRatioF()
     middle = (cx + size * radius * math.sin(trend), cy + size * radius * math.cos(trend))
     ring = [
-        QPoint(round((middle[0] + 14 * math.cos(a)) / ratio),
-               round(net.canvas.height() - (middle[1] + 14 * math.sin(a)) / ratio))
+        QPoint(
+            round((middle[0] + 14 * math.cos(a)) / ratio),
+            round(net.canvas.height() - (middle[1] + 14 * math.sin(a)) / ratio),
+        )
         for a in (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
-    ]  # fmt: skip
+    ]
     none = Qt.MouseButton.NoButton
     for kind, at, button, held in (
         (QEvent.Type.MouseButtonPress, ring[0], driver.LEFT, driver.LEFT),
         *((QEvent.Type.MouseMove, p, none, driver.LEFT) for p in ring[1:]),
         (QEvent.Type.MouseButtonRelease, ring[-1], driver.LEFT, none),
     ):
-        event = QMouseEvent(kind, QPointF(at), QPointF(net.canvas.mapToGlobal(at)), button, held,
-                            driver.NONE)  # fmt: skip
+        event = QMouseEvent(
+            kind, QPointF(at), QPointF(net.canvas.mapToGlobal(at)), button, held, driver.NONE
+        )
         QApplication.sendEvent(net.canvas, event)
     chosen = {studio.records[i].name for i in studio.selection.ids}
     assert {"F1", "F2", name} >= chosen >= {"F1", name}

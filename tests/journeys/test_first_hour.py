@@ -34,10 +34,23 @@ def test_the_first_hour_of_a_geologist(
     out.mkdir()
     environment = {**os.environ, "QT_QPA_PLATFORM": "xcb", "QT_SCALE_FACTOR": str(scale)}
     done = subprocess.run(
-        ["xvfb-run", "-a", "-s", f"-screen 0 {screen}x24 +extension GLX",
-         sys.executable, "-m", "tests.journeys.first_hour", str(tmp_path / "models"), str(out),
-         "--theme", theme],
-        capture_output=True, text=True, timeout=600, env=environment,
-    )  # fmt: skip
+        [
+            "xvfb-run",
+            "-a",
+            "-s",
+            f"-screen 0 {screen}x24 +extension GLX",
+            sys.executable,
+            "-m",
+            "tests.journeys.first_hour",
+            str(tmp_path / "models"),
+            str(out),
+            "--theme",
+            theme,
+        ],
+        capture_output=True,
+        text=True,
+        timeout=600,
+        env=environment,
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "11 tables" in done.stdout

@@ -31,9 +31,14 @@ def angle_between(a: tuple[float, float], b: tuple[float, float]) -> float:
     for dd, dip in (a, b):
         dd_rad, dip_rad = np.radians([dd, dip])
         normals.append(
-            np.array([np.sin(dd_rad) * np.sin(dip_rad), np.cos(dd_rad) * np.sin(dip_rad),
-                      np.cos(dip_rad)])
-        )  # fmt: skip
+            np.array(
+                [
+                    np.sin(dd_rad) * np.sin(dip_rad),
+                    np.cos(dd_rad) * np.sin(dip_rad),
+                    np.cos(dip_rad),
+                ]
+            )
+        )
     return float(np.degrees(np.arccos(min(1.0, abs(normals[0] @ normals[1])))))
 
 
@@ -191,9 +196,9 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
     index = model.index(row, 0)
     view.setFocus()
     view.selectionModel().setCurrentIndex(
-        index, QItemSelectionModel.SelectionFlag.ClearAndSelect
-        | QItemSelectionModel.SelectionFlag.Rows,
-    )  # fmt: skip
+        index,
+        QItemSelectionModel.SelectionFlag.ClearAndSelect | QItemSelectionModel.SelectionFlag.Rows,
+    )
     view.edit(index)
     editor = view.findChild(QLineEdit)
     assert editor is not None
@@ -249,10 +254,21 @@ def test_a_geologists_first_project(own_folders, qtbot, outcrop, picks, truth, t
         assert cells["95 % error"].startswith(f"{float(row['total95_deg']):.1f}"[:2])
     for format_ in ("csv", "gpkg"):
         done = subprocess.run(
-            [sys.executable, "-m", "vomstudio", "export", str(folder), "--to", format_,
-             "--output", str(tmp_path / f"again.{format_}")],
-            capture_output=True, text=True, timeout=120,
-        )  # fmt: skip
+            [
+                sys.executable,
+                "-m",
+                "vomstudio",
+                "export",
+                str(folder),
+                "--to",
+                format_,
+                "--output",
+                str(tmp_path / f"again.{format_}"),
+            ],
+            capture_output=True,
+            text=True,
+            timeout=120,
+        )
         assert done.returncode == 0, done.stderr
     again = read_csv((tmp_path / "again.csv").read_text(encoding="utf-8"))
     assert again == rows

@@ -95,8 +95,12 @@ def test_points_in_both_then_the_surfaces(
     there = moved_places(places)
     good = seen(dialog.here, places) & seen(dialog.there, there)
     places, there = places[good], there[good]
-    chosen = [int(places[:, 0].argmin()), int(places[:, 0].argmax()), int(places[:, 2].argmax()),
-              int(places[:, 2].argmin())]  # fmt: skip
+    chosen = [
+        int(places[:, 0].argmin()),
+        int(places[:, 0].argmax()),
+        int(places[:, 2].argmax()),
+        int(places[:, 2].argmin()),
+    ]
     for i in chosen[:2]:
         click(dialog.here, places[i])
         assert "right" in dialog.step.text()
@@ -238,10 +242,16 @@ def test_the_error_of_what_it_was_fitted_to_is_carried_on(window, outcrop, tmp_p
     sigma = np.radians([0.5, 0.4, 0.3])
     spread = np.diag([*sigma**2, 1e-8, 1e-4, 1e-4, 1e-4])
     placed = Registration(
-        "r1", "surveyed", "points", reference.frame, reference.to_world,
-        rotation_error_deg=(0.3, 0.5, 0.4), scale_error=1e-4,
-        covariance=tuple(map(tuple, spread.tolist())), centre=tuple(MIDDLE.tolist()),
-    )  # fmt: skip
+        "r1",
+        "surveyed",
+        "points",
+        reference.frame,
+        reference.to_world,
+        rotation_error_deg=(0.3, 0.5, 0.4),
+        scale_error=1e-4,
+        covariance=tuple(map(tuple, spread.tolist())),
+        centre=tuple(MIDDLE.tolist()),
+    )
     assert studio.attempt(edits.set_registration, placed, [reference.id])
     mesh = read_model(outcrop).data
     turn = Rotation.from_rotvec(np.radians([0.3, 0.2, -0.4])).as_matrix()
@@ -308,9 +318,11 @@ def test_a_cloud_of_what_has_not_moved_is_the_mask(window, outcrop, tmp_path) ->
         driver.wait(lambda: dialog.fit.text() != "Stop", "its end", 60.0)
         assert dialog.fitted is not None, dialog.said.text()
         placed = dialog.fitted.placed
-        return float(np.degrees(Rotation.from_matrix(
-            placed.matrix[:3, :3] / placed.scale @ TURN.T
-        ).magnitude()))  # fmt: skip
+        return float(
+            np.degrees(
+                Rotation.from_matrix(placed.matrix[:3, :3] / placed.scale @ TURN.T).magnitude()
+            )
+        )
 
     by_all = turned()
     which = dialog.stable.which

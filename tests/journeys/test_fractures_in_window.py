@@ -42,9 +42,7 @@ def settle(panel) -> None:
 def add(window, model_id: str, name: str, points, kind: str = "joint", set_name: str = "") -> str:
     model = window.studio.records[model_id]
     vertices = tuple(map(tuple, np.asarray(points, float).tolist()))
-    trace = Trace(
-        name, name, kind, model_id, model.content_hash, vertices, set_name=set_name
-    )  # fmt: skip
+    trace = Trace(name, name, kind, model_id, model.content_hash, vertices, set_name=set_name)
     assert window.studio.attempt(edits.add_trace, trace)
     return name
 
@@ -73,8 +71,13 @@ def wall(window, outcrop):
     """Three level traces six metres long, and one that ends on two of them."""
     model_id = driver.open_outcrop(window, outcrop)
     for y in (1, 2, 3):
-        add(window, model_id, f"L{y}", on_a_wall(window, model_id, [(0, y), (3, y), (6, y)]),
-            set_name="level")  # fmt: skip
+        add(
+            window,
+            model_id,
+            f"L{y}",
+            on_a_wall(window, model_id, [(0, y), (3, y), (6, y)]),
+            set_name="level",
+        )
     add(window, model_id, "V", on_a_wall(window, model_id, [(2, 1), (2, 2), (2, 3)]))
     window.actions_table.run("count_fractures")
     panel = window.findChild(FracturesPanel)
@@ -144,9 +147,17 @@ def test_the_cells_of_a_grid_that_were_looked_at_are_a_window(
     model = studio.records[model_id]
     low, _ = studio.models[model_id].data.bounds
     grid = FaceGrid(
-        "g", "South wall", model_id, model.content_hash, tuple(low.tolist()), (1.0, 0.0, 0.0),
-        (0.0, 0.0, 1.0), 1.0, 6, 4,
-    )  # fmt: skip
+        "g",
+        "South wall",
+        model_id,
+        model.content_hash,
+        tuple(low.tolist()),
+        (1.0, 0.0, 0.0),
+        (0.0, 0.0, 1.0),
+        1.0,
+        6,
+        4,
+    )
     assert studio.attempt(grid_edits.add_grid, grid)
     settle(panel)
     panel.plane.line.clear()
@@ -329,8 +340,13 @@ def test_traces_that_say_nothing_of_a_displacement(window, faulted) -> None:
     panel, studio = faulted, window.studio
     studio.selection.set(["F"])
     press(panel.fault.take)
-    add(window, driver.model(window).id, "W2",
-        np.array(studio.records["W"].vertices) + [0, 3, 0], "bedding")  # fmt: skip
+    add(
+        window,
+        driver.model(window).id,
+        "W2",
+        np.array(studio.records["W"].vertices) + [0, 3, 0],
+        "bedding",
+    )
     studio.selection.set(["W", "W2"])
     press(panel.add)
     refreshed(panel)

@@ -156,10 +156,11 @@ def test_a_click_on_the_outcrop_finds_its_photos_and_a_click_in_a_photo_selects(
     look_at(window, points, 20.0)
     middle = window.viewport.rect().center()
     free = next(
-        at for at in (middle + QPoint(dx, dy) for dx in (150, -150, 90) for dy in (60, -60, 0))
+        at
+        for at in (middle + QPoint(dx, dy) for dx in (150, -150, 90) for dy in (60, -60, 0))
         if window.viewport.pick(at.x(), at.y()) is not None
         and window.viewport.features.at(at.x(), at.y()) is None
-    )  # fmt: skip
+    )
     click(window.viewport, free)
     wait(lambda: "Clicked position" in panel.words.text(), "photos of the place")
     world = window.viewport.world_of(window.viewport.pick(free.x(), free.y()))
@@ -260,9 +261,15 @@ def wheel(widget, at: QPoint, delta: int) -> None:
     from PySide6.QtWidgets import QApplication
 
     event = QWheelEvent(
-        QPointF(at), QPointF(widget.mapToGlobal(at)), QPoint(), QPoint(0, delta),
-        Qt.MouseButton.NoButton, driver.NONE, Qt.ScrollPhase.NoScrollPhase, False,
-    )  # fmt: skip
+        QPointF(at),
+        QPointF(widget.mapToGlobal(at)),
+        QPoint(),
+        QPoint(0, delta),
+        Qt.MouseButton.NoButton,
+        driver.NONE,
+        Qt.ScrollPhase.NoScrollPhase,
+        False,
+    )
     QApplication.sendEvent(widget, event)
 
 

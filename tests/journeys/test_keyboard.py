@@ -79,10 +79,16 @@ def turn_wheel(window) -> None:
     QApplication.sendEvent(
         window.viewport,
         QWheelEvent(
-            at, there, QPoint(), QPoint(0, 120), Qt.MouseButton.NoButton, driver.NONE,
-            Qt.ScrollPhase.NoScrollPhase, False,
+            at,
+            there,
+            QPoint(),
+            QPoint(0, 120),
+            Qt.MouseButton.NoButton,
+            driver.NONE,
+            Qt.ScrollPhase.NoScrollPhase,
+            False,
         ),
-    )  # fmt: skip
+    )
 
 
 def on_outcrop(window) -> bool:

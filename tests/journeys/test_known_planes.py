@@ -157,8 +157,9 @@ def test_planes_that_were_read_place_a_model(window, tilted, picks, truth, monke
     # Its cell takes what was meant.
     panel.lines.item(row, 0).setCheckState(Qt.CheckState.Checked)
     azimuth, dip = truth[wrong]
-    panel.lines.item(row, 3).setText(f"{azimuth - 90.0 if azimuth >= 90 else azimuth + 270:.0f}/"
-                                     f"{dip:.0f} RHR")  # fmt: skip
+    panel.lines.item(row, 3).setText(
+        f"{azimuth - 90.0 if azimuth >= 90 else azimuth + 270:.0f}/{dip:.0f} RHR"
+    )
     solved(panel)
     assert float(panel.lines.item(row, 5).text()[:-1]) < 6.0
     panel.lines.item(row, 3).setText("213/95")

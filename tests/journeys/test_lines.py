@@ -79,8 +79,10 @@ def test_a_line_is_picked_moved_kept_and_taken_back(picked, picks):
     before = studio.tool_of(LineTool).vertices
     drag(viewport, at[1], at[1] + QPoint(0, 9))
     assert [a == b for a, b in zip(before, studio.tool_of(LineTool).vertices, strict=True)] == [
-        True, False, True,
-    ]  # fmt: skip
+        True,
+        False,
+        True,
+    ]
     driver.keep_picture(window, "lines-1-picking")
     key(window, Qt.Key.Key_Return)
     (made,) = studio.session.of(Lineation)

@@ -128,8 +128,9 @@ def test_work_goes_on_beside_a_full_disk_and_is_written_when_there_is_space(
         assert bed_on_model(window, 9.0, "after").name == "after"
         assert window.message_bar.notice.code == "project.on-disk-again"
         after = on_screen(window.studio)
-        assert [t.name for t in read_replay(disk / "cliff.vom").records.values()
-                if isinstance(t, Trace)] == [t[0] for t in after["traces"]]  # fmt: skip
+        assert [
+            t.name for t in read_replay(disk / "cliff.vom").records.values() if isinstance(t, Trace)
+        ] == [t[0] for t in after["traces"]]
         window.studio.session.save()
         window.studio.new_project()
 
@@ -494,9 +495,11 @@ def test_recovered_work_is_brought_back_by_the_button_that_offers_it(own_folders
 
     done = subprocess.Popen(
         [sys.executable, "-m", "tests.journeys.recorded", "studio", "--step"],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
         cwd=Path(__file__).resolve().parents[2],
-    )  # fmt: skip
+    )
     with done:
         done.stdout.readline()
         for _ in range(11):

@@ -65,17 +65,26 @@ def test_the_wheel_and_the_view_keys_move_the_view_and_nothing_else(picking):
     at = free_place(picking)
     hit = viewport.pick(at.x(), at.y())
     event = QWheelEvent(
-        QPointF(at), QPointF(viewport.mapToGlobal(at)), QPoint(), QPoint(0, 240),
-        Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase,
+        QPointF(at),
+        QPointF(viewport.mapToGlobal(at)),
+        QPoint(),
+        QPoint(0, 240),
+        Qt.MouseButton.NoButton,
+        Qt.KeyboardModifier.NoModifier,
+        Qt.ScrollPhase.NoScrollPhase,
         False,
-    )  # fmt: skip
+    )
     QApplication.sendEvent(viewport, event)
     pixels, _ = viewport.project(viewport.world_of(hit)[None])
     assert np.hypot(*(pixels[0] - (at.x(), at.y()))) < 1.0, "the wheel zooms to the cursor"
     for code, looking in (
-        (Qt.Key.Key_7, (0.0, 90.0)), (Qt.Key.Key_1, (0.0, 0.0)), (Qt.Key.Key_2, (90.0, 0.0)),
-        (Qt.Key.Key_3, (180.0, 0.0)), (Qt.Key.Key_4, (270.0, 0.0)), (Qt.Key.Key_8, (0.0, -90.0)),
-    ):  # fmt: skip
+        (Qt.Key.Key_7, (0.0, 90.0)),
+        (Qt.Key.Key_1, (0.0, 0.0)),
+        (Qt.Key.Key_2, (90.0, 0.0)),
+        (Qt.Key.Key_3, (180.0, 0.0)),
+        (Qt.Key.Key_4, (270.0, 0.0)),
+        (Qt.Key.Key_8, (0.0, -90.0)),
+    ):
         key(picking, code)
         assert viewport.moves.view_direction() == pytest.approx(looking, abs=1e-6)
     key(picking, Qt.Key.Key_O)

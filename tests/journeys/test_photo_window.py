@@ -276,10 +276,10 @@ def test_points_are_marked_predicted_nudged_and_kept(looked_at, photos):
     photo = open_by_double_click(window, 0)
     wait(lambda: photo.marks.cameras is not None, "the cameras")
     views = {view.name: view for view in TRUE.views}
-    places = [np.array(p.position) - TRUE.origin
-              for p in read_control(resource("sample", "control.csv"))]  # fmt: skip
-    place = max(places, key=lambda p: sum(views[n].contains(views[n].project(p))[0]
-                                          for n in NAMES))  # fmt: skip
+    places = [
+        np.array(p.position) - TRUE.origin for p in read_control(resource("sample", "control.csv"))
+    ]
+    place = max(places, key=lambda p: sum(views[n].contains(views[n].project(p))[0] for n in NAMES))
     press(photo, Qt.Key.Key_N)
     assert photo.points.label == "tie1"
     seen = [n for n in NAMES if views[n].contains(views[n].project(place))[0]]
@@ -295,8 +295,10 @@ def test_points_are_marked_predicted_nudged_and_kept(looked_at, photos):
         marked = photo.marks.marking.of("tie1")[name]
         assert np.hypot(*(np.array(marked) - truth)) < 4.0
         # By hand to a tenth of a pixel.
-        for axis, codes in ((0, (Qt.Key.Key_Right, Qt.Key.Key_Left)),
-                            (1, (Qt.Key.Key_Down, Qt.Key.Key_Up))):  # fmt: skip
+        for axis, codes in (
+            (0, (Qt.Key.Key_Right, Qt.Key.Key_Left)),
+            (1, (Qt.Key.Key_Down, Qt.Key.Key_Up)),
+        ):
             off = truth[axis] - photo.marks.marking.of("tie1")[name][axis]
             for _ in range(round(abs(off) / 0.1)):
                 press(photo, codes[0] if off > 0 else codes[1])

@@ -29,9 +29,10 @@ def settled(dialog: PlannerDialog) -> None:
 def planner(window):
     window.docks.bring_forward("photos")
     button = next(
-        b for b in window.photos_panel._pages.findChildren(QToolButton)
+        b
+        for b in window.photos_panel._pages.findChildren(QToolButton)
         if b.defaultAction() is window.actions_table.all["plan_survey"]
-    )  # fmt: skip
+    )
     driver.keep_picture(window, "photos-empty")
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
     driver.wait(lambda: window.findChildren(PlannerDialog), "the planner")

@@ -31,8 +31,12 @@ def start(*words: str, program: tuple[str, ...] = ("-m", "vomstudio")) -> subpro
     environment = {**os.environ, "PYTHONWARNINGS": "error::ResourceWarning"}
     return subprocess.Popen(
         [sys.executable, *program, *words],
-        cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
-    )  # fmt: skip
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment,
+    )
 
 
 def until_there(process: subprocess.Popen[str], seconds: float = 30.0) -> None:

@@ -72,8 +72,10 @@ def test_sets_are_proposed_changed_accepted_and_taken_back_at_once(window, panel
     driver.click(panel.accept, panel.accept.rect().center())
     assert sets_of(window)["cross joints"] == n
     assert set(sets_of(window)) == {"J1", "cross joints", ""}
-    driver.wait(lambda: net.up_to_date and "proposed" not in net.artists.contents.sets[0].name,
-                "the net as it is")  # fmt: skip
+    driver.wait(
+        lambda: net.up_to_date and "proposed" not in net.artists.contents.sets[0].name,
+        "the net as it is",
+    )
     studio.undo()
     assert dict(studio.records) == before
 

@@ -285,8 +285,10 @@ def test_each_facet_of_the_model_is_a_slope_and_is_painted(
     assert [f["id"] for f in told["facets"]] == [f.id for f in found.found.facets]
     for theirs, ours in zip(told["facets"], found.found.facets, strict=True):
         assert theirs["wedge"] == {
-            "critical": ours.wedge.critical, "of": ours.wedge.of, "share": ours.wedge.share
-        }  # fmt: skip
+            "critical": ours.wedge.critical,
+            "of": ours.wedge.of,
+            "share": ours.wedge.share,
+        }
         assert theirs["overhangs"] == ours.overhangs
     studio.facets.reject([int(found.found.facets[0].id)])
     settle(panel)

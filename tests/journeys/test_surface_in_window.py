@@ -43,18 +43,31 @@ def face(window, tmp_path):
     ids = np.arange(len(opened.data.faces))
     zero = (0.0, 0.0, 0.0)
     patch = Patch(
-        "p1", "Face", "fault", model_id, model.content_hash, "face", (), 0, zero,
-        (zero, zero, zero), 0.0,
-    )  # fmt: skip
+        "p1",
+        "Face",
+        "fault",
+        model_id,
+        model.content_hash,
+        "face",
+        (),
+        0,
+        zero,
+        (zero, zero, zero),
+        0.0,
+    )
     from dataclasses import replace
 
     patch = replace(patch, **record_figures(opened.surface, ids))
     rows = (np.arange(8) * 7 + 30) * N + (20 + 9 * np.array([0, 3, 1, 4, 2, 5, 3, 6]))
     points = np.asarray(opened.data.vertices[rows], np.float64)
     trace = Trace(
-        "t1", "Scratch", "bedding", model_id, model.content_hash,
+        "t1",
+        "Scratch",
+        "bedding",
+        model_id,
+        model.content_hash,
         tuple(map(tuple, points.tolist())),
-    )  # fmt: skip
+    )
     assert studio.attempt(edits.add_features, [patch, trace])
     return window
 

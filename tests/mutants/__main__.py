@@ -111,9 +111,13 @@ class Runner:
         asked = [tests, str(scratch), str(quick_s)]
         command = [sys.executable, "-m", "tests.mutants.nursery", *asked]
         self._process = subprocess.Popen(
-            command, cwd=tree, env=os.environ | kept, text=True,
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-        )  # fmt: skip
+            command,
+            cwd=tree,
+            env=os.environ | kept,
+            text=True,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+        )
 
     def ask(self, **wanted: Any) -> dict[str, Any]:
         assert self._process.stdin is not None

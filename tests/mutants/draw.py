@@ -16,26 +16,74 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 COMPARISONS = {
-    "<": ("<=", ">="), "<=": ("<", ">"), ">": (">=", "<="), ">=": (">", "<"),
-    "==": ("!=",), "!=": ("==",), "is": ("is not",), "is not": ("is",),
-    "in": ("not in",), "not in": ("in",),
-}  # fmt: skip
+    "<": ("<=", ">="),
+    "<=": ("<", ">"),
+    ">": (">=", "<="),
+    ">=": (">", "<"),
+    "==": ("!=",),
+    "!=": ("==",),
+    "is": ("is not",),
+    "is not": ("is",),
+    "in": ("not in",),
+    "not in": ("in",),
+}
 OPERATORS = {
-    "+": "-", "-": "+", "*": "/", "/": "*", "**": "*", "//": "/", "%": "*", "&": "|", "|": "&",
-    "and": "or", "or": "and",
-}  # fmt: skip
+    "+": "-",
+    "-": "+",
+    "*": "/",
+    "/": "*",
+    "**": "*",
+    "//": "/",
+    "%": "*",
+    "&": "|",
+    "|": "&",
+    "and": "or",
+    "or": "and",
+}
 TWINS = {
-    "min": "max", "minimum": "maximum", "fmin": "fmax", "argmin": "argmax", "nanmin": "nanmax",
-    "sin": "cos", "any": "all", "floor": "ceil", "degrees": "radians", "prepend": "append",
-    "arcsin": "arccos", "ones": "zeros", "first": "last", "left": "right", "sum": "max",
-    "flatnonzero": "argsort", "median": "min",
-}  # fmt: skip
+    "min": "max",
+    "minimum": "maximum",
+    "fmin": "fmax",
+    "argmin": "argmax",
+    "nanmin": "nanmax",
+    "sin": "cos",
+    "any": "all",
+    "floor": "ceil",
+    "degrees": "radians",
+    "prepend": "append",
+    "arcsin": "arccos",
+    "ones": "zeros",
+    "first": "last",
+    "left": "right",
+    "sum": "max",
+    "flatnonzero": "argsort",
+    "median": "min",
+}
 TWINS |= {b: a for a, b in reversed(TWINS.items()) if b not in TWINS}
 # Where the order of arguments does not matter, or another one is no program at all.
-UNSWAPPED = frozenset({
-    "min", "max", "minimum", "maximum", "hypot", "logaddexp", "isinstance", "getattr", "setattr",
-    "array", "asarray", "require", "reshape", "zeros", "ones", "full", "empty", "astype", "field",
-})  # fmt: skip
+UNSWAPPED = frozenset(
+    {
+        "min",
+        "max",
+        "minimum",
+        "maximum",
+        "hypot",
+        "logaddexp",
+        "isinstance",
+        "getattr",
+        "setattr",
+        "array",
+        "asarray",
+        "require",
+        "reshape",
+        "zeros",
+        "ones",
+        "full",
+        "empty",
+        "astype",
+        "field",
+    }
+)
 # A tolerance is there to be far from everything: only a thousandfold one is another.
 SMALL = 1e-4
 

@@ -25,13 +25,27 @@ import pytest
 SLOW_S = 0.5
 ENDS = (".py", "/__init__.py")
 OPTIONS = (
-    "-q", "-x", "-p", "no:cacheprovider", "--hypothesis-seed=0",
-    "-W", "ignore::pytest.PytestAssertRewriteWarning",
-)  # fmt: skip
+    "-q",
+    "-x",
+    "-p",
+    "no:cacheprovider",
+    "--hypothesis-seed=0",
+    "-W",
+    "ignore::pytest.PytestAssertRewriteWarning",
+)
 PRELOADED = (
-    "numpy", "scipy.stats", "scipy.spatial", "scipy.ndimage", "scipy.special", "numba",
-    "scipy.sparse.csgraph", "hypothesis", "matplotlib.backends.backend_agg", "PIL.Image", "pandas",
-)  # fmt: skip
+    "numpy",
+    "scipy.stats",
+    "scipy.spatial",
+    "scipy.ndimage",
+    "scipy.special",
+    "numba",
+    "scipy.sparse.csgraph",
+    "hypothesis",
+    "matplotlib.backends.backend_agg",
+    "PIL.Image",
+    "pandas",
+)
 
 
 class Imports:

@@ -163,8 +163,11 @@ def defined_names(module: ast.Module, line: int) -> list[str]:
         if first_line(node) <= line <= (node.end_lineno or node.lineno):
             if isinstance(node, Function | ast.ClassDef):
                 return [node.name]
-            return [name.id for name in ast.walk(node) if isinstance(name, ast.Name)
-                    and isinstance(name.ctx, ast.Store)]  # fmt: skip
+            return [
+                name.id
+                for name in ast.walk(node)
+                if isinstance(name, ast.Name) and isinstance(name.ctx, ast.Store)
+            ]
     return []
 
 
@@ -222,9 +225,11 @@ def kill(folder: Path) -> list[dict[str, Any]]:
                 with lock:
                     rows.append(row)
                     results.write_text(json.dumps(rows, indent=1))
-                    print(f"{len(rows)}: {row['state']} by {row['by']}: {mutant.file}:"
-                          f"{mutant.line}\n    - {mutant.before}\n    + {mutant.after}",
-                          flush=True)  # fmt: skip
+                    print(
+                        f"{len(rows)}: {row['state']} by {row['by']}: {mutant.file}:"
+                        f"{mutant.line}\n    - {mutant.before}\n    + {mutant.after}",
+                        flush=True,
+                    )
 
     tests = recorded_tests(folder)
     tiers = {tier: collected(marks) for tier, marks in TIERS.items()}
@@ -251,10 +256,11 @@ def stored_mutants(folder: Path) -> list[tuple[int, Mutant]]:
             mutant
             for changes in places_of(text)
             for change in changes
-            if change.kind == row["kind"] and change.new in row["after"]
+            if change.kind == row["kind"]
+            and change.new in row["after"]
             and (mutant := mutant_of(row["file"], text, change)) is not None
             and key_of(as_row(mutant)) == key_of(row)
-        ]  # fmt: skip
+        ]
         if same:
             found.append((number, min(same, key=lambda m: abs(m.line - row["line"]))))
         else:

@@ -51,8 +51,12 @@ def test_what_can_go_wrong_in_a_line(line: str, wanted: set[str]) -> None:
 def test_returned_values_defaults_and_raises_go_wrong_too() -> None:
     text = 'def f(a, b=2):\n    if a:\n        raise ValueError(f"{a + 1}")\n    return a, b\n'
     assert after(text) == {
-        "def f(a, b=3):", "def f(a, b=(1)):", "if (not a):", "pass", "return b, a",
-    }  # fmt: skip
+        "def f(a, b=3):",
+        "def f(a, b=(1)):",
+        "if (not a):",
+        "pass",
+        "return b, a",
+    }
 
 
 def test_of_a_word_that_stands_alone_the_line_above_tells_which_one_it_is() -> None:
@@ -159,9 +163,13 @@ def test_mutants_that_a_test_sees_die_and_the_file_is_as_it_was(tmp_path: Path) 
     asked.append({"file": "vomstudio/other.py", "text": "x = 1", "limit_s": 20.0})
     run = subprocess.run(
         [sys.executable, "-m", "tests.mutants.nursery", "tests", str(scratch), "1e9"],
-        cwd=tree, env=os.environ | {"PYTHONPATH": str(ROOT)}, text=True, check=True,
-        input="".join(json.dumps(each) + "\n" for each in asked), stdout=subprocess.PIPE,
-    )  # fmt: skip
+        cwd=tree,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        text=True,
+        check=True,
+        input="".join(json.dumps(each) + "\n" for each in asked),
+        stdout=subprocess.PIPE,
+    )
     answers = [json.loads(line) for line in run.stdout.splitlines()]
     states = [answer["state"] for answer in answers]
     assert states == ["survived", "killed", "killed", "survived", "survived", "timeout", "survived"]

@@ -116,14 +116,17 @@ def make(folder: Path) -> Made:
         ("f", "cx", "cy", "k1"),
         lens.params,
         (1.5, 0.0, 0.0, 0.004),
-        ((1.0, *[float("nan")] * 2, -0.95), *[(float("nan"),) * 4] * 2,
-         (-0.95, *[float("nan")] * 2, 1.0)),
+        (
+            (1.0, *[float("nan")] * 2, -0.95),
+            *[(float("nan"),) * 4] * 2,
+            (-0.95, *[float("nan")] * 2, 1.0),
+        ),
         NAMES,
         "freed",
         (Finding("lens.focal-estimated", spread_deg=12.0),),
         297.0,
         12.0,
-    )  # fmt: skip
+    )
     (aligned / "part0").mkdir()
     Alignment((scene,), (), 0.17, (calibration,), count, ()).save(aligned)
 

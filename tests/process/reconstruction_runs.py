@@ -34,13 +34,27 @@ class Run:
     def __init__(self, photos: Path, out: Path, *words: object, quality: str = "preview") -> None:
         self.out = out
         self.process = subprocess.Popen(
-            [*PROGRAM, str(photos), "-o", str(out), "--quality", quality, "--json",
-             "--progress", "json", *map(str, words)],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8",
-            env={**os.environ, "PYTHONPATH": str(ROOT)}, cwd=ROOT,
+            [
+                *PROGRAM,
+                str(photos),
+                "-o",
+                str(out),
+                "--quality",
+                quality,
+                "--json",
+                "--progress",
+                "json",
+                *map(str, words),
+            ],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            encoding="utf-8",
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+            cwd=ROOT,
             # A shell that runs the tests in the background has Ctrl+C ignored in all its children.
             preexec_fn=_heed_interrupts if os.name == "posix" else None,
-        )  # fmt: skip
+        )
         self.lines: list[str] = []
         self._events: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
         self._reader = threading.Thread(target=self._read, daemon=True)

@@ -54,9 +54,12 @@ def comma(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
 def _decimal(extra: dict[str, str]) -> str:
     done = subprocess.run(
-        [sys.executable, "-c", SHOW], env={**os.environ, **extra}, capture_output=True, text=True,
+        [sys.executable, "-c", SHOW],
+        env={**os.environ, **extra},
+        capture_output=True,
+        text=True,
         check=False,
-    )  # fmt: skip
+    )
     return done.stdout.strip()
 
 
@@ -66,8 +69,11 @@ def run(folder: Path, extra: dict[str, str], commands: list[list[str]]) -> list[
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM, words],
         env={**os.environ, "LC_ALL": "C.UTF-8", "PYTHONPATH": str(ROOT), **extra},
-        cwd=folder, capture_output=True, timeout=120, check=False,
-    )  # fmt: skip
+        cwd=folder,
+        capture_output=True,
+        timeout=120,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr.decode()
     return [json.loads(line) for line in done.stdout.splitlines()]
 
@@ -105,7 +111,7 @@ COMMANDS: list[list[str]] = [
     *[["export", "p.vom", "--to", e, "-o", f"e.{e}"] for e in ("csv", "shp", "dxf", "gpkg")],
     ["ortho", "m.obj", "--trend", "0", "--plunge", "90", "--gsd", "0.25", "-o", "o.tif"],
     ["info", "m.obj", "c.laz", "o.tif", "points.csv"],
-]  # fmt: skip
+]
 
 
 @pytest.mark.full

@@ -50,9 +50,13 @@ def points(tmp_path: Path) -> Path:
 @pytest.mark.parametrize("locale", ["C", "C.UTF-8", "de_DE.ISO-8859-1"])
 def test_json_is_utf8_whatever_the_locale(points: Path, locale: str) -> None:
     done = run(
-        "fit", points, "--by", "trace", "--json",
+        "fit",
+        points,
+        "--by",
+        "trace",
+        "--json",
         env={"LC_ALL": locale, "LANG": locale, "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"},
-    )  # fmt: skip
+    )
     assert done.returncode == 0
     assert json.loads(done.stdout.decode("utf-8"))["planes"][0]["id"] == "層 é"
     assert done.stdout.count(b"\n") == 1

@@ -33,9 +33,18 @@ resolution_m extent_over_resolution bend_deg attitude_scale quality quality_reas
 quality_notes profile method model frame notes
 """.split()  # noqa: SIM905
 INFO_KEYS = {
-    "path", "kind", "points", "faces", "materials", "textures", "bounds", "crs", "resolution_m",
-    "fields", "warnings",
-}  # fmt: skip
+    "path",
+    "kind",
+    "points",
+    "faces",
+    "materials",
+    "textures",
+    "bounds",
+    "crs",
+    "resolution_m",
+    "fields",
+    "warnings",
+}
 
 
 @dataclass(frozen=True)
@@ -109,11 +118,18 @@ def lines_of(points: Points, delimiter: str = ",", header: str = "", comma: bool
 @pytest.mark.parametrize(
     "words",
     [
-        ["fit", "gone.csv"], ["stats", "gone.csv"], ["fold", "gone.csv"], ["info", "gone.obj"],
-        ["stereonet", "gone.csv", "-o", "n.svg"], ["export", "gone.vom", "--to", "csv", "-o", "o"],
-        ["fit"], ["fit", "a", "--method", "magic"], ["nonsense"], ["stereonet", "a.csv"],
+        ["fit", "gone.csv"],
+        ["stats", "gone.csv"],
+        ["fold", "gone.csv"],
+        ["info", "gone.obj"],
+        ["stereonet", "gone.csv", "-o", "n.svg"],
+        ["export", "gone.vom", "--to", "csv", "-o", "o"],
+        ["fit"],
+        ["fit", "a", "--method", "magic"],
+        ["nonsense"],
+        ["stereonet", "a.csv"],
     ],
-)  # fmt: skip
+)
 def test_every_failure_is_exit_2_one_sentence_and_an_error_object(
     vom: Callable[..., Said], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str]
 ) -> None:
@@ -217,15 +233,24 @@ POLE = (300.0, 50.0)
 @pytest.mark.parametrize(
     "table",
     [
-        "strike,dip\n30,40\n", "Strike (RHR);Dip\n30;40\n", "strike_rhr_deg,dip_deg\n30,40\n",
-        "strike\tdip\n390\t40\n", "STRIKE DIP\n30 40\n", "strike;dip\n30,0;40,0\n",
-        "strike,dip,quadrant\n210,40,SE\n", "strike,dip,Dip Quadrant\n30,40,SE\n",
-        "strike,dip,dip_direction\n210,40,SE\n", "strike,dip,direction\n210,40,SE\n",
-        "strike,dip\n210,40SE\n", "strike,dip\nN30E,40SE\n",
-        "dip_dir,dip\n120,40\n", "Dip Direction,Dip\n120,40\n", "dip,DipDir\n40,480\n",
+        "strike,dip\n30,40\n",
+        "Strike (RHR);Dip\n30;40\n",
+        "strike_rhr_deg,dip_deg\n30,40\n",
+        "strike\tdip\n390\t40\n",
+        "STRIKE DIP\n30 40\n",
+        "strike;dip\n30,0;40,0\n",
+        "strike,dip,quadrant\n210,40,SE\n",
+        "strike,dip,Dip Quadrant\n30,40,SE\n",
+        "strike,dip,dip_direction\n210,40,SE\n",
+        "strike,dip,direction\n210,40,SE\n",
+        "strike,dip\n210,40SE\n",
+        "strike,dip\nN30E,40SE\n",
+        "dip_dir,dip\n120,40\n",
+        "Dip Direction,Dip\n120,40\n",
+        "dip,DipDir\n40,480\n",
         "pole_trend_deg,pole_plunge_deg\n300,50\n",
     ],
-)  # fmt: skip
+)
 def test_every_usual_notation_of_a_plane_has_the_same_pole(
     vom: Callable[..., Said], file: Callable[..., Path], table: str
 ) -> None:
@@ -260,9 +285,16 @@ def test_an_impossible_plane_is_refused_by_line(
 # Statistics
 
 ICELAND = [
-    (343.2, 66.1), (62.0, 68.7), (36.9, 70.1), (27.0, 82.1), (359.0, 79.5), (5.7, 73.0),
-    (50.4, 69.3), (357.6, 58.8), (44.0, 51.4),
-]  # fmt: skip
+    (343.2, 66.1),
+    (62.0, 68.7),
+    (36.9, 70.1),
+    (27.0, 82.1),
+    (359.0, 79.5),
+    (5.7, 73.0),
+    (50.4, 69.3),
+    (357.6, 58.8),
+    (44.0, 51.4),
+]
 
 
 def lines_table(lines: Sequence[tuple[float, float]]) -> str:
@@ -414,11 +446,15 @@ CUBE = "".join(f"v {i & 1} {i >> 1 & 1} {i >> 2}\n" for i in range(8))
 @pytest.mark.parametrize(
     ("faces", "triangles"),
     [
-        ("f 1 2 4 3\n", 2), ("f 1 2 4 8 7\n", 3), ("f -8 -7 -6\nf -1 -2 -3\n", 2),
-        ("f 1 2 \\\n4\n", 1), ("vn 0 0 1\nf 1//1 2//1 4//1\n", 1), ("s off\nf 1 2 4 # one\n", 1),
+        ("f 1 2 4 3\n", 2),
+        ("f 1 2 4 8 7\n", 3),
+        ("f -8 -7 -6\nf -1 -2 -3\n", 2),
+        ("f 1 2 \\\n4\n", 1),
+        ("vn 0 0 1\nf 1//1 2//1 4//1\n", 1),
+        ("s off\nf 1 2 4 # one\n", 1),
         ("f 1 2 99\nf 1 2 4\n", 1),
     ],
-)  # fmt: skip
+)
 def test_every_legal_face_of_an_obj_counts(
     vom: Callable[..., Said], file: Callable[..., Path], faces: str, triangles: int
 ) -> None:
@@ -454,11 +490,15 @@ def test_a_ply_in_either_byte_order_is_read_as_far_as_it_is_sound(
 @pytest.mark.parametrize(
     "content",
     [
-        b"", b"\0", b"\xff\xfe\xfd" * 50, b"LASF" + b"\xff" * 400, b"x,y,z\n",
+        b"",
+        b"\0",
+        b"\xff\xfe\xfd" * 50,
+        b"LASF" + b"\xff" * 400,
+        b"x,y,z\n",
         b"ply\nformat binary_little_endian 1.0\nelement vertex 99999999999999\nproperty double x\n"
         b"property double y\nproperty double z\nend_header\n",
     ],
-)  # fmt: skip
+)
 def test_what_is_no_model_is_refused_whatever_it_is_called(
     vom: Callable[..., Said], file: Callable[..., Path], name: str, content: bytes
 ) -> None:

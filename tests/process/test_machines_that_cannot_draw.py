@@ -88,6 +88,10 @@ def test_commands_need_none_of_them(tmp_path: Path, name: str) -> None:
     done = subprocess.run(
         [sys.executable, "-P", "-m", "vomstudio", *words, "--gsd", "0.2", "-o", "map.tif"],
         env={**os.environ, "DISPLAY": "", "LD_LIBRARY_PATH": str(tmp_path)},
-        capture_output=True, text=True, timeout=120, check=False, cwd=tmp_path,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+        cwd=tmp_path,
+    )
     assert done.returncode == 0, done.stderr

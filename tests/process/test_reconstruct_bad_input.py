@@ -141,8 +141,14 @@ def test_what_is_wrong_with_some_photos_does_not_stop_the_others(mixed: Path) ->
     assert "Traceback" not in end.err
     assert end.json["registered"] >= 5
     said = "\n".join(messages(end.json))
-    for name in ("cut off.jpg", "no picture.jpg", "empty.jpg", "cut off.png", "photo 1 again.jpg",
-                 "raw.nef"):  # fmt: skip
+    for name in (
+        "cut off.jpg",
+        "no picture.jpg",
+        "empty.jpg",
+        "cut off.png",
+        "photo 1 again.jpg",
+        "raw.nef",
+    ):
         assert name in said, name
     assert "mask.other-shape" in shown_codes(said)
     assert "notes.txt" not in said
@@ -264,13 +270,17 @@ GOOD = "label,x,y,z\na,0,0,0\nb,1,0,0\nc,0,0,1\n"
         ("", "label,photo,x,y\na,photo 1.jpg,1,1\n", "control.csv", ""),
         ("1,2,3\n", "label,photo,x,y\na,photo 1.jpg,1,1\n", "control.csv", "header"),
         ("label,x,y\na,0,0\n", "label,photo,x,y\na,photo 1.jpg,1,1\n", "control.csv", "z"),
-        ("label,x,y,z\na,0,zero,0\n", "label,photo,x,y\na,photo 1.jpg,1,1\n", "control.csv, line 2",
-         "not a number"),
+        (
+            "label,x,y,z\na,0,zero,0\n",
+            "label,photo,x,y\na,photo 1.jpg,1,1\n",
+            "control.csv, line 2",
+            "not a number",
+        ),
         (GOOD, "", "marks.csv", ""),
         (GOOD, "label,photo,x,y\n", "marks.csv", "no marks"),
         (GOOD, "label,photo,x,y\na,photo 1.jpg,here,1\n", "marks.csv, line 2", "not a number"),
     ],
-)  # fmt: skip
+)
 def test_tables_of_control_that_cannot_be_read_are_refused_before_the_work(
     photos: Path, tmp_path: Path, control: str, marks: str, file: str, said: str
 ) -> None:

@@ -35,8 +35,16 @@ class Cluster:
         self._log = (folder / "log.txt").open("w")
         self.everyone: list[subprocess.Popen[bytes]] = []
         file = folder / "scheduler.json"
-        self._start("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard",
-                    "--scheduler-file", str(file))  # fmt: skip
+        self._start(
+            "scheduler",
+            "--host",
+            "127.0.0.1",
+            "--port",
+            "0",
+            "--no-dashboard",
+            "--scheduler-file",
+            str(file),
+        )
         end = time.monotonic() + 60
         while not file.exists() or not file.read_text().strip():
             assert time.monotonic() < end
@@ -48,17 +56,27 @@ class Cluster:
     def _start(self, what: str, *words: str, before: tuple[str, ...] = ()) -> None:
         process = subprocess.Popen(
             [*before, sys.executable, "-m", f"distributed.cli.dask_{what}", *words],
-            stdout=self._log, stderr=self._log, cwd=self.folder,
+            stdout=self._log,
+            stderr=self._log,
+            cwd=self.folder,
             env={**os.environ, "PYTHONPATH": str(ROOT)},
-        )  # fmt: skip
+        )
         self.everyone.append(process)
 
     def add_worker(self) -> subprocess.Popen[bytes]:
         self._start(
-            "worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard",
-            "--host", "127.0.0.1", "--local-directory", str(self.folder),
+            "worker",
+            self.address,
+            "--nthreads",
+            "1",
+            "--no-nanny",
+            "--no-dashboard",
+            "--host",
+            "127.0.0.1",
+            "--local-directory",
+            str(self.folder),
             before=blindfold(self.hidden),
-        )  # fmt: skip
+        )
         return self.everyone[-1]
 
     def close(self) -> None:

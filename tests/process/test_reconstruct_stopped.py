@@ -26,15 +26,29 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="about POSIX signals"
 ONE = ("--threads", 1)
 # (name of a stage in the progress, how many of its steps are done)
 EVERY_STAGE = [
-    ("Checking photos", 0), ("Detecting features", 3), ("Matching photos", 0),
-    ("Matching photos", 15), ("Computing poses", 0), ("Bundle adjustment", 0),
-    ("Registering the model", 0), ("Undistorting photos", 2), ("Computing depth maps", 0),
-    ("Computing depth maps", 4), ("Fusing depth maps", 3), ("Measuring the point spacing", 0),
-    ("Computing the Poisson", 0), ("Refining the surface", 0), ("Decimating", 0),
-    ("Checking the surface", 0), ("Computing visibility", 3), ("Creating texture charts", 0),
-    ("Packing texture charts", 0), ("Blending", 2), ("Rendering the texture", 0),
+    ("Checking photos", 0),
+    ("Detecting features", 3),
+    ("Matching photos", 0),
+    ("Matching photos", 15),
+    ("Computing poses", 0),
+    ("Bundle adjustment", 0),
+    ("Registering the model", 0),
+    ("Undistorting photos", 2),
+    ("Computing depth maps", 0),
+    ("Computing depth maps", 4),
+    ("Fusing depth maps", 3),
+    ("Measuring the point spacing", 0),
+    ("Computing the Poisson", 0),
+    ("Refining the surface", 0),
+    ("Decimating", 0),
+    ("Checking the surface", 0),
+    ("Computing visibility", 3),
+    ("Creating texture charts", 0),
+    ("Packing texture charts", 0),
+    ("Blending", 2),
+    ("Rendering the texture", 0),
     ("Writing the model", 0),
-]  # fmt: skip
+]
 
 
 DEPTH_MAPS = "Computing depth maps"

@@ -50,8 +50,12 @@ def test_it_ends_in_a_sentence(module: str, signal: str) -> None:
 def run_stopped(script: str, *words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, "-P", "-c", script, *words],
-        capture_output=True, text=True, check=False, timeout=120, preexec_fn=_hearing,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+        preexec_fn=_hearing,
+    )
 
 
 FROM_A_TEXT = """
@@ -76,9 +80,13 @@ def test_an_interruption_of_code_from_a_text_ends_with_the_exit_code(tmp_path: P
     paths = [str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])]
     done = subprocess.run(
         [sys.executable, "-m", "asking"],
-        capture_output=True, text=True, check=False, timeout=120, preexec_fn=_hearing,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+        preexec_fn=_hearing,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
-    )  # fmt: skip
+    )
     assert (done.returncode, done.stderr) == (130, "vomstudio: Cancelled.\n")
 
 
@@ -177,7 +185,12 @@ def test_a_worker_is_not_ended_by_what_reaches_the_whole_terminal(signal: str) -
         module="vomstudio.app", signal=signal, words=["--worker"], begin=AS_MODULE
     )
     done = subprocess.run(
-        [sys.executable, "-P", "-c", script], stdin=subprocess.DEVNULL,
-        capture_output=True, text=True, check=False, timeout=120, preexec_fn=_hearing,
-    )  # fmt: skip
+        [sys.executable, "-P", "-c", script],
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+        preexec_fn=_hearing,
+    )
     assert done.returncode == 0, done.stderr

@@ -25,9 +25,12 @@ HEIGHTS = [0.0, 4.0, 4.1, 4.2, 4.3, 9.0]
 def log_of(heights, rocks=(), notes=(), **errors):
     n = len(heights)
     return bed_log(
-        [[0.0, 0.0, h] for h in heights], LEVEL, lithologies=[*rocks, *[""] * (n - len(rocks))],
-        notes=[*notes, *[""] * (n - len(notes))], **errors,
-    )  # fmt: skip
+        [[0.0, 0.0, h] for h in heights],
+        LEVEL,
+        lithologies=[*rocks, *[""] * (n - len(rocks))],
+        notes=[*notes, *[""] * (n - len(notes))],
+        **errors,
+    )
 
 
 def mm(svg: str) -> float:

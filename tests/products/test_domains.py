@@ -55,11 +55,17 @@ def faulted(turn: float = 0.0) -> tuple[Item, ...]:
         places.append([0.0, 0.0, float(k)])
         rows.append(("fault", "", (90.0, 90.0)))
     made = [
-        {"id": str(i), "name": str(i), "kind": kind, "domain": domain,
-         "set": "F" if kind == "fault" else "", "dip_direction_deg": (dd + turn) % 360.0,
-         "dip_deg": dip}
+        {
+            "id": str(i),
+            "name": str(i),
+            "kind": kind,
+            "domain": domain,
+            "set": "F" if kind == "fault" else "",
+            "dip_direction_deg": (dd + turn) % 360.0,
+            "dip_deg": dip,
+        }
         for i, (kind, domain, (dd, dip)) in enumerate(rows)
-    ]  # fmt: skip
+    ]
     return items_of_table(np.array(places), made)
 
 
@@ -206,8 +212,9 @@ def test_without_a_fault_the_nearest_feature_decides(tmp_path: Path) -> None:
     items = tuple(item for item in faulted() if item.kind == "bedding")
     rgba, _, said = drawn(tmp_path, items, "hanging wall")
     assert by_code(said)["domain.no-fault-between"] == {
-        "domain": "hanging wall", "others": ("footwall",)
-    }  # fmt: skip
+        "domain": "hanging wall",
+        "others": ("footwall",),
+    }
     # The nearest of both lie at x = 4 and -4, z = 0: half way is x = 0 at that height.
     row = rgba[int((5.0 - 0.0) / 0.1), :, :3].astype(int)
     coloured = np.flatnonzero(np.ptp(row, axis=1) > 0)

@@ -136,9 +136,12 @@ def test_errors_are_those_of_the_table_and_turn_with_the_planes(tmp_path: Path) 
     contents = NetContents(make_sets({"a": ("plane", [120, 200], [40, 70])}), errors=found)
     lines = [c for c in draw(contents).axes.collections if isinstance(c, LineCollection)]
     assert len(lines) > len(
-        [c for c in draw(replace(contents, errors=())).axes.collections
-         if isinstance(c, LineCollection)]
-    )  # fmt: skip
+        [
+            c
+            for c in draw(replace(contents, errors=())).axes.collections
+            if isinstance(c, LineCollection)
+        ]
+    )
     turned = net_after(contents, Turning(Plane(120, 40)))
     first = turned.errors[0]
     assert first.line.plunge_deg == pytest.approx(90.0)
@@ -202,9 +205,11 @@ def test_a_grey_figure_has_no_colours_and_other_sizes_are_taken() -> None:
 
 def test_a_style_that_cannot_be_is_refused_and_others_are_kept() -> None:
     for wrong in (
-        FigureStyle(width_mm=1.0), FigureStyle(font_pt=float("nan")), FigureStyle(line_pt=0.0),
+        FigureStyle(width_mm=1.0),
+        FigureStyle(font_pt=float("nan")),
+        FigureStyle(line_pt=0.0),
         FigureStyle(font="No Such Font"),
-    ):  # fmt: skip
+    ):
         with pytest.raises(UsageError):
             FigureStyle.from_options(wrong.options())
         assert FigureStyle.kept(wrong.to_keep()) == FigureStyle()
@@ -218,10 +223,14 @@ def test_a_style_that_cannot_be_is_refused_and_others_are_kept() -> None:
         StereonetFigure(size_mm="wide")
 
 
-@pytest.mark.parametrize("turning", [
-    Turning(Plane(100, 35)), Turning(None, Line(40, 30), 75.0),
-    Turning(Plane(10, 90), Line(5, 0), 20.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "turning",
+    [
+        Turning(Plane(100, 35)),
+        Turning(None, Line(40, 30), 75.0),
+        Turning(Plane(10, 90), Line(5, 0), 20.0),
+    ],
+)
 def test_what_is_typed_is_turned_with_what_is_measured(turning: Turning) -> None:
     """A plane, a cone about its pole and a line on it are the same things typed and measured."""
     plane = Plane(120, 60)

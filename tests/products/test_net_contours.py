@@ -126,8 +126,11 @@ def test_the_sigma_asked_for_is_counted_with_and_named() -> None:
         vectors = np.vstack([s.vectors() for s in SETS])
         part = found["parts"][0]
         place = np.radians([part["trend_deg"], part["plunge_deg"]])
-        line = [np.sin(place[0]) * np.cos(place[1]), np.cos(place[0]) * np.cos(place[1]),
-                -np.sin(place[1])]  # fmt: skip
+        line = [
+            np.sin(place[0]) * np.cos(place[1]),
+            np.cos(place[0]) * np.cos(place[1]),
+            -np.sin(place[1]),
+        ]
         assert density(vectors, line, sigma=sigma)[0] == pytest.approx(part["maximum"])
         tops.append(part["maximum"])
     assert tops[0] != pytest.approx(tops[1])

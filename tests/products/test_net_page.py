@@ -95,9 +95,10 @@ def test_a_fold_is_drawn_with_its_axis_its_region_and_its_great_circle(projectio
     artists = draw(NetContents(fold=fold, projection=projection))
     lines = [np.asarray(line.get_xydata()) for line in artists.axes.lines]
     (star,) = [
-        line for line in artists.axes.lines
+        line
+        for line in artists.axes.lines
         if line.get_marker() == "*" and np.hypot(*np.asarray(line.get_xydata())[0]) < 1.0
-    ]  # fmt: skip
+    ]
     beta = fold.beta.vector()
     assert np.asarray(star.get_xydata())[0] == pytest.approx(project(beta, projection)[0])
 
@@ -108,17 +109,23 @@ def test_a_fold_is_drawn_with_its_axis_its_region_and_its_great_circle(projectio
     assert fold.max_confidence95_deg is not None
     assert fold.min_confidence95_deg is not None
     parts = confidence_ellipse(
-        beta, fold.confidence_axis.vector(), fold.max_confidence95_deg,
-        fold.min_confidence95_deg, projection,
-    )  # fmt: skip
+        beta,
+        fold.confidence_axis.vector(),
+        fold.max_confidence95_deg,
+        fold.min_confidence95_deg,
+        projection,
+    )
     assert all(drawn(part) for part in parts)
     (circle,) = [
-        line for line in lines
-        if len(line) > 50 and all(
+        line
+        for line in lines
+        if len(line) > 50
+        and all(
             abs(v.vector() @ beta) < 1e-6
-            for x, y in line[1:-1:10] if (v := line_at(float(x), float(y), projection))
+            for x, y in line[1:-1:10]
+            if (v := line_at(float(x), float(y), projection))
         )
-    ]  # fmt: skip
+    ]
     assert len(circle) == 91
     two = draw(NetContents(fold=fold_axis([100, 220], [30, 55]), projection=projection))
     long = [line for line in two.axes.lines if len(np.asarray(line.get_xydata())) > 50]
@@ -150,9 +157,10 @@ def test_great_circles_are_those_of_the_planes_and_many_are_pale() -> None:
     for n in (1, 16, 100, 1000, 10_000):
         artists = draw(NetContents(make_sets({"a": planes(n)}), circles=True))
         (lines,) = [
-            c for c in artists.axes.collections
+            c
+            for c in artists.axes.collections
             if isinstance(c, LineCollection) and len(c.get_segments()) == n
-        ]  # fmt: skip
+        ]
         alphas.append(lines.get_alpha())
     assert alphas == pytest.approx([1.0, 1.0, 0.4, 0.15, 0.15])
 
@@ -177,9 +185,10 @@ def test_lines_that_point_up_are_hollow_at_their_lower_end() -> None:
     artists = draw(NetContents(sets))
     marker = sets[0].marker
     full, hollow = [
-        line for line in symbols(artists, marker)
+        line
+        for line in symbols(artists, marker)
         if np.hypot(*np.asarray(line.get_xydata()).T).max() < 1.0
-    ]  # fmt: skip
+    ]
     assert np.asarray(full.get_xydata()) == pytest.approx(project(Line(10, 30).vector()))
     low = [Line(230, 20).vector(), Line(270, 60).vector()]
     assert np.asarray(hollow.get_xydata()) == pytest.approx(project(np.array(low)))
@@ -391,9 +400,10 @@ def test_poles_of_planes_and_lines_that_point_down_are_full_and_each_is_drawn_on
         assert line.get_marker() == s.marker
         # In the legend there is one more, outside the net.
         others = [
-            other for other in symbols(artists, s.marker)
+            other
+            for other in symbols(artists, s.marker)
             if other is not line and np.hypot(*np.asarray(other.get_xydata())[0]) <= 1.0
-        ]  # fmt: skip
+        ]
         assert sum(len(other.get_xydata()) for other in others) == up.sum()
     bare = draw(NetContents(sets, poles=False, projection=projection))
     assert [len(line.get_xydata()) for line in bare.poles] == [0, 0, 0]
@@ -405,9 +415,14 @@ def test_what_is_pointed_at_lies_over_what_it_is_pointed_out_of() -> None:
     sets = make_sets({"a": planes(9)}, {"a": [str(i) for i in range(9)]})
     fold = folded()
     net = NetContents(
-        sets, fold=fold, means=means_of(sets), contour="kamb", circles=True,
-        selected=frozenset({"3"}), ellipses=(NetEllipse(Plane(132, 41), 6, 2, 70),),
-    )  # fmt: skip
+        sets,
+        fold=fold,
+        means=means_of(sets),
+        contour="kamb",
+        circles=True,
+        selected=frozenset({"3"}),
+        ellipses=(NetEllipse(Plane(132, 41), 6, 2, 70),),
+    )
     artists = draw(net, 700, 450)
     axes = artists.axes
     ground, rim = (p for p in axes.patches if isinstance(p, Circle))
@@ -430,9 +445,20 @@ def test_what_is_pointed_at_lies_over_what_it_is_pointed_out_of() -> None:
     (mean,) = [x for x in on_net if x.get_markersize() == pytest.approx(2.0 * STYLE.marker_pt)]
     beta = [x for x in on_net if len(x.get_xydata()) > 20 and x not in artists.emphasis]
     order = [
-        [ground], [filled], [circles], artists.poles, [contours], beta, [rim], [casing],
-        [chosen_circle], [star, mean], [ellipse], [ring], list(axes.texts),
-    ]  # fmt: skip
+        [ground],
+        [filled],
+        [circles],
+        artists.poles,
+        [contours],
+        beta,
+        [rim],
+        [casing],
+        [chosen_circle],
+        [star, mean],
+        [ellipse],
+        [ring],
+        list(axes.texts),
+    ]
     assert all(order)
     for under, over in pairwise(order):
         assert max(a.get_zorder() for a in under) < min(a.get_zorder() for a in over)
@@ -458,9 +484,10 @@ def test_lines_that_say_most_are_the_heaviest_and_contours_the_finest() -> None:
     (star,) = [x for x in on_net if x.get_marker() == "*"]
     means = [x for x in on_net if x.get_markersize() == pytest.approx(2.0 * STYLE.marker_pt)]
     hollow = [
-        x for x in on_net
+        x
+        for x in on_net
         if x.get_markerfacecolor() == STYLE.net and x not in means and x.get_marker() != "None"
-    ]  # fmt: skip
+    ]
     assert bar
     assert len(curves) >= 2
     assert len(lines) == 2
@@ -473,8 +500,10 @@ def test_lines_that_say_most_are_the_heaviest_and_contours_the_finest() -> None:
     middle += [float(v) for c in lines for v in c.get_linewidths()]
     middle += [star.get_markeredgewidth(), *(x.get_markeredgewidth() for x in hollow)]
     for widths, low, high in (
-        (fine, 0.4, 0.7), (middle, 0.9, 1.5), ([x.get_markeredgewidth() for x in means], 1.8, 3.0)
-    ):  # fmt: skip
+        (fine, 0.4, 0.7),
+        (middle, 0.9, 1.5),
+        ([x.get_markeredgewidth() for x in means], 1.8, 3.0),
+    ):
         for width in widths:
             assert low * unit < width < high * unit
     assert 2.0 < star.get_markersize() / STYLE.marker_pt < 3.0

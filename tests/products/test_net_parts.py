@@ -97,9 +97,12 @@ def test_the_legend_says_what_each_symbol_is() -> None:
     sets = make_sets({"Beds": BEDS, "Striae": STRIAE})
     style = NetStyle()
     full = NetContents(
-        sets, fold=fold, means=means_of(sets), decimals=1,
+        sets,
+        fold=fold,
+        means=means_of(sets),
+        decimals=1,
         ellipses=(NetEllipse(Plane(130, 40), 6, 2, 70),),
-    )  # fmt: skip
+    )
     beds, striae, beta, pi, mean, ellipse = legend_entries(full, style)
     assert (beds.text, beds.marker, beds.line) == ("Beds, poles (n = 3)", sets[0].marker, "-")
     assert (striae.text, striae.line) == ("Striae, lines (n = 2)", None)

@@ -226,8 +226,10 @@ def test_a_long_legend_beside_the_net_ends_over_the_caption() -> None:
 @pytest.mark.parametrize(("width", "height"), [(400, 300), (260, 520), (200, 330), (206, 330)])
 def test_long_names_are_cut_and_never_the_paper(width: float, height: float) -> None:
     names = ["Joints of the upper and of the lower unit " * k for k in (1, 2)] + ["J", "K"]
-    net = NetContents(make_sets({name: cluster(4, k) for k, name in enumerate(names)}),
-                      title="Limb of the Big Elk, measured twice " * 2)  # fmt: skip
+    net = NetContents(
+        make_sets({name: cluster(4, k) for k, name in enumerate(names)}),
+        title="Limb of the Big Elk, measured twice " * 2,
+    )
     figure = Figure(figsize=(width / 72, height / 72), dpi=72)
     canvas = FigureCanvasAgg(figure)
     artists = draw_stereonet(figure, net, ONE)
@@ -374,9 +376,10 @@ def test_contours_are_shaded_evenly_in_the_colours_of_their_bar(dark: bool) -> N
     r = artists.radius_px
     for box, level in zip(bar, filled.levels, strict=False):
         (label,) = [
-            t for t in artists.axes.texts
+            t
+            for t in artists.axes.texts
             if t.get_text() == f"{level:g}" and abs(t.get_position()[1] - box.get_y()) < 1e-9
-        ]  # fmt: skip
+        ]
         right = box.get_x() + box.get_width()
         assert (label.get_position()[0] - right) * r == pytest.approx(0.4 * 8.0)
         assert box.get_width() * r == pytest.approx(8.0)
@@ -414,15 +417,17 @@ def test_the_legend_draws_lines_as_they_are_on_the_net() -> None:
     r, font = artists.radius_px, ONE.font_pt
     words = {t.get_text(): t.get_position() for t in artists.axes.texts}
     lines = [
-        (np.asarray(line.get_xydata()), line) for line in artists.axes.lines
+        (np.asarray(line.get_xydata()), line)
+        for line in artists.axes.lines
         if len(line.get_xydata()) == 2 and np.ptp(np.asarray(line.get_xydata())[:, 1]) == 0
-    ]  # fmt: skip
+    ]
     found = {}
     for ends, line in lines:
         (text,) = [
-            text for text, (x, y) in words.items()
+            text
+            for text, (x, y) in words.items()
             if abs(y - ends[0, 1]) < 1e-9 and 0 < (x - ends[1, 0]) * r < 2 * font
-        ]  # fmt: skip
+        ]
         found[text] = line
         assert (ends[1, 0] - ends[0, 0]) * r == pytest.approx(1.6 * font)
         assert (words[text][0] - ends[0, 0]) * r == pytest.approx(2.2 * font)
@@ -433,10 +438,13 @@ def test_the_legend_draws_lines_as_they_are_on_the_net() -> None:
     assert sum(line.get_linestyle() == "-" for line in found.values()) == 4
     mean = words["Open symbol: Fisher mean"]
     (mark,) = [
-        line for line in artists.axes.lines
-        if len(line.get_xydata()) == 1 and abs(line.get_ydata()[0] - mean[1]) < 1e-9
-        and line.get_xdata()[0] < mean[0] and line.get_xdata()[0] > 1.0
-    ]  # fmt: skip
+        line
+        for line in artists.axes.lines
+        if len(line.get_xydata()) == 1
+        and abs(line.get_ydata()[0] - mean[1]) < 1e-9
+        and line.get_xdata()[0] < mean[0]
+        and line.get_xdata()[0] > 1.0
+    ]
     assert mark.get_markersize() == pytest.approx(1.6 * ONE.marker_pt)
     assert mark.get_markerfacecolor() == ONE.net
     assert mark.get_markeredgecolor() == ONE.ink

@@ -47,9 +47,11 @@ def make(
 def quad(corners: Any, colors: Any = None, material: Material | None = None) -> Mesh:
     """Two triangles, with vertex colours or a material."""
     faces = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
-    parts = {} if material is None else {
-        "materials": (material,), "material_offsets": np.array([0, 2], np.int64)
-    }  # fmt: skip
+    parts = (
+        {}
+        if material is None
+        else {"materials": (material,), "material_offsets": np.array([0, 2], np.int64)}
+    )
     return Mesh(
         np.asarray(corners, np.float64),
         faces,

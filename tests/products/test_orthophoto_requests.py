@@ -193,10 +193,16 @@ def test_a_fold_is_looked_at_along_its_axis_and_its_error_has_a_cost(tmp_path: P
     [
         # Tables of sines and cosines: sin 0.5 = 0.0087, sin 0.6 = 0.0105, sin 5.7 = 0.0993,
         # cos 8.1 = 0.9900, cos 8.2 = 0.9898.
-        (0.5, 10.0, False), (0.6, 10.0, True), (5.0, 1.0, False), (5.8, 1.0, True),
-        (8.1, 0.0, False), (8.2, 0.0, True), (0.0, 50.0, False), (None, 0.0, True),
+        (0.5, 10.0, False),
+        (0.6, 10.0, True),
+        (5.0, 1.0, False),
+        (5.8, 1.0, True),
+        (8.1, 0.0, False),
+        (8.2, 0.0, True),
+        (0.0, 50.0, False),
+        (None, 0.0, True),
     ],
-)  # fmt: skip
+)
 def test_what_cannot_be_seen_on_a_picture_is_negligible(
     error_deg: float | None, depth: float, costs: bool
 ) -> None:

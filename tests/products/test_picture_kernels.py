@@ -34,8 +34,21 @@ def sampled(levels: list[np.ndarray], *rest: object) -> np.ndarray:
     height, width = levels[0].shape[:2]
     rows, face, weights, view, faces, uv, gsd = rest
     rgb = np.zeros((len(face), 3), np.uint8)  # type: ignore[arg-type]
-    sample(texels, starts, sizes, float(width), float(height), rows, face, weights, view, faces,
-           uv, gsd, rgb)  # fmt: skip
+    sample(
+        texels,
+        starts,
+        sizes,
+        float(width),
+        float(height),
+        rows,
+        face,
+        weights,
+        view,
+        faces,
+        uv,
+        gsd,
+        rgb,
+    )
     return rgb
 
 
@@ -66,10 +79,16 @@ def texture_plainly(
             if share:
                 texels = levels[fine + step].astype(float)
                 where = [[y / 2.0 ** (fine + step) - 0.5], [x / 2.0 ** (fine + step) - 0.5]]
-                total += share / n * np.array(
-                    [map_coordinates(texels[..., c], where, order=1, mode="nearest")[0]
-                     for c in range(3)]
-                )  # fmt: skip
+                total += (
+                    share
+                    / n
+                    * np.array(
+                        [
+                            map_coordinates(texels[..., c], where, order=1, mode="nearest")[0]
+                            for c in range(3)
+                        ]
+                    )
+                )
     return np.asarray(np.floor(np.clip(total + 0.5, 0, 255)))
 
 
@@ -115,8 +134,12 @@ def test_texture_coordinates_a_little_beyond_the_picture_are_rounding(
     width, height = 20, 10
     image = np.zeros((height, width, 3), np.uint8)
     image[:, 0], image[:, -1], image[0], image[-1] = 50, 100, 150, 200
-    for axis, sign, edge, other in ((0, 1, 100, 50), (0, -1, 50, 100), (1, 1, 150, 200),
-                                    (1, -1, 200, 150)):  # fmt: skip
+    for axis, sign, edge, other in (
+        (0, 1, 100, 50),
+        (0, -1, 50, 100),
+        (1, 1, 150, 200),
+        (1, -1, 200, 150),
+    ):
         size = (width, height)[axis]
         middle = np.full((3, 2), 0.5)
         middle[:, axis] = (1.0 + off / size) if sign > 0 else -off / size
@@ -124,9 +147,15 @@ def test_texture_coordinates_a_little_beyond_the_picture_are_rounding(
         uv[:, axis] = middle[:, axis]
         view = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
         rgb = sampled(
-            [image], np.array([0]), np.array([0], np.int32), np.zeros((1, 2)), view,
-            np.array([[0, 1, 2]], np.int32), uv, 0.1,
-        )  # fmt: skip
+            [image],
+            np.array([0]),
+            np.array([0], np.int32),
+            np.zeros((1, 2)),
+            view,
+            np.array([[0, 1, 2]], np.int32),
+            uv,
+            0.1,
+        )
         if not repeats:
             assert rgb[0, 0] == edge
         else:

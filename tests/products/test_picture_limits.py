@@ -94,16 +94,22 @@ def test_faces_without_an_area_have_no_texels(tmp_path: Path) -> None:
     places = np.concatenate([corners, flat, corners, 0.01 * corners])
     uv = np.concatenate([own, own, np.full((3, 2), 0.3, np.float32), 0.01 * own])
     mesh = Mesh(
-        places, np.arange(12, dtype=np.int32).reshape(-1, 3), uv=uv,
-        materials=(Material("m", tmp_path / "t.png"),), material_offsets=np.array([0, 4]),
-    )  # fmt: skip
+        places,
+        np.arange(12, dtype=np.int32).reshape(-1, 3),
+        uv=uv,
+        materials=(Material("m", tmp_path / "t.png"),),
+        material_offsets=np.array([0, 4]),
+    )
     low, middle, area = texel_sizes(mesh, mesh.vertices)[tmp_path / "t.png"]
     assert (low, middle) == pytest.approx((0.02, 0.02), rel=1e-3)
     assert area == pytest.approx(0.50005)
     none = Mesh(
-        flat, np.array([[0, 1, 2]], np.int32), uv=own, materials=mesh.materials,
+        flat,
+        np.array([[0, 1, 2]], np.int32),
+        uv=own,
+        materials=mesh.materials,
         material_offsets=np.array([0, 1]),
-    )  # fmt: skip
+    )
     assert texel_sizes(none, none.vertices) == {}
 
 

@@ -168,9 +168,11 @@ def test_every_face_wears_its_own_material_and_others_none(offsets: list[int]) -
     # Each triangle a little below the next, of which it shows one metre.
     places = np.array(corners) - np.repeat(np.arange(6.0), 3)[:, None] * [0, 0, 1.0]
     mesh = Mesh(
-        places, np.arange(18, dtype=np.int32).reshape(-1, 3), materials=materials,
+        places,
+        np.arange(18, dtype=np.int32).reshape(-1, 3),
+        materials=materials,
         material_offsets=np.array(offsets),
-    )  # fmt: skip
+    )
     grid = Grid.over((0, 0), (7, 2), 0.25)
     picture = MeshSource(mesh, places, grid).draw(grid.tiles()[0])
     for k in range(6):
@@ -187,9 +189,12 @@ def test_a_colour_of_a_vertex_is_shown_whatever_its_material_is() -> None:
     places = np.concatenate([corners, corners + [4, 0, 0]])
     colors = np.full((6, 3), (10, 120, 230), np.uint8)
     mesh = Mesh(
-        places, np.arange(6, dtype=np.int32).reshape(-1, 3), colors=colors,
-        materials=(Material("m", None, (1.0, 0.0, 0.0)),), material_offsets=np.array([0, 2]),
-    )  # fmt: skip
+        places,
+        np.arange(6, dtype=np.int32).reshape(-1, 3),
+        colors=colors,
+        materials=(Material("m", None, (1.0, 0.0, 0.0)),),
+        material_offsets=np.array([0, 2]),
+    )
     grid = Grid.over((0, 0), (6, 2), 0.25)
     picture = MeshSource(mesh, places, grid).draw(grid.tiles()[0])
     for column in (2, 18):
@@ -208,11 +213,13 @@ def test_a_face_with_a_corner_that_has_no_texture_coordinates_is_drawn_without(
     uv = np.full((6, 2), 0.5, np.float32)
     uv[3 + missing, missing % 2] = np.nan
     mesh = Mesh(
-        places, np.arange(6, dtype=np.int32).reshape(-1, 3), uv=uv,
+        places,
+        np.arange(6, dtype=np.int32).reshape(-1, 3),
+        uv=uv,
         colors=np.full((6, 3), 77, np.uint8) if colored else None,
         materials=(Material("m", tmp_path / "t.png", (1.0, 0.0, 0.5)),),
         material_offsets=np.array([0, 2]),
-    )  # fmt: skip
+    )
     grid = Grid.over((0, 0), (6, 2), 0.25)
     source = MeshSource(mesh, places, grid)
     picture = source.draw(grid.tiles()[0])
@@ -341,10 +348,12 @@ def test_the_typical_texel_is_the_median_by_area_and_the_finest_leaves_out_a_hun
     uv = np.zeros((n, 3, 2), np.float32)
     uv[:, 1, 0] = uv[:, 2, 1] = legs / pixels
     mesh = Mesh(
-        corners.reshape(-1, 3), np.arange(3 * n, dtype=np.int32).reshape(-1, 3),
-        uv=uv.reshape(-1, 2), materials=(Material("m", tmp_path / "t.png", None),),
+        corners.reshape(-1, 3),
+        np.arange(3 * n, dtype=np.int32).reshape(-1, 3),
+        uv=uv.reshape(-1, 2),
+        materials=(Material("m", tmp_path / "t.png", None),),
         material_offsets=np.array([0, n]),
-    )  # fmt: skip
+    )
     area = 0.5 * (legs * texel) ** 2
     low, middle, total = texel_sizes(mesh, mesh.vertices)[tmp_path / "t.png"]
     assert total == pytest.approx(area.sum(), rel=1e-5)
@@ -393,9 +402,20 @@ def test_a_pixel_that_covers_a_square_of_texels_is_their_mean() -> None:
         u, v = (i + 0.5) / 4, (j + 0.5) / 4
         rgb = np.zeros((1, 3), np.uint8)
         sample(
-            texels, offsets, sizes, 16.0, 16.0, np.array([0]), np.array([0], np.int32),
-            np.array([[u, v]]), view, faces, uv, 1.0, rgb,
-        )  # fmt: skip
+            texels,
+            offsets,
+            sizes,
+            16.0,
+            16.0,
+            np.array([0]),
+            np.array([0], np.int32),
+            np.array([[u, v]]),
+            view,
+            faces,
+            uv,
+            1.0,
+            rgb,
+        )
         assert np.array_equal(rgb[0], levels[2][j, i])
 
 
@@ -411,9 +431,20 @@ def test_black_stays_black_and_white_stays_white(value: int) -> None:
     view = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
     uv = np.array([[0, 0], [1, 0], [0, 1]], np.float32)
     sample(
-        np.full(3, value, np.uint8), np.array([0]), np.array([[1, 1]]), 1.0, 1.0, rows, face,
-        weights, view, faces, uv, 0.1, rgb,
-    )  # fmt: skip
+        np.full(3, value, np.uint8),
+        np.array([0]),
+        np.array([[1, 1]]),
+        1.0,
+        1.0,
+        rows,
+        face,
+        weights,
+        view,
+        faces,
+        uv,
+        0.1,
+        rgb,
+    )
     assert (rgb == value).all()
 
 

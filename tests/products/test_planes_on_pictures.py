@@ -34,9 +34,19 @@ PLANES = [(0, 30), (45, 60), (90, 45), (120, 20), (225, 85), (315, 50), (10, 90)
 
 def item(dd: float, dip: float, at: tuple[float, float, float] = (0, 0, 0), **more: bool) -> Item:
     return Item(
-        "planes", "point", np.array([at], float), f"p{dd:g}", "", "bedding", "", "#0072b2",
-        planes_to_normals(dd, dip), dd, dip, **more,
-    )  # fmt: skip
+        "planes",
+        "point",
+        np.array([at], float),
+        f"p{dd:g}",
+        "",
+        "bedding",
+        "",
+        "#0072b2",
+        planes_to_normals(dd, dip),
+        dd,
+        dip,
+        **more,
+    )
 
 
 def seen(what: Item, trend: float, plunge: float) -> Flat:
@@ -93,11 +103,14 @@ def test_near_the_vertical_a_picture_is_a_map_and_others_show_apparent_dips() ->
 
 
 def map_drawing() -> Drawing:
-    rows = [item(dd, dip, (10.0 * k, 7.0 * k, 0), overturned=k == 1)
-            for k, (dd, dip) in enumerate(PLANES)]  # fmt: skip
+    rows = [
+        item(dd, dip, (10.0 * k, 7.0 * k, 0), overturned=k == 1)
+        for k, (dd, dip) in enumerate(PLANES)
+    ]
     trace = Shape("traces", np.array([[0.0, 0.0], [5.0, 9.0]]), "#0072b2")
-    shapes = tuple(replace(shape_of(seen(row, 0, 90)), label=f"bed {k}")
-                   for k, row in enumerate(rows))  # fmt: skip
+    shapes = tuple(
+        replace(shape_of(seen(row, 0, 90)), label=f"bed {k}") for k, row in enumerate(rows)
+    )
     bounds = np.array([[-10.0, -10.0], [90.0, 60.0]])
     return Drawing((*shapes, trace), bounds, ("W", "E"), ("x", "y"))
 
@@ -124,8 +137,9 @@ def test_cad_shows_ticks_and_texts_that_are_no_traces_when_read(make, tmp_path: 
     assert len(lines) == sum(len(line) - 1 for s in planes for line in s.marks(1.0))
     # What is drawn lies about its place as the shape says.
     bar = planes[0].marks(1.0)[0]
-    way = np.array([lines[0].dxf.end.x - lines[0].dxf.start.x,
-                    lines[0].dxf.end.y - lines[0].dxf.start.y])  # fmt: skip
+    way = np.array(
+        [lines[0].dxf.end.x - lines[0].dxf.start.x, lines[0].dxf.end.y - lines[0].dxf.start.y]
+    )
     assert way / np.linalg.norm(way) == pytest.approx((bar[1] - bar[0]) / 2.0)
     assert len(space.query("POINT")) == len(planes)
     assert [line.layer for line in read_gis_lines(path).lines] == ["traces"]

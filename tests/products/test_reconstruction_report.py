@@ -14,22 +14,40 @@ from vomstudio.products.report.reconstruction import LABELS, write_report
 
 def found(**more: Any) -> dict[str, Any]:
     photo = {
-        "name": "a<b>.jpg", "width": 600, "height": 400, "camera": None, "tie_points": 900,
-        "error_px": 0.31, "placed": True, "gsd_m": 0.0123, "exposure": 1.0,
+        "name": "a<b>.jpg",
+        "width": 600,
+        "height": 400,
+        "camera": None,
+        "tie_points": 900,
+        "error_px": 0.31,
+        "placed": True,
+        "gsd_m": 0.0123,
+        "exposure": 1.0,
         "residual_m": None,
-    }  # fmt: skip
+    }
     return {
-        "folder": "x/cliff", "registered": 1, "photos": 1, "reprojection_error_px": 0.31,
-        "tie_points": 1200, "tie_points_of_3": 1100, "dense_points": 50000, "faces": 4000,
-        "frame": "local", "scaled": False, "warnings": ["look & see"],
+        "folder": "x/cliff",
+        "registered": 1,
+        "photos": 1,
+        "reprojection_error_px": 0.31,
+        "tie_points": 1200,
+        "tie_points_of_3": 1100,
+        "dense_points": 50000,
+        "faces": 4000,
+        "frame": "local",
+        "scaled": False,
+        "warnings": ["look & see"],
         "drawing": {"points": [[0.0, 0.0, 0.0]], "at": [[1.0, 2.0, 3.0]], "looks": [[0, 1, 0]]},
         "survey": {"verdict": "sound", "findings": [], "next_time": []},
-        "photo_rows": [photo], "calibration": [],
+        "photo_rows": [photo],
+        "calibration": [],
         "registration": {"refused": "no positions"},
         "model": {"texel": 0.02, "share_of_the_surface_that_no_photo_sees": 0.1},
-        "seconds": {"alignment": 1.0, "cloud": 2.5}, "peak_memory_mb": 800.0,
-        "settings": {"quality": "low"}, "versions": {"pycolmap": "4"},
-    } | more  # fmt: skip
+        "seconds": {"alignment": 1.0, "cloud": 2.5},
+        "peak_memory_mb": 800.0,
+        "settings": {"quality": "low"},
+        "versions": {"pycolmap": "4"},
+    } | more
 
 
 def page(tmp_path: Path, **more: Any) -> str:

@@ -42,38 +42,64 @@ def tables(html: str, heading: str) -> list[list[Row]]:
     part = html.split(f"<h2>{heading}</h2>")[1].split("<h2>")[0]
     return [
         [
-            ((re.findall(r'class="(.*?)"', attributes) or [""])[0],
-             [unescape(cell) for cell in re.findall(r"<t[hd]>(.*?)</t[hd]>", row)])
+            (
+                (re.findall(r'class="(.*?)"', attributes) or [""])[0],
+                [unescape(cell) for cell in re.findall(r"<t[hd]>(.*?)</t[hd]>", row)],
+            )
             for attributes, row in re.findall(r"<tr(.*?)>(.*?)</tr>", table)
         ]
         for table in re.findall(r"<table>(.*?)</table>", part, re.DOTALL)
-    ]  # fmt: skip
+    ]
 
 
 def photo(name: str, error: float | None, **more: Any) -> dict[str, Any]:
     row = {
-        "name": name, "width": 6000, "height": 4000, "camera": "Maker 24 mm", "tie_points": 1234,
-        "error_px": error, "placed": error is not None, "gsd_m": 0.00345, "exposure": 1.256,
+        "name": name,
+        "width": 6000,
+        "height": 4000,
+        "camera": "Maker 24 mm",
+        "tie_points": 1234,
+        "error_px": error,
+        "placed": error is not None,
+        "gsd_m": 0.00345,
+        "exposure": 1.256,
         "residual_m": 2.345,
-    }  # fmt: skip
+    }
     return row | more
 
 
 def test_photos_that_miss_by_twice_the_typical_error_are_marked(page: Pages) -> None:
     """The typical one is the median of those that are placed: 0.4 pixels."""
     rows = [
-        photo("a", 0.3), photo("b", 0.4), photo("c", 0.8), photo("d", 0.81), photo("e", 0.2),
+        photo("a", 0.3),
+        photo("b", 0.4),
+        photo("c", 0.8),
+        photo("d", 0.81),
+        photo("e", 0.2),
         photo("f", None, gsd_m=None, exposure=float("nan"), residual_m=None, camera=None),
-    ]  # fmt: skip
+    ]
     ((head, *body),) = tables(page(photo_rows=rows, scaled=True), "Photos")
     assert head[1] == [
-        "photo", "size", "camera", "tie points", "error, px", "GSD, m", "exposure gain",
+        "photo",
+        "size",
+        "camera",
+        "tie points",
+        "error, px",
+        "GSD, m",
+        "exposure gain",
         "GPS residual, m",
-    ]  # fmt: skip
+    ]
     assert [kind for kind, _ in body] == ["", "", "", "out", "", "out"]
     assert body[0][1] == [
-        "a", "6000 × 4000", "Maker 24 mm", "1,234", "0.30", "0.0034", "1.26", "2.35",
-    ]  # fmt: skip
+        "a",
+        "6000 × 4000",
+        "Maker 24 mm",
+        "1,234",
+        "0.30",
+        "0.0034",
+        "1.26",
+        "2.35",
+    ]
     assert body[5][1] == ["f", "6000 × 4000", "unknown", "not aligned", "–", "–", "–", "–"]
     ((head, *_),) = tables(page(photo_rows=rows), "Photos")
     assert "GSD, units" in head[1]
@@ -84,11 +110,18 @@ def test_photos_that_miss_by_twice_the_typical_error_are_marked(page: Pages) -> 
 
 def test_a_camera_says_what_was_held_what_was_found_and_how_well(page: Pages) -> None:
     camera = {
-        "camera": "Maker <24>", "model": "OPENCV", "width": 6000, "height": 4000, "photos": 12,
-        "rule": "focal length & distortion refined", "names": ["f", "cx", "k1"],
-        "params": [4123.456789, 3000.0, -0.0123456789], "sigma": [1.234, 0.0, None],
-        "free": ["f", "k1"], "correlation": [[1.0, -0.256], [-0.256, 1.0]],
-    }  # fmt: skip
+        "camera": "Maker <24>",
+        "model": "OPENCV",
+        "width": 6000,
+        "height": 4000,
+        "photos": 12,
+        "rule": "focal length & distortion refined",
+        "names": ["f", "cx", "k1"],
+        "params": [4123.456789, 3000.0, -0.0123456789],
+        "sigma": [1.234, 0.0, None],
+        "free": ["f", "k1"],
+        "correlation": [[1.0, -0.256], [-0.256, 1.0]],
+    }
     html = page(calibration=[camera, camera | {"camera": None, "correlation": []}])
     first, correlation, second = tables(html, "Cameras")
     assert first == [
@@ -98,8 +131,10 @@ def test_a_camera_says_what_was_held_what_was_found_and_how_well(page: Pages) ->
         ("", ["k1", "-0.0123457", "unknown"]),
     ]
     assert [cells for _, cells in correlation] == [
-        ["", "f", "k1"], ["f", "+1.00", "-0.26"], ["k1", "-0.26", "+1.00"],
-    ]  # fmt: skip
+        ["", "f", "k1"],
+        ["f", "+1.00", "-0.26"],
+        ["k1", "-0.26", "+1.00"],
+    ]
     assert second == first
     text = unescape(html)
     assert "<h3>Maker <24></h3>" in text
@@ -111,8 +146,12 @@ def test_a_camera_says_what_was_held_what_was_found_and_how_well(page: Pages) ->
 def test_points_are_listed_with_what_they_miss_by(page: Pages) -> None:
     def point(label: str, role: str, residual: list[float] | None, px: float | None) -> Any:
         return {
-            "label": label, "role": role, "photos": 7, "residual_m": residual, "residual_px": px
-        }  # fmt: skip
+            "label": label,
+            "role": role,
+            "photos": 7,
+            "residual_m": residual,
+            "residual_px": px,
+        }
 
     points = [
         point("A", "control", [0.0012, -0.0034, 0.0], 0.456),
@@ -144,9 +183,14 @@ def test_points_are_listed_with_what_they_miss_by(page: Pages) -> None:
 
 def test_facts_are_written_by_their_kind(page: Pages) -> None:
     model = {
-        "texel": 0.0123456, "faces": 1234567, "closed": False, "coloured": True, "nothing": None,
-        "of_each": {"one_side": 2, "other_side": 0.25}, "name": "x <y>",
-    }  # fmt: skip
+        "texel": 0.0123456,
+        "faces": 1234567,
+        "closed": False,
+        "coloured": True,
+        "nothing": None,
+        "of_each": {"one_side": 2, "other_side": 0.25},
+        "name": "x <y>",
+    }
     ((_, *rows),) = tables(page(model=model, scaled=True), "Model")
     assert [cells for _, cells in rows] == [
         ["size of a texture pixel, m", "0.01235"],
@@ -163,9 +207,11 @@ def test_the_times_have_their_sum_and_memory_its_unit(page: Pages) -> None:
     html = page(seconds={"alignment": 12.34, "cloud": 100.06}, peak_memory_mb=12345.6)
     times, settings = tables(html, "Time, memory, settings")
     assert [cells for _, cells in times[1:]] == [
-        ["alignment", "12.3 s"], ["fusion", "100.1 s"], ["total", "112.4 s"],
+        ["alignment", "12.3 s"],
+        ["fusion", "100.1 s"],
+        ["total", "112.4 s"],
         ["peak memory", "12,346 MB"],
-    ]  # fmt: skip
+    ]
     assert [cells for _, cells in settings[1:]] == [["quality", "low"], ["pycolmap", "4"]]
 
 
@@ -284,19 +330,27 @@ def test_the_section_on_the_registration_says_what_it_is_worth(page: Pages) -> N
     covariance = np.diag([*(np.radians([0.2, 0.5, 0.1]) ** 2), 0.001**2, 0.0, 0.0, 0.0])
     points = [
         {
-            "label": f"G{i}", "role": "check" if i == 3 else "control", "photos": 4,
-            "residual_m": [0.01, 0.0, -0.02], "residual_px": 0.4,
+            "label": f"G{i}",
+            "role": "check" if i == 3 else "control",
+            "photos": 4,
+            "residual_m": [0.01, 0.0, -0.02],
+            "residual_px": 0.4,
             "surveyed": [10.0 * i, 5.0 * i * i, 3.0],
         }
         for i in range(4)
-    ]  # fmt: skip
+    ]
     registration = {
-        "method": "ground control points", "crs": "EPSG:32633", "rms_control_m": 0.022,
-        "rms_check_m": 0.031, "scale_error": 0.001,
+        "method": "ground control points",
+        "crs": "EPSG:32633",
+        "rms_control_m": 0.022,
+        "rms_check_m": 0.031,
+        "scale_error": 0.001,
         "rotation_error_deg": {"about_up": 0.1, "about_east": 0.2, "about_north": 0.5},
-        "covariance": covariance.tolist(), "centre": [0.0, 0.0, 0.0], "points": points,
+        "covariance": covariance.tolist(),
+        "centre": [0.0, 0.0, 0.0],
+        "points": points,
         "warnings": ["Look at G2."],
-    }  # fmt: skip
+    }
     html = page(registration=registration, frame="EPSG:32633", scaled=True)
     rows, listed = tables(html, "Registration")
     assert [cells[0] for _, cells in listed[1:]] == ["G0", "G1", "G2", "G3"]

@@ -156,9 +156,11 @@ def test_an_error_stated_as_none_holds_the_truth_alone(truth: Plane) -> None:
     along, beyond, aside = (
         plane_check("x", thin, Plane.from_normal(truth.normal() + math.tan(turn) * way))
         for turn, way in (
-            (math.radians(2.9), long), (math.radians(3.1), long), (math.radians(0.01), short)
+            (math.radians(2.9), long),
+            (math.radians(3.1), long),
+            (math.radians(0.01), short),
         )
-    )  # fmt: skip
+    )
     assert (along.within, beyond.within, aside.within) == (True, False, False)
     assert [along.stated_95, beyond.stated_95] == pytest.approx([3.0, 3.0])
     assert aside.stated_95 == 0.0
@@ -290,9 +292,16 @@ def test_checks_are_counted_and_written_with_their_units() -> None:
     assert f'src="net.png" alt="{escape("The <net>")}"' in html
     assert "3.2 s" in html
     assert checks[0].to_dict() == {
-        "name": "one <a>", "truth": angle, "measured": plane, "error": 1.234, "stated_95": 2.345,
-        "within": True, "total_95": None, "within_total": None, "unit": "deg",
-    }  # fmt: skip
+        "name": "one <a>",
+        "truth": angle,
+        "measured": plane,
+        "error": 1.234,
+        "stated_95": 2.345,
+        "within": True,
+        "total_95": None,
+        "within_total": None,
+        "unit": "deg",
+    }
 
 
 # The photos' model
@@ -544,9 +553,7 @@ def test_what_the_photos_model_is_worth_is_said_in_millimetres() -> None:
     def length(name: str, value: float) -> Check:
         return Check(name, 0.0, value, value, None, None, "m")
 
-    lengths = [
-        length(MODEL_OFFSET, 1.2345), length(CAMERA_CENTRES, 4.5678)
-    ]  # fmt: skip
+    lengths = [length(MODEL_OFFSET, 1.2345), length(CAMERA_CENTRES, 4.5678)]
     off, planes = photo_findings(lengths)
     assert off == Finding("sample.photo-model", model_mm=1234.5, cameras_mm=4567.8)
     assert planes == Finding("sample.photo-planes", held=0, count=0, worst_deg=0.0)

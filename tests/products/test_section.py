@@ -150,8 +150,19 @@ def test_apparent_dips_by_the_closed_formula(turn: float, dip: float, b: float) 
 def test_features_come_along_the_direction_of_projection() -> None:
     curtain = curtain_of_plane(Plane(180, 90), UTM)
     plane = Plane(90, 40)
-    item = Item("planes", "point", UTM[None] + [1, 5, 2], "a", "B", "bedding", "", "#000000",
-                plane.normal(), 90, 40)  # fmt: skip
+    item = Item(
+        "planes",
+        "point",
+        UTM[None] + [1, 5, 2],
+        "a",
+        "B",
+        "bedding",
+        "",
+        "#000000",
+        plane.normal(),
+        90,
+        40,
+    )
     # The viewer looks North: East is at the right.
     (flat,), left_out = project_items((item,), curtain, Directions(None), 6.0)
     assert left_out == 0

@@ -120,8 +120,9 @@ def test_a_line_across_a_bend_is_on_both_pieces() -> None:
     inner = np.array([[6, -30, 1.0], [6, -6, 1.0], [30, -6, 1.0]])
     flats, _ = project_items((line_item(inner),), bent, Directions(None), None)
     assert [f.points[[0, -1], 0] for f in flats] == [
-        pytest.approx([20, 44], abs=0.3), pytest.approx([56, 80], abs=0.3),
-    ]  # fmt: skip
+        pytest.approx([20, 44], abs=0.3),
+        pytest.approx([56, 80], abs=0.3),
+    ]
     for flat in flats:
         assert np.abs(flat.away) == pytest.approx(np.full(len(flat.points), 6.0), abs=1e-9)
     outer = np.array([[-6, -30, 1.0], [-6, 6, 1.0], [30, 6, 1.0]])

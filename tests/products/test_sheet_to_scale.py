@@ -65,8 +65,9 @@ def drawing(width: float = 20.0, height: float = 8.0) -> Drawing:
     joint = Shape("joints", np.array([[3.0, 0.0]]), "#009e73", label="J1 60°", dip_deg=60.0)
     bounds = np.array([[-width / 2, -height / 2], [width / 2, height / 2]])
     picture = np.full((40, 100, 4), (120, 110, 90, 255), np.uint8)
-    return Drawing((trace, joint), bounds, ("NW (315)", "SE (135)"), ("right (m)", "up (m)"),
-                   picture=picture)  # fmt: skip
+    return Drawing(
+        (trace, joint), bounds, ("NW (315)", "SE (135)"), ("right (m)", "up (m)"), picture=picture
+    )
 
 
 def test_words_are_text_and_lines_are_where_they_are_to_scale(tmp_path: Path) -> None:
@@ -78,8 +79,17 @@ def test_words_are_text_and_lines_are_where_they_are_to_scale(tmp_path: Path) ->
     write_sheet(tmp_path / "s.pdf", made, view, "pdf")
     box, page = page_of(tmp_path / "s.pdf")
     words = texts_of(page)
-    for said in ("NW (315)", "SE (135)", "B01 21", "J1 60", "right (m)", "up (m)", "1 : 100",
-                 "along the axis of the fold", "045.0/0.0"):  # fmt: skip
+    for said in (
+        "NW (315)",
+        "SE (135)",
+        "B01 21",
+        "J1 60",
+        "right (m)",
+        "up (m)",
+        "1 : 100",
+        "along the axis of the fold",
+        "045.0/0.0",
+    ):
         assert said in words, words
     scale = paper_scale(made.bounds)
     assert scale == 100
@@ -154,10 +164,16 @@ def frame_of(dark: np.ndarray) -> tuple[float, float, float, float]:
     return x[0], y[0], x[-1], y[-1]
 
 
-@pytest.mark.parametrize(("ending", "width", "height"), [
-    ("png", 20.0, 8.0), ("jpg", 20.0, 8.0), ("jpeg", 3.0, 1.9), ("png", 8.0, 31.0),
-    ("png", 2600.0, 900.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("ending", "width", "height"),
+    [
+        ("png", 20.0, 8.0),
+        ("jpg", 20.0, 8.0),
+        ("jpeg", 3.0, 1.9),
+        ("png", 8.0, 31.0),
+        ("png", 2600.0, 900.0),
+    ],
+)
 def test_ticks_of_a_picture_are_to_the_scale_that_it_states(
     tmp_path: Path, ending: str, width: float, height: float
 ) -> None:
@@ -260,10 +276,16 @@ def key_drawing() -> Drawing:
         Shape("patches", ring, "#0072b2", closed=True, **typed),
         Shape("planes", np.array([[1.0, 1.0]]), "#0072b2", dip_deg=20.0, **typed),
         Shape("planes", np.array([[3.0, 0.0]]), "#009e73", dip_deg=60.0, **joint),
-        Shape("lithologies", ring + 3, "#eec58b", closed=True, filled=True,
-              values={"kind": "sandstone"}),
+        Shape(
+            "lithologies",
+            ring + 3,
+            "#eec58b",
+            closed=True,
+            filled=True,
+            values={"kind": "sandstone"},
+        ),
         Shape("known_lines", np.array([[0.0, 0.0], [1.0, 0.0]]), "#cc79a7", values={"kind": ""}),
-    )  # fmt: skip
+    )
     return replace(drawing(), shapes=shapes)
 
 
@@ -289,10 +311,14 @@ def test_the_legend_names_each_type_once_and_says_how_it_is_drawn(tmp_path: Path
 
 def test_a_legend_of_many_long_names_stays_on_the_page(tmp_path: Path) -> None:
     many = tuple(
-        Shape("traces", np.array([[0.0, 0.0], [1.0, k / 10]]), f"#0000{k:02x}",
-              values={"kind": f"type {k} " + "with a long name " * (k % 5)})
+        Shape(
+            "traces",
+            np.array([[0.0, 0.0], [1.0, k / 10]]),
+            f"#0000{k:02x}",
+            values={"kind": f"type {k} " + "with a long name " * (k % 5)},
+        )
         for k in range(30)
-    )  # fmt: skip
+    )
     made = replace(drawing(2.0, 8.0), shapes=many)
     write_sheet(tmp_path / "s.pdf", made, view_along_line(45, 0), "pdf")
     box, page = page_of(tmp_path / "s.pdf")

@@ -106,9 +106,11 @@ def test_no_text_overlaps_or_is_cut_off(net: NetContents, width: int, height: in
         assert box.y1 <= height, text
     for (a, one), (b, other) in combinations(boxes.items(), 2):
         apart = (
-            one.x1 <= other.x0 + 1 or other.x1 <= one.x0 + 1
-            or one.y1 <= other.y0 + 1 or other.y1 <= one.y0 + 1
-        )  # fmt: skip
+            one.x1 <= other.x0 + 1
+            or other.x1 <= one.x0 + 1
+            or one.y1 <= other.y0 + 1
+            or other.y1 <= one.y0 + 1
+        )
         assert apart, (a, b)
 
 
@@ -191,9 +193,10 @@ def test_thousands_of_great_circles_are_one_collection() -> None:
     many = make_sets({"Facets": cluster(132, 41, 1000, 20)})
     _, artists = draw(NetContents(many, circles=True))
     circles = [
-        c for c in artists.axes.collections
+        c
+        for c in artists.axes.collections
         if isinstance(c, LineCollection) and len(c.get_segments()) == 1000
-    ]  # fmt: skip
+    ]
     assert len(circles) == 1
     _, artists = draw(NetContents(many))
     assert not artists.arcs[0].size  # too many to see the poles: left out unless asked

@@ -12,8 +12,24 @@ from vomstudio.products.ortho.view_directions import view_along_line
 
 @pytest.mark.parametrize("trend", range(0, 360, 15))
 def test_the_ends_of_a_picture_are_a_quarter_turn_from_the_view(trend: int) -> None:
-    winds = ("N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE",
-             "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW")  # fmt: skip
+    winds = (
+        "N",
+        "NNE",
+        "NE",
+        "ENE",
+        "E",
+        "ESE",
+        "SE",
+        "SSE",
+        "S",
+        "SSW",
+        "SW",
+        "WSW",
+        "W",
+        "WNW",
+        "NW",
+        "NNW",
+    )
     view = view_along_line(trend, 10)
     for label, azimuth in zip(end_labels(view)[:2], (trend - 90, trend + 90), strict=True):
         wind, number = label.split()

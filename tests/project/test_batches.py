@@ -21,9 +21,13 @@ from vomstudio.project.records import DEFAULT_TYPES, Model
 from vomstudio.project.tables.project_table import project_table
 
 TURN = np.array(
-    [[1.7, -0.4, 0.0, 576_700.3], [0.4, 1.7, 0.0, 5_188_100.1], [0.0, 0.0, 1.7463, 180.7],
-     [0.0, 0.0, 0.0, 1.0]]
-)  # fmt: skip
+    [
+        [1.7, -0.4, 0.0, 576_700.3],
+        [0.4, 1.7, 0.0, 5_188_100.1],
+        [0.0, 0.0, 1.7463, 180.7],
+        [0.0, 0.0, 0.0, 1.0],
+    ]
+)
 
 
 def models() -> list[Model]:

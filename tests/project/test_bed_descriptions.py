@@ -37,8 +37,10 @@ def described() -> dict:
 def test_a_bed_has_one_description_and_none_once_it_is_empty() -> None:
     records = described()
     assert set(records["line"].beds) == {
-        ("#0", "sandstone", "red"), ("#2", "limestone", ""), (TRACE.id, "", "cross-bedded"),
-    }  # fmt: skip
+        ("#0", "sandstone", "red"),
+        ("#2", "limestone", ""),
+        (TRACE.id, "", "cross-bedded"),
+    }
     records = after(records, describe_bed(records, "line", "#0", "chert", ""))
     assert [bed for bed in records["line"].beds if bed[0] == "#0"] == [("#0", "chert", "")]
     with refused("edit.no-change", DocumentError):
@@ -96,17 +98,22 @@ def test_words_stay_with_their_point() -> None:
     assert moved((*POINTS[:2], (2.0, 1.0, 1.0), POINTS[3])) == same
     assert moved((*POINTS, (4.0, 0.0, 3.0))) == same
     assert moved(((-1.0, 0.0, 0.0), *POINTS)) == {
-        ("#1", "sandstone", "red"), ("#3", "limestone", ""), (TRACE.id, "", "cross-bedded"),
-    }  # fmt: skip
+        ("#1", "sandstone", "red"),
+        ("#3", "limestone", ""),
+        (TRACE.id, "", "cross-bedded"),
+    }
     assert moved(POINTS[1:]) == {("#1", "limestone", ""), (TRACE.id, "", "cross-bedded")}
 
 
 def test_a_trace_keeps_its_words_while_it_is_continued() -> None:
     records = after(RECORDS, describe_bed(RECORDS, TRACE.id, "#1", "chert", ""))
     edit = edits.set_vertices(
-        records, TRACE.id, (TRACE.vertices[1], *TRACE.vertices[1:]), resolution=None,
+        records,
+        TRACE.id,
+        (TRACE.vertices[1], *TRACE.vertices[1:]),
+        resolution=None,
         outcrop_normal=None,
-    )  # fmt: skip
+    )
     assert edit.after[TRACE.id].beds == (("#1", "chert", ""),)
 
 

@@ -40,8 +40,9 @@ EVERY: tuple[Record, ...] = (
     BY,
     replace(BY, id="g2", read_north=ReadNorth("magnetic", 3.25, 3.5, False, "2024-05-12", 0.5)),
     Compass("compass-m1", "m1", "magnetic", "2024-05-12", (11.35, 46.5), None, 0.5),
-    KnownLine("w2", "B01", "plane", "m1", "0" * 64, (), 213.0, 3.0, inclination_deg=45.0,
-              feature_id="t1"),
+    KnownLine(
+        "w2", "B01", "plane", "m1", "0" * 64, (), 213.0, 3.0, inclination_deg=45.0, feature_id="t1"
+    ),
     PhotoSet("s1", "photos", "photos", "EPSG:32633"),
     Mask("k1", "s1", "1.jpg", Asset("masks/a.png", 10)),
     MarkedPoint("q1", "s1", "A", (1.0, 2.0, 3.0), 0.01, True),
@@ -49,7 +50,7 @@ EVERY: tuple[Record, ...] = (
     Reconstruction(
         "c1", "s1", "cliff", "cliff", "low", "0" * 64, (("a", "b"),), 3, 2, 0.5, "4", "x"
     ),
-)  # fmt: skip
+)
 
 
 def by_json(plain: Any) -> Any:

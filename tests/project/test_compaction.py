@@ -76,9 +76,14 @@ def test_what_is_left_are_the_steps_both_ways_with_their_times_and_settings(worn
     worn.compact()
     assert worn.is_compacted
     assert [(seq, kind, of) for seq, kind, of, _ in rows(worn)] == [
-        (1, "do", None), (2, "do", None), (3, "do", None), (4, "do", None), (5, "save", None),
-        (6, "do", None), (7, "undo", 6),
-    ]  # fmt: skip
+        (1, "do", None),
+        (2, "do", None),
+        (3, "do", None),
+        (4, "do", None),
+        (5, "save", None),
+        (6, "do", None),
+        (7, "undo", 6),
+    ]
     for new, old in {1: 1, 2: 3, 3: 4, 4: 7, 6: 8}.items():
         row = next(row for row in worn.journal.rows() if row.seq == new)
         was = before[old]

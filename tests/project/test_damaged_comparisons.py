@@ -34,10 +34,20 @@ def made(tmp_path: Path) -> Path:
     figures = found.to_dict()
     keep(
         KeptComparison(
-            "m1", "cliff", HASH, IDENTITY, "ground", "/nowhere/ground.xyz", IDENTITY, None,
-            figures, "2026-01-01T00:00:00+00:00", "0.1.0", path,
+            "m1",
+            "cliff",
+            HASH,
+            IDENTITY,
+            "ground",
+            "/nowhere/ground.xyz",
+            IDENTITY,
+            None,
+            figures,
+            "2026-01-01T00:00:00+00:00",
+            "0.1.0",
+            path,
         )
-    )  # fmt: skip
+    )
     return path.with_suffix(".json")
 
 

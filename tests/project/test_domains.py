@@ -50,8 +50,9 @@ def test_what_lies_above_a_fault_is_its_hanging_wall() -> None:
     """A fault that dips east has its hanging wall in the east."""
     edit, crossing = parted(records())
     assert {id_: r.domain for id_, r in edit.after.items()} == {  # type: ignore[union-attr]
-        "a": "hanging wall", "b": "footwall",
-    }  # fmt: skip
+        "a": "hanging wall",
+        "b": "footwall",
+    }
     assert crossing == 1
 
 
@@ -77,6 +78,9 @@ def test_domains_are_attributes_and_columns_where_any_is_named() -> None:
     assert domain_names(RecordMap(now)) == ["footwall"]
     assert table.more == ("domain",)
     assert {row["id"]: row.get("domain") for row in table.rows} == {
-        "f": None, "a": "footwall", "b": "footwall", "c": None,
-    }  # fmt: skip
+        "f": None,
+        "a": "footwall",
+        "b": "footwall",
+        "c": None,
+    }
     assert replace(now["a"], domain="") == FEATURES[1]

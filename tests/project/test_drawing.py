@@ -123,10 +123,18 @@ def test_a_kind_says_of_itself_what_its_record_can_hold(kind):
     assert bool(kind.color) == (not kind.typed) == (kind.group is not None)
     assert kind.evidence in ("", "picked", "read", "derived")
     assert kind.evidence == {
-        "trace": "picked", "lineation": "picked", "patch": "picked", "reading": "read",
-        "intersection": "derived", "dimension": "", "control_point": "", "contact": "",
-        "lithology": "", "station": "", "known_line": "",
-    }.get(kind.name, kind.evidence)  # fmt: skip
+        "trace": "picked",
+        "lineation": "picked",
+        "patch": "picked",
+        "reading": "read",
+        "intersection": "derived",
+        "dimension": "",
+        "control_point": "",
+        "contact": "",
+        "lithology": "",
+        "station": "",
+        "known_line": "",
+    }.get(kind.name, kind.evidence)
     assert bool(kind.orientations) == bool(kind.evidence) == (kind.net is not None)
     # Only what is clicked or painted is made with a tool.
     assert bool(kind.tool) == (kind.name not in ("reading", "intersection"))
@@ -169,11 +177,20 @@ def test_one_layer_is_the_main_one_and_only_those_without_a_type_leave_columns_o
     assert not any(kind.typed for kind in sparse)
     geometries = {layer.name: layer.geometry for layer in layers}
     assert set(geometries.values()) == {"line", "ring", "point"}
-    assert geometries.items() >= {
-        "traces": "line", "contacts": "line", "lineations": "line", "patches": "ring",
-        "lithologies": "ring", "dimensions": "line", "stations": "point", "control_points": "point",
-        "known_lines": "line",
-    }.items()  # fmt: skip
+    assert (
+        geometries.items()
+        >= {
+            "traces": "line",
+            "contacts": "line",
+            "lineations": "line",
+            "patches": "ring",
+            "lithologies": "ring",
+            "dimensions": "line",
+            "stations": "point",
+            "control_points": "point",
+            "known_lines": "line",
+        }.items()
+    )
     for kind in KINDS:
         if kind.layer is not None:
             names = [figure.name for figure in kind.layer.figures]
@@ -315,8 +332,16 @@ def striation(rake: float, slip: str, n: int = 3, size: float = 4.0) -> Lineatio
     radians = math.radians(rake)
     way = math.cos(radians) * FAULT.strike_vector() + math.sin(radians) * FAULT.dip_vector()
     points = START + np.linspace(0.0, size, n)[:, None] * way
-    return Lineation("l1", "L01", "fault", "m1", HASH, tuple(map(tuple, points.tolist())),
-                     plane_id="r1", slip=slip)  # fmt: skip
+    return Lineation(
+        "l1",
+        "L01",
+        "fault",
+        "m1",
+        HASH,
+        tuple(map(tuple, points.tolist())),
+        plane_id="r1",
+        slip=slip,
+    )
 
 
 @pytest.mark.parametrize("slip", ["normal", "reverse", "sinistral", "dextral"])
@@ -471,8 +496,10 @@ def test_lengths_are_those_of_the_right_triangle():
     for model, scale in ((MODEL, 1.0), (HALVED, 0.5)):
         found = seen(dimension("distance", *ends), model=model).measured
         assert found.dimension == {
-            "distance_m": 13.0 * scale, "horizontal_m": 5.0 * scale, "vertical_m": 12.0 * scale,
-        }  # fmt: skip
+            "distance_m": 13.0 * scale,
+            "horizontal_m": 5.0 * scale,
+            "vertical_m": 12.0 * scale,
+        }
         back = seen(dimension("distance", *ends[::-1]), model=model).measured
         assert back.dimension == {**found.dimension, "vertical_m": -12.0 * scale}
     walk = dimension("polyline", ends[0], (1.0, 5.0, 1.0), (4.0, 5.0, 1.0), ends[1])
@@ -507,21 +534,42 @@ def test_a_dimension_is_told_by_the_figure_it_is_made_for():
     up = ((0.0, 0.0, 0.0), (3.0, 0.0, 4.0))
     headline = kind_of(ONE_OF_EACH["dimension"]).headline
     for feature, main, lines in (
-        (dimension("distance", *up), "5.00 m",
-         ["Distance 5.00 m", "Horizontal 3.00 m, upward 4.00 m"]),
-        (dimension("distance", *up[::-1]), "5.00 m",
-         ["Distance 5.00 m", "Horizontal 3.00 m, downward 4.00 m"]),
-        (dimension("distance", (0.0, 0.0, 0.0), (2.0, 0.0, 0.0)), "2.00 m",
-         ["Distance 2.00 m", "Horizontal 2.00 m, upward 0 mm"]),
-        (dimension("polyline", up[0], (3.0, 0.0, 0.0), up[1]), "7.00 m",
-         ["Length along the line 7.00 m", "Distance 5.00 m", "Horizontal 3.00 m, upward 4.00 m"]),
+        (
+            dimension("distance", *up),
+            "5.00 m",
+            ["Distance 5.00 m", "Horizontal 3.00 m, upward 4.00 m"],
+        ),
+        (
+            dimension("distance", *up[::-1]),
+            "5.00 m",
+            ["Distance 5.00 m", "Horizontal 3.00 m, downward 4.00 m"],
+        ),
+        (
+            dimension("distance", (0.0, 0.0, 0.0), (2.0, 0.0, 0.0)),
+            "2.00 m",
+            ["Distance 2.00 m", "Horizontal 2.00 m, upward 0 mm"],
+        ),
+        (
+            dimension("polyline", up[0], (3.0, 0.0, 0.0), up[1]),
+            "7.00 m",
+            ["Length along the line 7.00 m", "Distance 5.00 m", "Horizontal 3.00 m, upward 4.00 m"],
+        ),
         (dimension("area", *SQUARE), "4.00 m²", ["4.00 m²", "Perimeter 8.00 m"]),
-        (dimension("thickness", *up, plane_id="r1"), "4.00 m",
-         ["Thickness 4.00 m, 95 % error unknown", "Distance 5.00 m",
-          "Horizontal 3.00 m, upward 4.00 m"]),
-        (dimension("thickness", *up, plane_id="gone"), "5.00 m",
-         ["Distance 5.00 m", "Horizontal 3.00 m, upward 4.00 m"]),
-    ):  # fmt: skip
+        (
+            dimension("thickness", *up, plane_id="r1"),
+            "4.00 m",
+            [
+                "Thickness 4.00 m, 95 % error unknown",
+                "Distance 5.00 m",
+                "Horizontal 3.00 m, upward 4.00 m",
+            ],
+        ),
+        (
+            dimension("thickness", *up, plane_id="gone"),
+            "5.00 m",
+            ["Distance 5.00 m", "Horizontal 3.00 m, upward 4.00 m"],
+        ),
+    ):
         subject = seen(feature, level)
         assert headline(subject.measured) == main
         assert words(subject) == lines
@@ -533,9 +581,14 @@ def test_a_dimension_is_told_by_the_figure_it_is_made_for():
 def test_a_thickness_is_told_with_its_error():
     found = replace(
         seen(dimension("thickness", *SQUARE[:2])).measured,
-        dimension={"thickness_m": 4.0, "thickness_error95_m": 0.1234, "distance_m": 5.0,
-                   "horizontal_m": 5.0, "vertical_m": 0.0},
-    )  # fmt: skip
+        dimension={
+            "thickness_m": 4.0,
+            "thickness_error95_m": 0.1234,
+            "distance_m": 5.0,
+            "horizontal_m": 5.0,
+            "vertical_m": 0.0,
+        },
+    )
     kind = kind_of(ONE_OF_EACH["dimension"])
     assert kind.headline(found) == "4.00 m ± 12 cm"
     assert kind.words(found)[0] == "Thickness 4.00 m, 95 % error ± 12 cm"

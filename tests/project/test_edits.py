@@ -32,9 +32,18 @@ HASH = "0" * 64
 MODEL = Model("m1", "cliff", "cliff.obj", "mesh", HASH, Frame("local"))
 TRACE = replace(bed("t1"), name="B01")
 PATCH = Patch(
-    "p1", "B02", "bedding", "m1", HASH, "face", ((0, 9),), 9, (0.0, 0.0, 0.0),
-    ((4.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 0.01)), 9.0,
-)  # fmt: skip
+    "p1",
+    "B02",
+    "bedding",
+    "m1",
+    HASH,
+    "face",
+    ((0, 9),),
+    9,
+    (0.0, 0.0, 0.0),
+    ((4.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 0.01)),
+    9.0,
+)
 LINE = Lineation("l1", "L01", "lineation", "m1", HASH, ((0.0, 0.0, 0.0), (1.0, 0.0, -1.0)))
 READING = Reading("r1", "B03", "bedding", "plane", 120.0, 40.0)
 LENGTH = Dimension("d1", "D01", "distance", "m1", HASH, ((0.0, 0.0, 0.0), (3.0, 0.0, 0.0)))

@@ -47,17 +47,33 @@ def trace(id_: str, plane: Plane, type_id: str, seed: int) -> Trace:
 def patch(points: np.ndarray) -> Patch:
     m = moments(points)
     return Patch(
-        "p1", "J01", "joint", "m1", "0" * 64, "point", runs_of(range(7, 7 + m.n)),
-        m.n, m.mean, m.scatter, m.n_effective, outline(points, (0.0, 0.0, 1.0)),
-    )  # fmt: skip
+        "p1",
+        "J01",
+        "joint",
+        "m1",
+        "0" * 64,
+        "point",
+        runs_of(range(7, 7 + m.n)),
+        m.n,
+        m.mean,
+        m.scatter,
+        m.n_effective,
+        outline(points, (0.0, 0.0, 1.0)),
+    )
 
 
 def lineation(direction: np.ndarray, plane_id: str = "", slip: str = "") -> Lineation:
     places = np.outer(np.linspace(0.0, 2.0, 5), direction) + [100.0, 200.0, 30.0]
     return Lineation(
-        "l1", "L01", "lineation", "m1", "0" * 64, tuple(map(tuple, places.tolist())),
-        plane_id=plane_id, slip=slip,
-    )  # fmt: skip
+        "l1",
+        "L01",
+        "lineation",
+        "m1",
+        "0" * 64,
+        tuple(map(tuple, places.tolist())),
+        plane_id=plane_id,
+        slip=slip,
+    )
 
 
 def records(*features):
@@ -77,7 +93,7 @@ BED, FAULT = Plane(120.0, 40.0), Plane(250.0, 65.0)
         Intersection("i1", "I1", "lineation", Group("t1"), Group("", "fault", "main")),
         FeatureType("slickenline", "Slickenline", "#123456", "star", "line"),
     ],
-)  # fmt: skip
+)
 def test_every_record_comes_back_from_json_as_it_was(feature):
     import json
 

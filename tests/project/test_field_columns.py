@@ -72,7 +72,9 @@ def readings(book: Path, text: str, notation: str | None = None) -> FieldReading
         (
             "dip direction,dip,trend,plunge",
             {
-                "azimuth": "dip direction", "inclination": "dip", "trend": "trend",
+                "azimuth": "dip direction",
+                "inclination": "dip",
+                "trend": "trend",
                 "plunge": "plunge",
             },
             "dipdir/dip",
@@ -83,7 +85,7 @@ def readings(book: Path, text: str, notation: str | None = None) -> FieldReading
             "dipdir/dip",
         ),
     ],
-)  # fmt: skip
+)
 def test_the_angles_are_told_by_the_names_of_their_columns(
     book: Path, header: str, expected: dict[str, str], notation: str | None
 ) -> None:
@@ -96,10 +98,18 @@ def test_every_other_column_is_told_by_its_name(book: Path) -> None:
     )
     found, notation = roles(book, header)
     assert found == {
-        "name": "Station", "type": "type", "set": "set", "element": "element",
-        "notes": "comments", "overturned": "inverted", "x": "Easting", "y": "Northing",
-        "z": "Elevation", "azimuth": "dip direction", "inclination": "dip",
-    }  # fmt: skip
+        "name": "Station",
+        "type": "type",
+        "set": "set",
+        "element": "element",
+        "notes": "comments",
+        "overturned": "inverted",
+        "x": "Easting",
+        "y": "Northing",
+        "z": "Elevation",
+        "azimuth": "dip direction",
+        "inclination": "dip",
+    }
     assert notation == "dipdir/dip"
 
 
@@ -142,8 +152,11 @@ def test_compass_points_beside_a_strike_are_its_quadrant(book: Path) -> None:
     """A column named dip direction may hold SE where the strike is a number."""
     found, notation = roles(book, "name,strike,dip,dip direction", "a,42,41,SE", "b,45,40,se")
     assert found == {
-        "name": "name", "azimuth": "strike", "inclination": "dip", "quadrant": "dip direction",
-    }  # fmt: skip
+        "name": "name",
+        "azimuth": "strike",
+        "inclination": "dip",
+        "quadrant": "dip direction",
+    }
     assert notation == "quadrant"
     found, notation = roles(book, "name,strike,dip,dip direction", "a,42,41,SE", "b,45,40,135")
     assert (found["azimuth"], notation) == ("dip direction", "dipdir/dip")
@@ -285,11 +298,18 @@ def test_a_table_without_rows_says_so(book: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "is_one"),
     [
-        ("132/41", True), ("N42E 41SE", True), ("n42e 41se", True), ("132°, 41°", True),
-        ("25 → 130°", True), ("132 41", False), ("132", False), ("west", False), ("a/b", False),
+        ("132/41", True),
+        ("N42E 41SE", True),
+        ("n42e 41se", True),
+        ("132°, 41°", True),
+        ("25 → 130°", True),
+        ("132 41", False),
+        ("132", False),
+        ("west", False),
+        ("a/b", False),
         ("", False),
     ],
-)  # fmt: skip
+)
 def test_two_bare_numbers_are_as_likely_two_columns(text: str, is_one: bool) -> None:
     assert is_orientation(text) is is_one
 
@@ -334,15 +354,23 @@ def test_nothing_is_asked_for_where_all_is_said() -> None:
 @pytest.mark.parametrize(
     ("row", "expected"),
     [
-        ("0,0", (0.0, 0.0)), ("132,0", (0.0, 0.0)), ("360,90", (0.0, 90.0)),
-        ("359.5,0.5", (359.5, 0.5)), ("-1,5", None), ("361,5", {"angle": "azimuth", "value": 361}),
-        ("360.5,5", {"angle": "azimuth", "value": 360.5}), ("5,91", None),
-        ("5,-1", {"angle": "dip", "value": -1}), ("x,5", None), ("5,x", None),
-        (",5", {"missing": ("azimuth",)}), ("5,", {"missing": ("inclination",)}),
+        ("0,0", (0.0, 0.0)),
+        ("132,0", (0.0, 0.0)),
+        ("360,90", (0.0, 90.0)),
+        ("359.5,0.5", (359.5, 0.5)),
+        ("-1,5", None),
+        ("361,5", {"angle": "azimuth", "value": 361}),
+        ("360.5,5", {"angle": "azimuth", "value": 360.5}),
+        ("5,91", None),
+        ("5,-1", {"angle": "dip", "value": -1}),
+        ("x,5", None),
+        ("5,x", None),
+        (",5", {"missing": ("azimuth",)}),
+        ("5,", {"missing": ("inclination",)}),
         ("-,n/a", {"missing": ("azimuth", "inclination")}),
         (",", {"missing": ("azimuth", "inclination")}),
     ],
-)  # fmt: skip
+)
 def test_angles_of_a_plane_end_where_a_compass_ends(
     book: Path, row: str, expected: tuple[float, float] | dict[str, Any] | None
 ) -> None:
@@ -364,12 +392,20 @@ def test_angles_of_a_plane_end_where_a_compass_ends(
 @pytest.mark.parametrize(
     ("row", "expected"),
     [
-        ("0,0", (0.0, 0.0)), ("360,90", (0.0, 90.0)), ("100,20", (100.0, 20.0)),
-        ("10,-30", (190.0, 30.0)), ("350,-90", (170.0, 90.0)), ("N50W,25", (310.0, 25.0)),
-        ("361,5", ("trend", 361.0)), ("-1,5", ("trend", -1.0)), ("-0.5,5", ("trend", -0.5)),
-        ("5,91", ("plunge", 91.0)), ("5,-91", ("plunge", -91.0)), ("5,90.5", ("plunge", 90.5)),
+        ("0,0", (0.0, 0.0)),
+        ("360,90", (0.0, 90.0)),
+        ("100,20", (100.0, 20.0)),
+        ("10,-30", (190.0, 30.0)),
+        ("350,-90", (170.0, 90.0)),
+        ("N50W,25", (310.0, 25.0)),
+        ("361,5", ("trend", 361.0)),
+        ("-1,5", ("trend", -1.0)),
+        ("-0.5,5", ("trend", -0.5)),
+        ("5,91", ("plunge", 91.0)),
+        ("5,-91", ("plunge", -91.0)),
+        ("5,90.5", ("plunge", 90.5)),
     ],
-)  # fmt: skip
+)
 def test_angles_of_a_line_end_where_a_compass_ends(
     book: Path, row: str, expected: tuple[float | str, float]
 ) -> None:
@@ -419,14 +455,19 @@ def test_rows_that_are_lines_among_planes(book: Path) -> None:
     header = "element,dip direction,dip,trend,plunge\n"
     found = readings(book, header + "line,132,41,100,20\nplane,132,41,100,20\n,132,41,,\n,,,9,8\n")
     assert [(r.geometry, r.azimuth_deg, r.inclination_deg) for r in found.rows] == [
-        ("line", 100.0, 20.0), ("plane", 132.0, 41.0), ("plane", 132.0, 41.0), ("line", 9.0, 8.0),
-    ]  # fmt: skip
+        ("line", 100.0, 20.0),
+        ("plane", 132.0, 41.0),
+        ("plane", 132.0, 41.0),
+        ("line", 9.0, 8.0),
+    ]
     found = readings(
         book, "element,orientation\nline,100/20\nLineation,5/6\n,132/41\n", "dipdir/dip"
     )
     assert [(r.geometry, r.azimuth_deg) for r in found.rows] == [
-        ("line", 100.0), ("line", 5.0), ("plane", 132.0),
-    ]  # fmt: skip
+        ("line", 100.0),
+        ("line", 5.0),
+        ("plane", 132.0),
+    ]
 
 
 def test_all_that_a_row_says_is_kept(book: Path) -> None:
@@ -486,20 +527,26 @@ def test_degrees_are_turned_into_the_project_s_metres_or_said_to_be_left_out(boo
     columns = guess(table).columns
     found = understand(table, columns, "dipdir/dip", lambda lon, lat: (lon * 10, lat * 100))
     assert [r.position for r in found.rows] == [
-        (150.0, 4600.0, 350.0), None, (150.0, -9000.0, 350.0), None,
-    ]  # fmt: skip
+        (150.0, 4600.0, 350.0),
+        None,
+        (150.0, -9000.0, 350.0),
+        None,
+    ]
     assert _rows_of(found) == [
-        ("reading.coordinate-missing", (5,)), ("reading.no-position", (3,)),
-    ]  # fmt: skip
+        ("reading.coordinate-missing", (5,)),
+        ("reading.no-position", (3,)),
+    ]
     assert "latitude of 91" in found.findings[1].values["reason"]
     found = understand(table, columns, "dipdir/dip", lambda *_: None)
     assert [r.position for r in found.rows] == [None] * 4
     found = understand(table, columns, "dipdir/dip")
     assert _rows_of(found)[0] == ("reading.degrees-without-crs", (2, 4, 5))
     assert "(lines 2, 4 and 5)" in str(found.findings[0])
-    found = understand(table_of(book, "lon,lat,dip direction,dip\n15,46,1,2\n"),
-                       {"longitude": 0, "latitude": 1, "azimuth": 2, "inclination": 3},
-                       "dipdir/dip")  # fmt: skip
+    found = understand(
+        table_of(book, "lon,lat,dip direction,dip\n15,46,1,2\n"),
+        {"longitude": 0, "latitude": 1, "azimuth": 2, "inclination": 3},
+        "dipdir/dip",
+    )
     assert _rows_of(found) == [("reading.degrees-without-crs", (2,))]
 
 
@@ -535,8 +582,11 @@ def test_a_reading_is_turned_and_all_of_its_row_kept() -> None:
     assert (first.overturned, first.notes) == (True, "wet")
     assert (second.type_id, second.geometry, second.azimuth_deg) == ("joint", "line", 17.5)
     assert (second.set_name, second.position, second.overturned, second.notes) == (
-        "all", None, False, "",
-    )  # fmt: skip
+        "all",
+        None,
+        False,
+        "",
+    )
     assert first.id != second.id
 
 

@@ -44,12 +44,25 @@ EVERY = tuple(
 @pytest.mark.parametrize(
     ("value", "text"),
     [
-        (None, "–"), (0.0, "0.00°"), (0.052, "0.05°"), (0.4, "0.40°"), (0.6, "0.60°"),
-        (0.994, "0.99°"), (0.995, "1.0°"), (1.0, "1.0°"), (1.5, "1.5°"), (5.04, "5.0°"),
-        (7.0, "7.0°"), (9.94, "9.9°"), (9.95, "10°"), (10.4, "10°"), (15.2, "15°"),
-        (19.0, "19°"), (120.4, "120°"),
+        (None, "–"),
+        (0.0, "0.00°"),
+        (0.052, "0.05°"),
+        (0.4, "0.40°"),
+        (0.6, "0.60°"),
+        (0.994, "0.99°"),
+        (0.995, "1.0°"),
+        (1.0, "1.0°"),
+        (1.5, "1.5°"),
+        (5.04, "5.0°"),
+        (7.0, "7.0°"),
+        (9.94, "9.9°"),
+        (9.95, "10°"),
+        (10.4, "10°"),
+        (15.2, "15°"),
+        (19.0, "19°"),
+        (120.4, "120°"),
     ],
-)  # fmt: skip
+)
 def test_an_error_is_told_with_the_two_digits_that_mean_something(value, text):
     assert degrees(value) == text
 
@@ -80,8 +93,11 @@ def test_a_number_keeps_its_significant_digits_and_no_more(digits):
 
 def test_large_numbers_are_whole_and_the_largest_have_an_exponent():
     assert [number(v) for v in (1234.4, 12345.4, 600000.2, 999999.0)] == [
-        "1234", "12345", "600000", "999999",
-    ]  # fmt: skip
+        "1234",
+        "12345",
+        "600000",
+        "999999",
+    ]
     assert [number(v) for v in (1e6, 1.5e6, -3e7)] == ["1e+06", "1.5e+06", "-3e+07"]
     assert number(0.0) == "0"
     assert (number(None), number(math.inf)) == ("–", "∞")
@@ -171,9 +187,13 @@ def test_every_column_of_a_trace_says_what_its_plane_says():
     points = np.array(ZIGZAG * 3) * [1.0, 1.5, 1.0] + 0.05 * rng.standard_normal((15, 3))
     trace = replace(
         bed("t1", vertices=tuple(map(tuple, points.tolist()))),
-        name="B01", set_name="S1", notes="wet", overturned=True, resolution=0.1,
+        name="B01",
+        set_name="S1",
+        notes="wet",
+        overturned=True,
+        resolution=0.1,
         outcrop_normal=tuple(fit_plane(points).normal.tolist()),
-    )  # fmt: skip
+    )
     turn = np.diag([2.0, 2.0, 2.0, 1.0])
     turn[:3, 3] = (100.0, 200.0, 300.0)
     model = placed(replace(MODEL, placement=Frame("crs", "EPSG:32633")), turn)
@@ -182,29 +202,50 @@ def test_every_column_of_a_trace_says_what_its_plane_says():
     fit = fit_plane(2.0 * points + [100.0, 200.0, 300.0])
     found = values(subject)
     expected = {
-        "id": "t1", "name": "B01", "kind": "bedding", "element": "plane", "set": "S1",
-        "overturned": True, "undefined": False, "notes": "wet", "model": "cliff",
-        "dip_direction_deg": fit.dip_direction_deg, "dip_deg": fit.dip_deg,
+        "id": "t1",
+        "name": "B01",
+        "kind": "bedding",
+        "element": "plane",
+        "set": "S1",
+        "overturned": True,
+        "undefined": False,
+        "notes": "wet",
+        "model": "cliff",
+        "dip_direction_deg": fit.dip_direction_deg,
+        "dip_deg": fit.dip_deg,
         "strike_rhr_deg": (fit.dip_direction_deg - 90.0) % 360.0,
         "pole_trend_deg": (fit.dip_direction_deg + 180.0) % 360.0,
-        "pole_plunge_deg": 90.0 - fit.dip_deg, "trend_deg": None, "plunge_deg": None,
+        "pole_plunge_deg": 90.0 - fit.dip_deg,
+        "trend_deg": None,
+        "plunge_deg": None,
         **dict.fromkeys(figure.name for figure in slip.SLIP),
-        "n_points": 15, "extent_m": fit.extent, "area_m2": None,
-        "rms_m": fit.rms, "coplanarity": fit.coplanarity, "collinearity": fit.collinearity,
-        "M": fit.M, "K": fit.K, "max_angular_error_deg": fit.max_angular_error_deg,
+        "n_points": 15,
+        "extent_m": fit.extent,
+        "area_m2": None,
+        "rms_m": fit.rms,
+        "coplanarity": fit.coplanarity,
+        "collinearity": fit.collinearity,
+        "M": fit.M,
+        "K": fit.K,
+        "max_angular_error_deg": fit.max_angular_error_deg,
         "min_angular_error_deg": fit.min_angular_error_deg,
         "max_confidence95_deg": fit.max_confidence95_deg,
-        "min_confidence95_deg": fit.min_confidence95_deg, "error_rake_deg": fit.error_rake_deg,
+        "min_confidence95_deg": fit.min_confidence95_deg,
+        "error_rake_deg": fit.error_rake_deg,
         "dip_error_deg": fit.dip_error_deg,
-        "dip_direction_error_deg": fit.dip_direction_error_deg, "registration_error_deg": None,
-        "total95_deg": total_error_deg(fit, 0.2), "resolution_m": 0.2,
+        "dip_direction_error_deg": fit.dip_direction_error_deg,
+        "registration_error_deg": None,
+        "total95_deg": total_error_deg(fit, 0.2),
+        "resolution_m": 0.2,
         "extent_over_resolution": fit.extent / 0.2,
-        "bend_deg": None, "attitude_scale": "local" if fit.long_roughness else "regional",
-        "method": "pca", "frame": "EPSG:32633, grid north",
+        "bend_deg": None,
+        "attitude_scale": "local" if fit.long_roughness else "regional",
+        "method": "pca",
+        "frame": "EPSG:32633, grid north",
         **dict(zip("xyz", fit.centroid, strict=True)),
         **{f"normal_{axis}": v for axis, v in zip("xyz", fit.normal, strict=True)},
         **{f"lambda{i}": v for i, v in enumerate(fit.eigenvalues, 1)},
-    }  # fmt: skip
+    }
     tilt = line_from_rake(Plane(fit.dip_direction_deg, fit.dip_deg), fit.error_rake_deg).vector()
     sigmas = np.radians([expected["total95_deg"], fit.min_confidence95_deg]) / np.sqrt(CHI2_TWO)
     axes = np.array([tilt, np.cross(fit.normal, tilt)]) * sigmas[:, None]
@@ -235,16 +276,31 @@ def test_every_column_of_a_line_says_what_its_line_says():
     found = values(seen(line))
     down = Line.from_vector(fit.direction)
     assert {name: value for name, value in found.items() if value is not None} == {
-        "id": "l1", "name": "L1", "kind": "lineation", "element": "line", "undefined": False,
-        "trend_deg": down.trend_deg, "plunge_deg": down.plunge_deg, "n_points": 4,
-        "extent_m": fit.length, "rms_m": fit.rms, "max_confidence95_deg": fit.confidence95_deg,
+        "id": "l1",
+        "name": "L1",
+        "kind": "lineation",
+        "element": "line",
+        "undefined": False,
+        "trend_deg": down.trend_deg,
+        "plunge_deg": down.plunge_deg,
+        "n_points": 4,
+        "extent_m": fit.length,
+        "rms_m": fit.rms,
+        "max_confidence95_deg": fit.confidence95_deg,
         "min_confidence95_deg": fit.confidence95_deg,
-        "total95_deg": pytest.approx(fit.confidence95_deg), "method": "line", "model": "cliff",
-        "frame": "local, north known", "quality": found["quality"],
-        "quality_reason": found["quality_reason"], "reason_codes": found["reason_codes"],
-        "quality_notes": "", "profile": "error",
-        "x": 1.5, "y": pytest.approx(0.025), "z": pytest.approx(-1.525),
-    }  # fmt: skip
+        "total95_deg": pytest.approx(fit.confidence95_deg),
+        "method": "line",
+        "model": "cliff",
+        "frame": "local, north known",
+        "quality": found["quality"],
+        "quality_reason": found["quality_reason"],
+        "reason_codes": found["reason_codes"],
+        "quality_notes": "",
+        "profile": "error",
+        "x": 1.5,
+        "y": pytest.approx(0.025),
+        "z": pytest.approx(-1.525),
+    }
 
 
 def test_a_line_has_its_axial_rake_and_beside_it_the_directed_one_of_its_slip():
@@ -260,8 +316,9 @@ def test_a_line_has_its_axial_rake_and_beside_it_the_directed_one_of_its_slip():
     directed = -rake if rake > 90.0 else 180.0 - rake
     assert (slip.RAKE.value(slips), slip.SLIP_RAKE.value(slips)) == (rake, directed)
     assert (slip.SLIP_SENSE.value(slips), slip.SLIP_SENSE.text(slips)) == (
-        "dextral", "dextral (right-lateral)",
-    )  # fmt: skip
+        "dextral",
+        "dextral (right-lateral)",
+    )
 
 
 def test_a_line_names_the_plane_that_bears_it():
@@ -288,23 +345,41 @@ def test_every_column_of_a_reading_says_what_the_compass_said():
     found = values(seen(reading))
     normal = Plane(200.0, 30.0).normal()
     assert {name: value for name, value in found.items() if value is not None} == {
-        "id": "r1", "name": "R1", "kind": "joint", "element": "plane", "undefined": False,
-        "overturned": False, "dip_direction_deg": 200.0, "dip_deg": 30.0,
-        "strike_rhr_deg": 110.0, "pole_trend_deg": 20.0, "pole_plunge_deg": 60.0,
-        "x": 1.0, "y": 2.0, "z": 3.0, "normal_x": normal[0], "normal_y": normal[1],
-        "normal_z": normal[2], "frame": "grid north, as entered",
-    }  # fmt: skip
+        "id": "r1",
+        "name": "R1",
+        "kind": "joint",
+        "element": "plane",
+        "undefined": False,
+        "overturned": False,
+        "dip_direction_deg": 200.0,
+        "dip_deg": 30.0,
+        "strike_rhr_deg": 110.0,
+        "pole_trend_deg": 20.0,
+        "pole_plunge_deg": 60.0,
+        "x": 1.0,
+        "y": 2.0,
+        "z": 3.0,
+        "normal_x": normal[0],
+        "normal_y": normal[1],
+        "normal_z": normal[2],
+        "frame": "grid north, as entered",
+    }
     nowhere = values(seen(replace(reading, position=None, geometry="line")))
     assert (nowhere["element"], nowhere["trend_deg"], nowhere["plunge_deg"]) == (
-        "line", 200.0, 30.0,
-    )  # fmt: skip
+        "line",
+        200.0,
+        30.0,
+    )
     assert nowhere["x"] is nowhere["normal_z"] is nowhere["dip_deg"] is None
 
 
 def test_an_azimuth_that_means_nothing_is_flagged():
     for geometry, steep, undefined in (
-        ("plane", 0.0, True), ("plane", 90.0, False), ("line", 90.0, True), ("line", 0.0, False),
-    ):  # fmt: skip
+        ("plane", 0.0, True),
+        ("plane", 90.0, False),
+        ("line", 90.0, True),
+        ("line", 0.0, False),
+    ):
         subject = seen(Reading("r1", "R1", "joint", geometry, 10.0, steep))
         assert of.UNDEFINED.value(subject) is undefined
     flat = bed("t1", vertices=((0.0, 0.0, 1.0), (1.0, 0.0, 1.0), (1.0, 1.0, 1.0), (0.0, 2.0, 1.0)))

@@ -206,15 +206,29 @@ def features() -> dict:
         return Trace(id_, name, kind, *on_model, points(plane[:9] + shift), notes='wet, "é"')
 
     listed = [
-        model, *DEFAULT_TYPES, FeatureType("shear", "Shear zoné 1", "#112233"),
-        trace("t1", "B1", "bedding", 0.0), trace("t2", "B2", "bedding", 5.0),
+        model,
+        *DEFAULT_TYPES,
+        FeatureType("shear", "Shear zoné 1", "#112233"),
+        trace("t1", "B1", "bedding", 0.0),
+        trace("t2", "B2", "bedding", 5.0),
         trace("t3", "S1", "shear", 9.0),
-        Patch("p1", "J1", "joint", *on_model, "point", runs_of(range(m.n)), m.n, m.mean, m.scatter,
-              m.n_effective, outline(plane, (0.0, 0.0, 1.0))),
+        Patch(
+            "p1",
+            "J1",
+            "joint",
+            *on_model,
+            "point",
+            runs_of(range(m.n)),
+            m.n,
+            m.mean,
+            m.scatter,
+            m.n_effective,
+            outline(plane, (0.0, 0.0, 1.0)),
+        ),
         Lineation("l1", "L1", "lineation", *on_model, points(plane[:3])),
         Dimension("d1", "D1", "distance", *on_model, points(plane[:2])),
         Reading("r1", "R1", "bedding", "plane", 120.0, 40.0, 0.0, tuple(UTM.tolist())),
-    ]  # fmt: skip
+    ]
     return {record.id: record for record in listed}
 
 
@@ -272,10 +286,12 @@ def test_a_drawing_has_a_layer_for_each_type_of_feature(tmp_path: Path) -> None:
     assert fit is not None
     assert float(texts["dip_deg"]) == fit.dip_deg
     assert decode_dxf_unicode(texts["notes"]) == 'wet, "é"'
-    discs = np.array([
-        [tuple(face.dxf.get(f"vtx{k}")) for k in range(4)]
-        for face in drawing.modelspace().query("3DFACE[layer=='bedding_planes_discs']")
-    ])  # fmt: skip
+    discs = np.array(
+        [
+            [tuple(face.dxf.get(f"vtx{k}")) for k in range(4)]
+            for face in drawing.modelspace().query("3DFACE[layer=='bedding_planes_discs']")
+        ]
+    )
     assert len(discs) == 24
     first = discs[:12].reshape(-1, 3) - fit.centroid
     assert np.abs(first @ fit.normal).max() < 1e-6

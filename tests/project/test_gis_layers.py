@@ -64,8 +64,13 @@ def test_the_geopackage_holds_what_the_shapefiles_hold(
     whole = layers_of(tmp_path / "o.gpkg")
     assert list(whole) == ["planes", "traces", "lines", "lineations", "patches", "dimensions"]
     assert [kind for kind, _, _ in whole.values()] == [
-        "Point Z", "LineString Z", "Point Z", "LineString Z", "Polygon Z", "LineString Z",
-    ]  # fmt: skip
+        "Point Z",
+        "LineString Z",
+        "Point Z",
+        "LineString Z",
+        "Polygon Z",
+        "LineString Z",
+    ]
     for path, (_, shapes, columns) in zip(table.files, whole.values(), strict=True):
         ((_, others, shortened),) = layers_of(path).values()
         assert len(shapes) == len(others)
@@ -195,11 +200,24 @@ def test_each_type_has_its_layers_in_its_own_colour(
     assert colors["distance_dimensions"] == dxf.WHITE
     used = {entity.dxf.layer for entity in drawing.modelspace()}
     assert used == {
-        "bedding", "bedding_planes", "bedding_planes_discs", "shear_zone_1", "shear_zone_1_planes",
-        "shear_zone_1_planes_discs", "shear_zone_1_lines", "joint_planes", "joint_planes_discs",
-        "joint_patches", "lineation_lines", "lineation_lineations", "distance_dimensions",
-        "bedding_symbols", "joint_symbols", "lineation_symbols", "shear_zone_1_symbols",
-    }  # fmt: skip
+        "bedding",
+        "bedding_planes",
+        "bedding_planes_discs",
+        "shear_zone_1",
+        "shear_zone_1_planes",
+        "shear_zone_1_planes_discs",
+        "shear_zone_1_lines",
+        "joint_planes",
+        "joint_planes_discs",
+        "joint_patches",
+        "lineation_lines",
+        "lineation_lineations",
+        "distance_dimensions",
+        "bedding_symbols",
+        "joint_symbols",
+        "lineation_symbols",
+        "shear_zone_1_symbols",
+    }
     assert used <= set(colors)
 
 
@@ -221,9 +239,12 @@ def test_only_rings_are_closed_and_points_stand_where_they_were_measured(
     space = drawn(tmp_path, records).modelspace()
     closed = {line.dxf.layer: line.is_closed for line in space.query("POLYLINE")}
     assert closed == {
-        "bedding": False, "shear_zone_1": False, "lineation_lineations": False,
-        "joint_patches": True, "distance_dimensions": False,
-    }  # fmt: skip
+        "bedding": False,
+        "shear_zone_1": False,
+        "lineation_lineations": False,
+        "joint_patches": True,
+        "distance_dimensions": False,
+    }
     measured = Measurements().of(records, list(records))
     where = {}
     for point in space.query("POINT"):
@@ -293,9 +314,12 @@ def test_a_plane_of_unknown_extent_or_direction_has_no_disc(
     tmp_path: Path, extent: float, faces: int
 ) -> None:
     columns: dict[str, list[Any]] = {
-        "kind": ["joint", "joint"], "normal_x": [0.0, np.nan], "normal_y": [0.0, 0.0],
-        "normal_z": [1.0, 1.0], "extent_m": [extent, 2.0],
-    }  # fmt: skip
+        "kind": ["joint", "joint"],
+        "normal_x": [0.0, np.nan],
+        "normal_y": [0.0, 0.0],
+        "normal_z": [1.0, 1.0],
+        "extent_m": [extent, 2.0],
+    }
     planes = layer("planes", "point", [[[5.0, 6.0, 7.0]], [[0.0, 0.0, 0.0]]], columns)
     write_dxf(tmp_path / "o.dxf", [planes], {}, None)
     space = ezdxf.readfile(tmp_path / "o.dxf").modelspace()

@@ -136,8 +136,9 @@ def test_a_torn_journal_is_refused_by_name_or_whole(tmp_path, cut):
         # Only the unused end of the file was cut off, or rows that are named.
         lost = set(whole_records) - set(project.session.records)
         assert len(project.problems) >= len(lost)
-        assert all(project.session.records[i] == whole_records[i] for i in whole_records
-                   if i not in lost)  # fmt: skip
+        assert all(
+            project.session.records[i] == whole_records[i] for i in whole_records if i not in lost
+        )
         project.close()
     assert "journal.sqlite" in message
 

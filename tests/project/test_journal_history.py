@@ -58,8 +58,10 @@ def test_another_set_for_ten_thousand_traces_adds_less_than_five_megabytes(
     project: Project,
 ) -> None:
     long = tuple((float(i), i * 0.37, i * i * 1e-3) for i in range(40))
-    traces = {f"trace-{n:012x}": replace(bed(f"trace-{n:012x}"), name=f"B{n}", vertices=long)
-              for n in range(10_000)}  # fmt: skip
+    traces = {
+        f"trace-{n:012x}": replace(bed(f"trace-{n:012x}"), name=f"B{n}", vertices=long)
+        for n in range(10_000)
+    }
     project.session.apply(change(project.session.records, "Add traces", traces))
     path = project.folder / "journal.sqlite"
     project.journal.copy_to(project.folder / "before")
@@ -130,8 +132,10 @@ def test_a_number_that_changed_in_a_row_is_seen_and_the_rest_opens(
 ) -> None:
     add_beds(project, 3)
     project.close()
-    damage(tmp_path / "a.vom", "UPDATE journal SET after = replace(after, '0.51', '0.71') "
-                               "WHERE label LIKE '%B02%'")  # fmt: skip
+    damage(
+        tmp_path / "a.vom",
+        "UPDATE journal SET after = replace(after, '0.51', '0.71') WHERE label LIKE '%B02%'",
+    )
     again = Project.open(tmp_path / "a.vom")
     (problem,) = again.problems
     assert problem.code == "journal.row-unreadable"
@@ -185,8 +189,11 @@ def test_a_row_of_another_project_in_the_place_of_one_is_seen(
     other = Project.create(tmp_path / "b.vom")
     other.session.apply(edits.add_model(other.session.records, replace(MODEL, name="quarry")))
     add_beds(other, 2)
-    row = sqlite3.connect(other.folder / "journal.sqlite").execute(
-        "SELECT * FROM journal WHERE label LIKE '%B01%'").fetchone()  # fmt: skip
+    row = (
+        sqlite3.connect(other.folder / "journal.sqlite")
+        .execute("SELECT * FROM journal WHERE label LIKE '%B01%'")
+        .fetchone()
+    )
     other.close()
     project.close()
     db = sqlite3.connect(tmp_path / "a.vom" / "journal.sqlite")
@@ -206,8 +213,11 @@ def test_work_that_was_done_again_is_there_although_a_row_before_it_is_damaged(
     session.redo()
     session.redo()
     project.close()
-    damage(tmp_path / "a.vom", "UPDATE journal SET label = 'x' WHERE seq = "
-                               "(SELECT min(seq) FROM journal WHERE kind = 'redo')")  # fmt: skip
+    damage(
+        tmp_path / "a.vom",
+        "UPDATE journal SET label = 'x' WHERE seq = "
+        "(SELECT min(seq) FROM journal WHERE kind = 'redo')",
+    )
     played = read_replay(tmp_path / "a.vom")
     assert {"t0", "t1"} <= set(played.records)
     assert [seq for seq, _ in played.done] == sorted(seq for seq, _ in played.done)

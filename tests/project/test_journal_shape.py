@@ -24,7 +24,8 @@ HOSTILE = {
         f"CREATE VIEW journal AS {ENDLESS} SELECT other.* FROM other, n",
     ],
     "a view in the place of the head": [
-        "ALTER TABLE head RENAME TO other", "CREATE VIEW head AS SELECT * FROM other"
+        "ALTER TABLE head RENAME TO other",
+        "CREATE VIEW head AS SELECT * FROM other",
     ],
     "a trigger that takes rows away": [
         "CREATE TRIGGER t AFTER INSERT ON journal BEGIN"
@@ -43,7 +44,7 @@ HOSTILE = {
     ],
     "an index over an expression": ["CREATE INDEX i ON journal (length(label))"],
     "a table of a module": ["CREATE VIRTUAL TABLE f USING fts5(a)"],
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("how", HOSTILE)

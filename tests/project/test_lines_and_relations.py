@@ -83,8 +83,11 @@ def test_the_hanging_wall_goes_where_the_sense_says(plane, rake):
     across = lines_to_vectors(plane.dip_direction_deg, 0.0)
     left = np.cross(up, across)
     for sense, direction in (
-        ("normal", -up), ("reverse", up), ("sinistral", left), ("dextral", -left),
-    ):  # fmt: skip
+        ("normal", -up),
+        ("reverse", up),
+        ("sinistral", left),
+        ("dextral", -left),
+    ):
         directed = slip_rake(plane, rake, sense)
         assert -180.0 < directed <= 180.0
         slip = slip_from_rake(plane, directed)
@@ -96,12 +99,20 @@ def test_the_hanging_wall_goes_where_the_sense_says(plane, rake):
 @pytest.mark.parametrize(
     ("rake", "sense", "expected"),
     [
-        (90.0, "normal", -90.0), (90.0, "reverse", 90.0), (0.0, "sinistral", 0.0),
-        (0.0, "dextral", 180.0), (45.0, "normal", -45.0), (45.0, "reverse", 135.0),
-        (45.0, "sinistral", -45.0), (45.0, "dextral", 135.0), (135.0, "normal", -135.0),
-        (135.0, "reverse", 45.0), (135.0, "sinistral", 45.0), (135.0, "dextral", -135.0),
+        (90.0, "normal", -90.0),
+        (90.0, "reverse", 90.0),
+        (0.0, "sinistral", 0.0),
+        (0.0, "dextral", 180.0),
+        (45.0, "normal", -45.0),
+        (45.0, "reverse", 135.0),
+        (45.0, "sinistral", -45.0),
+        (45.0, "dextral", 135.0),
+        (135.0, "normal", -135.0),
+        (135.0, "reverse", 45.0),
+        (135.0, "sinistral", 45.0),
+        (135.0, "dextral", -135.0),
     ],
-)  # fmt: skip
+)
 def test_directed_rakes_are_those_of_aki_and_richards(rake, sense, expected):
     found = slip_rake(FAULT, rake, sense)
     assert found == expected
@@ -301,9 +312,10 @@ BED = Plane(30.0, 25.0)
 
 def test_two_picked_planes_meet_where_they_were_made_to():
     records = world(
-        trace("f1", FAULT), trace("b1", BED, "bedding"),
+        trace("f1", FAULT),
+        trace("b1", BED, "bedding"),
         Intersection("i1", "I01", "lineation", Group("f1"), Group("b1")),
-    )  # fmt: skip
+    )
     found = measured(records, "i1")
     truth = np.cross(FAULT.normal(), BED.normal())
     truth /= np.linalg.norm(truth)
@@ -323,8 +335,9 @@ def test_the_region_of_an_intersection_of_picked_planes_holds_it():
     for run in range(runs):
         records = world(
             trace("f1", FAULT, extent=4.0, rough=0.03, seed=run),
-            trace("b1", BED, "bedding", extent=5.0, rough=0.05, seed=9000 + run), crossing,
-        )  # fmt: skip
+            trace("b1", BED, "bedding", extent=5.0, rough=0.05, seed=9000 + run),
+            crossing,
+        )
         found = measured(records, "i1")
         v = found.line.vector()
         t = truth * np.sign(truth @ v)
@@ -374,9 +387,12 @@ def test_bedding_and_fault_of_the_sample_meet_in_the_axis_they_were_made_with():
         off = math.degrees(math.acos(min(1.0, abs(found.line.vector() @ axis))))
         assert off <= 2.0 * found.max_confidence95_deg, name
     crossing = Intersection(
-        "i", "I", "lineation", Group(type_id="bedding", set_name="1 west limb"),
+        "i",
+        "I",
+        "lineation",
+        Group(type_id="bedding", set_name="1 west limb"),
         Group(type_id="fault"),
-    )  # fmt: skip
+    )
     found = measure_all(records, [crossing])[0]
     off = math.degrees(math.acos(min(1.0, abs(found.line.vector() @ axis))))
     assert off <= found.max_confidence95_deg
@@ -403,9 +419,11 @@ def test_other_vertices_of_a_line_leave_all_else_and_can_be_taken_back(session):
 def test_the_table_has_trend_plunge_and_rake_of_lines(tmp_path: Path):
     crossing = Intersection("i1", "I01", "lineation", Group("f1"), Group("b1"))
     records = world(
-        trace("f1", FAULT), trace("b1", BED, "bedding"), crossing,
+        trace("f1", FAULT),
+        trace("b1", BED, "bedding"),
+        crossing,
         lineation(along(FAULT, 40.0, 5), "f1", "normal"),
-    )  # fmt: skip
+    )
     table = project_table(records)
     out = tmp_path / "out.csv"
     write_orientation_csv(out, table.rows, crs=table.crs, north=table.north)
@@ -431,10 +449,12 @@ def test_the_layers_hold_lines_and_dimensions(tmp_path: Path):
 
     crossing = Intersection("i1", "I01", "lineation", Group("f1"), Group("b1"))
     records = world(
-        trace("f1", FAULT), trace("b1", BED, "bedding"), crossing,
+        trace("f1", FAULT),
+        trace("b1", BED, "bedding"),
+        crossing,
         lineation(along(FAULT, 40.0, 5), "f1", "normal"),
         thickness([[0, 0, 0], 1.8 * FAULT.normal()]),
-    )  # fmt: skip
+    )
     records[MODEL.id] = replace(MODEL, placement=Frame("crs", "EPSG:32633"))
     out = tmp_path / "out.gpkg"
     table = project_table(records)

@@ -19,14 +19,25 @@ from vomstudio.project.records import Feature
 
 SPECIMENS = Path(__file__).parents[2] / "specimens"
 FOLDERS = [
-    "assets", "assets-before-compaction", "cache", "comparisons", "models", "photos",
+    "assets",
+    "assets-before-compaction",
+    "cache",
+    "comparisons",
+    "models",
+    "photos",
     "reconstruction",
-]  # fmt: skip
+]
 FILES = [
-    "project.gpkg", "project.qgs", "journal-before-compaction.sqlite",
-    "journal-compacted.sqlite", "journal.sqlite-wal", "journal.sqlite-shm",
-    "journal.sqlite-journal", "lock", "lock-journal",
-]  # fmt: skip
+    "project.gpkg",
+    "project.qgs",
+    "journal-before-compaction.sqlite",
+    "journal-compacted.sqlite",
+    "journal.sqlite-wal",
+    "journal.sqlite-shm",
+    "journal.sqlite-journal",
+    "lock",
+    "lock-journal",
+]
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="links need rights there")
 

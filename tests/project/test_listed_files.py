@@ -105,8 +105,9 @@ def test_they_are_undone_and_are_there_again_after_closing(project: Path):
     assert [session.records[i] for i in ("s1", "k1", "a1")] == [STATION, CONTACT, ROCK]
     session.apply(edits.set_attributes(session.records, ["a1"], lithology="shale"))
     session.apply(edits.set_attributes(session.records, ["s1"], what="station", number="KB-18"))
-    session.apply(edits.change_feature(session.records, replace(CONTACT, repeat_of="t1",
-                                                                interpreter="AN")))  # fmt: skip
+    session.apply(
+        edits.change_feature(session.records, replace(CONTACT, repeat_of="t1", interpreter="AN"))
+    )
     opened.close()
     opened = Project.open(project)
     session = opened.session
@@ -131,9 +132,13 @@ def test_every_word_of_the_list_is_one_of_strabospot_and_has_a_colour_but_what_i
     assert all(in_strabospot(word) is not None for word in WORDS)
     assert [word for word in WORDS if not color_of_rock(word)] == ["covered"]
     # As on the state geologic maps of the USGS: red, green, blue.
-    published = {"sandstone": (205, 255, 217), "shale": (172, 228, 200),
-                 "limestone": (67, 175, 249), "siltstone": (214, 254, 154),
-                 "conglomerate": (183, 217, 204)}  # fmt: skip
+    published = {
+        "sandstone": (205, 255, 217),
+        "shale": (172, 228, 200),
+        "limestone": (67, 175, 249),
+        "siltstone": (214, 254, 154),
+        "conglomerate": (183, 217, 204),
+    }
     for word, rgb in published.items():
         assert color_of_rock(word) == "#{:02x}{:02x}{:02x}".format(*rgb)
     assert color_of_rock("granite") == color_of_rock("") == ""
@@ -160,9 +165,10 @@ def test_ogr_reads_points_lines_and_polygons_in_three_dimensions(
     assert (table.rows, table.features) == ([], 3)
     assert table.layers["stations"] == table.layers["contacts"] == table.layers["lithologies"] == 1
     for name, form, wanted in (
-        ("stations", "Point", LINE[:1]), ("contacts", "LineString", LINE),
+        ("stations", "Point", LINE[:1]),
+        ("contacts", "LineString", LINE),
         ("lithologies", "Polygon", (*RING, RING[0])),
-    ):  # fmt: skip
+    ):
         path = out if ending == "gpkg" else tmp_path / f"o_{name}.{ending}"
         told, (shape,) = shapes(path, name if ending == "gpkg" else None)
         assert shape.geom_type == form
@@ -173,11 +179,15 @@ def test_ogr_reads_points_lines_and_polygons_in_three_dimensions(
         else:
             assert points == pytest.approx(np.array(wanted), abs=1e-6)
         assert "32633" in told["crs"] or "33N" in told["crs"]
-    told, _ = shapes(out if ending == "gpkg" else tmp_path / f"o_stations.{ending}",
-                     "stations" if ending == "gpkg" else None)  # fmt: skip
+    told, _ = shapes(
+        out if ending == "gpkg" else tmp_path / f"o_stations.{ending}",
+        "stations" if ending == "gpkg" else None,
+    )
     assert (told["number"], told["photo"], told["kind"]) == ("=KB-17", "DSC 12.jpg", "sample")
-    told, _ = shapes(out if ending == "gpkg" else tmp_path / f"o_lithologies.{ending}",
-                     "lithologies" if ending == "gpkg" else None)  # fmt: skip
+    told, _ = shapes(
+        out if ending == "gpkg" else tmp_path / f"o_lithologies.{ending}",
+        "lithologies" if ending == "gpkg" else None,
+    )
     assert (told["lithology"], told["area_m2"]) == ("sandstone", pytest.approx(6.5))
 
 
@@ -226,8 +236,11 @@ def test_csv_keeps_the_table_of_orientations_and_puts_the_others_beside(
 ):
     table = export_project(project, "csv", tmp_path / "o.csv")
     assert [path.name for path in table.files] == [
-        "o.csv", "o_contacts.csv", "o_lithologies.csv", "o_stations.csv",
-    ]  # fmt: skip
+        "o.csv",
+        "o_contacts.csv",
+        "o_lithologies.csv",
+        "o_stations.csv",
+    ]
     rows = [line for line in (tmp_path / "o.csv").read_text().splitlines() if line[0] != "#"]
     assert len(rows) == 1, "no plane is invented"
     lines = (tmp_path / "o_stations.csv").read_text().splitlines()

@@ -225,8 +225,11 @@ def test_a_model_is_looked_for_where_it_was_and_then_in_and_beside_the_project(
     elsewhere = tmp_path / "far" / "cliff.obj"
     inside, beside = project.folder, project.folder.parent
     places = [
-        elsewhere, inside / "cliff.obj", inside / "models" / "cliff.obj", beside / "cliff.obj"
-    ]  # fmt: skip
+        elsewhere,
+        inside / "cliff.obj",
+        inside / "models" / "cliff.obj",
+        beside / "cliff.obj",
+    ]
     for place in places:
         place.parent.mkdir(exist_ok=True)
         place.write_text("v 0 0 0")
@@ -412,8 +415,10 @@ def test_two_projects_of_the_same_second_are_two(
     monkeypatch.setattr(folders.time, "strftime", lambda _: "20260203-101112")
     projects = [create_untitled(settings=lambda: {"n": 1}) for _ in range(3)]
     assert [project.folder.name for project in projects] == [
-        "20260203-101112.vom", "20260203-101112-2.vom", "20260203-101112-3.vom"
-    ]  # fmt: skip
+        "20260203-101112.vom",
+        "20260203-101112-2.vom",
+        "20260203-101112-3.vom",
+    ]
     assert read_replay(projects[2].folder).settings == {"n": 1}
     for project in projects:
         project.close()

@@ -41,8 +41,16 @@ def trace(id_: str, dip_direction: float, dip: float, at=(0.0, 0.0, 0.0), **more
 
 
 def reading(azimuth: float, steep: float, at=None, **more) -> Reading:
-    return Reading("r", "R", more.pop("type_id", "bedding"), more.pop("geometry", "plane"),
-                   azimuth, steep, position=at, **more)  # fmt: skip
+    return Reading(
+        "r",
+        "R",
+        more.pop("type_id", "bedding"),
+        more.pop("geometry", "plane"),
+        azimuth,
+        steep,
+        position=at,
+        **more,
+    )
 
 
 def compared(*more):
@@ -57,7 +65,7 @@ def compared(*more):
         ((0.0, 89.0), (180.0, 89.0), 2.0),  # steep to either side: axial
         ((0.0, 45.0), (90.0, 45.0), 60.0),  # acos(cos2 45 + sin2 45 cos 90)
     ],
-)  # fmt: skip
+)
 def test_the_angle_is_that_between_the_planes_whichever_way_they_face(first, second, angle):
     found = compared(trace("a", *first), reading(*second))
     assert found.angle_deg == pytest.approx(angle, abs=1e-6)
@@ -104,8 +112,20 @@ def test_lines_are_compared_with_lineations():
 def test_a_patch_is_as_near_as_its_outline():
     square = ((0.0, 0.0, 0.0), (10.0, 0.0, 0.0), (10.0, 10.0, 0.0), (0.0, 10.0, 0.0))
     scatter = ((8.0, 0.0, 0.0), (0.0, 8.0, 0.0), (0.0, 0.0, 0.01))
-    patch = Patch("p", "P", "bedding", "m", "0" * 64, "face", ((0, 100),), 100, (5.0, 5.0, 0.0),
-                  scatter, 100.0, outline=square)  # fmt: skip
+    patch = Patch(
+        "p",
+        "P",
+        "bedding",
+        "m",
+        "0" * 64,
+        "face",
+        ((0, 100),),
+        100,
+        (5.0, 5.0, 0.0),
+        scatter,
+        100.0,
+        outline=square,
+    )
     found = compared(patch, reading(0, 0, (13.0, 10.0, 4.0)))
     assert found.distance_m == pytest.approx(5.0)
     assert found.angle_deg == pytest.approx(0.0, abs=1e-6)
@@ -194,8 +214,9 @@ def test_readings_of_several_types_are_each_compared_with_their_own():
     }
     found = nearest_picks(own, Measurements())
     assert {id_: (p.pick_id, round(p.angle_deg, 6)) for id_, p in found.items()} == {
-        "r1": ("a", 3.0), "r2": ("f", 7.0),
-    }  # fmt: skip
+        "r1": ("a", 3.0),
+        "r2": ("f", 7.0),
+    }
 
 
 def test_what_is_no_sound_pick_is_no_counterpart():

@@ -81,9 +81,11 @@ def test_quadrant_texts_are_read_as_mplstereonet_reads_them(tmp_path, mplstereon
 @pytest.mark.parametrize("notation", NOTATIONS)
 def test_what_the_program_prints_it_reads_back(tmp_path, notation):
     text = "\n".join(format_plane(Plane(*p), notation) for p in PLANES)
-    understood = read(tmp_path, "id;orientation\n" + "\n".join(
-        f"{i};{line}" for i, line in enumerate(text.splitlines())), notation
-    )  # fmt: skip
+    understood = read(
+        tmp_path,
+        "id;orientation\n" + "\n".join(f"{i};{line}" for i, line in enumerate(text.splitlines())),
+        notation,
+    )
     assert not understood.bad
     for row, plane in zip(understood.rows, PLANES, strict=True):
         back = Plane(row.azimuth_deg, row.inclination_deg)
@@ -99,10 +101,19 @@ def test_lines_of_bare_text_need_no_header(tmp_path):
 
 def test_the_table_that_the_program_exports_comes_back(tmp_path):
     rows = [
-        orientation_row(Plane(*p), id=f"i{k}", name=f"B{k}", kind="bedding", set="upper",
-                        x=1.0, y=2.0, z=3.0, notes="a, b")
+        orientation_row(
+            Plane(*p),
+            id=f"i{k}",
+            name=f"B{k}",
+            kind="bedding",
+            set="upper",
+            x=1.0,
+            y=2.0,
+            z=3.0,
+            notes="a, b",
+        )
         for k, p in enumerate(PLANES)
-    ]  # fmt: skip
+    ]
     write_orientation_csv(tmp_path / "out.csv", rows, crs=None, north="grid north")
     table = read_field_table(tmp_path / "out.csv")
     found = guess(table)
@@ -121,8 +132,10 @@ def test_lines_among_planes_are_told_by_their_columns(tmp_path):
         tmp_path, "name,dip direction,dip,trend,plunge\nB1,132,41,,\nL1,,,100,20\nL2,,,10,-30\n"
     )
     assert [(r.geometry, r.azimuth_deg, r.inclination_deg) for r in understood.rows] == [
-        ("plane", 132.0, 41.0), ("line", 100.0, 20.0), ("line", 190.0, 30.0),
-    ]  # fmt: skip
+        ("plane", 132.0, 41.0),
+        ("line", 100.0, 20.0),
+        ("line", 190.0, 30.0),
+    ]
     (finding,) = understood.findings
     assert (finding.code, finding.values["rows"]) == ("reading.upward", (4,))
 
@@ -215,15 +228,18 @@ def test_a_table_without_rows_is_refused(tmp_path, text):
 
 # --- north -----------------------------------------------------------------------------------
 @given(
-    azimuth=st.floats(0, 360), dip=st.floats(0.5, 90), declination=st.floats(-180, 180),
+    azimuth=st.floats(0, 360),
+    dip=st.floats(0.5, 90),
+    declination=st.floats(-180, 180),
     convergence=st.floats(-5, 5),
-)  # fmt: skip
+)
 def test_turning_there_and_back_gives_the_azimuth_again(azimuth, dip, declination, convergence):
     from vomstudio.project.imports.readings import FieldRow
 
     turned = declination - convergence
-    there = make_readings([FieldRow(1, "a", "plane", azimuth, dip)], type_ids={},
-                          type_id="bedding", turn_deg=turned)[0]  # fmt: skip
+    there = make_readings(
+        [FieldRow(1, "a", "plane", azimuth, dip)], type_ids={}, type_id="bedding", turn_deg=turned
+    )[0]
     assert 0.0 <= there.azimuth_deg < 360.0
     assert there.turned_deg == turned
     back = (there.azimuth_deg - there.turned_deg - azimuth + 180.0) % 360.0 - 180.0
@@ -261,11 +277,18 @@ def test_types_and_sets_of_the_table_go_before_those_for_all(tmp_path):
         "type,dip direction,dip,set,overturned\nBedding,1,2,upper,yes\nDYKE,1,2,,\n,1,2,,no\n",
     )
     assert understood.type_names == ("Bedding", "DYKE")
-    made = make_readings(understood.rows, type_ids={"bedding": "bedding", "dyke": "t9"},
-                         type_id="joint", set_name="J1", source="book.csv")  # fmt: skip
+    made = make_readings(
+        understood.rows,
+        type_ids={"bedding": "bedding", "dyke": "t9"},
+        type_id="joint",
+        set_name="J1",
+        source="book.csv",
+    )
     assert [(r.type_id, r.set_name, r.overturned) for r in made] == [
-        ("bedding", "upper", True), ("t9", "J1", False), ("joint", "J1", False),
-    ]  # fmt: skip
+        ("bedding", "upper", True),
+        ("t9", "J1", False),
+        ("joint", "J1", False),
+    ]
     assert {type(r) for r in made} == {Reading}
     assert {r.source for r in made} == {"book.csv"}
 
@@ -278,7 +301,7 @@ def test_types_and_sets_of_the_table_go_before_those_for_all(tmp_path):
         ("latitude,longitude,altitude", "95,15,350", "coordinate.latitude", 95.0),
         ("latitude,longitude,altitude", "46,1500,350", "coordinate.longitude", 1500.0),
     ],
-)  # fmt: skip
+)
 def test_a_position_that_is_nowhere_is_refused_with_its_line_and_the_reading_stays(
     tmp_path, header, cells, code, value
 ):

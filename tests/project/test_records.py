@@ -106,9 +106,16 @@ def test_a_record_that_leaves_fields_out_is_read_with_the_plain_answer() -> None
     point = decode({"record": "marked_point", "id": "q", "photo_set_id": "s", "label": "A"})
     assert point == MarkedPoint("q", "s", "A", None, None, False)
     made = decode(
-        {"record": "reconstruction", "id": "c", "photo_set_id": "s", "name": "n", "folder": "f",
-         "quality": "low", "result_sha256": "0"}
-    )  # fmt: skip
+        {
+            "record": "reconstruction",
+            "id": "c",
+            "photo_set_id": "s",
+            "name": "n",
+            "folder": "f",
+            "quality": "low",
+            "result_sha256": "0",
+        }
+    )
     assert isinstance(made, Reconstruction)
     assert (made.photos, made.registered, made.settings) == (0, 0, ())
     assert (made.reprojection_error_px, made.software, made.finished) == (None, "", "")
@@ -116,14 +123,29 @@ def test_a_record_that_leaves_fields_out_is_read_with_the_plain_answer() -> None
     trace = decode({"record": "trace", **common, "vertices": []})
     assert (trace.overturned, trace.method, trace.set_name) == (False, "pca", "")
     patch = decode(
-        {"record": "patch", **common, "element": "face", "runs": [], "n": 0, "mean": [0, 0, 0],
-         "scatter": [[0, 0, 0]] * 3, "n_effective": 0}
-    )  # fmt: skip
+        {
+            "record": "patch",
+            **common,
+            "element": "face",
+            "runs": [],
+            "n": 0,
+            "mean": [0, 0, 0],
+            "scatter": [[0, 0, 0]] * 3,
+            "n_effective": 0,
+        }
+    )
     assert (patch.overturned, patch.area, patch.outline) == (False, None, ())
     reading = decode(
-        {"record": "reading", "id": "r", "name": "R", "type_id": "bedding", "geometry": "plane",
-         "azimuth_deg": 1.0, "inclination_deg": 2.0}
-    )  # fmt: skip
+        {
+            "record": "reading",
+            "id": "r",
+            "name": "R",
+            "type_id": "bedding",
+            "geometry": "plane",
+            "azimuth_deg": 1.0,
+            "inclination_deg": 2.0,
+        }
+    )
     assert (reading.turned_deg, reading.overturned, reading.position) == (0.0, False, None)
 
 

@@ -39,9 +39,10 @@ def test_a_mean_of_the_written_table_turns_with_the_model(tmp_path: Path) -> Non
 def test_models_placed_apart_turn_apart_and_declared_ones_not_at_all(tmp_path: Path) -> None:
     path = tmp_path / "beds.csv"
     placed = (
-        model("m1", registration("r1")), model("m2", registration("r2", 2.0 * SHAPE)),
+        model("m1", registration("r1")),
+        model("m2", registration("r2", 2.0 * SHAPE)),
         model("m3", Frame("local")),
-    )  # fmt: skip
+    )
     export_records(records(*placed), "csv", path)
     turns = read_orientations(path).turns
     assert turns is not None

@@ -15,9 +15,12 @@ TURN = {"about_up": 0.1, "about_east": 0.06, "about_north": 0.08}
 
 def result(**told: Any) -> dict[str, Any]:
     own = {
-        "method": "ground control points", "rotation_error_deg": TURN, "scale_error": 0.002,
-        "covariance": COVARIANCE.tolist(), "centre": [1.0, 2.0, 3.0],
-    }  # fmt: skip
+        "method": "ground control points",
+        "rotation_error_deg": TURN,
+        "scale_error": 0.002,
+        "covariance": COVARIANCE.tolist(),
+        "centre": [1.0, 2.0, 3.0],
+    }
     return {"frame": "EPSG:32633", "scaled": True, "registration": own | told}
 
 

@@ -85,8 +85,10 @@ def test_picks_are_parted_where_their_name_changes(tmp_path: Path) -> None:
     assert found.horizons == ("H1", "", "")
     assert found.offsets.tolist() == [0, 2, 3, 4]
     assert [found.of(i).tolist() for i in range(3)] == [
-        [[1, 2, 3], [4, 5, 6]], [[7, 8, 9]], [[1, 1, 1]],
-    ]  # fmt: skip
+        [[1, 2, 3], [4, 5, 6]],
+        [[7, 8, 9]],
+        [[1, 1, 1]],
+    ]
 
 
 def test_the_picks_of_the_sample_are_all_there() -> None:
@@ -130,6 +132,7 @@ def test_every_file_of_the_sample_is_there() -> None:
         assert path.is_file()
     assert sample_model().name == "sample.obj"
     assert [path.name for path in (sample_control(), sample_marks())] == [
-        "control.csv", "marks.csv",
-    ]  # fmt: skip
+        "control.csv",
+        "marks.csv",
+    ]
     assert len(list(sample_photos().glob("*.jpg"))) == len(read_true_cameras().views)

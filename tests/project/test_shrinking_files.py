@@ -96,8 +96,11 @@ print(float(np.nansum(loaded.data.vertices)), loaded.data.faces.sum())
 def ran(program: str, *words: object) -> str:
     done = subprocess.run(
         [sys.executable, "-c", program, *map(str, words)],
-        cwd=Path(__file__).resolve().parents[3], capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        cwd=Path(__file__).resolve().parents[3],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, (done.returncode, done.stderr[-2000:])
     return done.stdout
 

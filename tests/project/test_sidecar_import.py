@@ -96,15 +96,30 @@ def test_a_result_is_recorded_with_its_figures_each_in_its_place(
     made, placed = read_reconstruction(folder, "s", "cliff")
     data = (folder / "reconstruction.json").read_bytes()
     assert made == Reconstruction(
-        made.id, "s", "cliff", "cliff-preview", "preview", hashlib.sha256(data).hexdigest(),
-        (("quality", "preview"), ("seed", "0"), ("crs", "")), 3, 2, 0.25, "0.1.0",
+        made.id,
+        "s",
+        "cliff",
+        "cliff-preview",
+        "preview",
+        hashlib.sha256(data).hexdigest(),
+        (("quality", "preview"), ("seed", "0"), ("crs", "")),
+        3,
+        2,
+        0.25,
+        "0.1.0",
         "2026-02-03T10:00:00+00:00",
-    )  # fmt: skip
+    )
     assert placed == Registration(
-        placed.id, "control points, cliff", "control", Frame("crs", CRS),
-        reconstruction_id=made.id, rotation_error_deg=(0.1, 0.2, 0.3), scale_error=0.004,
-        rms_control_m=0.05, rms_check_m=0.06,
-    )  # fmt: skip
+        placed.id,
+        "control points, cliff",
+        "control",
+        Frame("crs", CRS),
+        reconstruction_id=made.id,
+        rotation_error_deg=(0.1, 0.2, 0.3),
+        scale_error=0.004,
+        rms_control_m=0.05,
+        rms_check_m=0.06,
+    )
     assert len({made.id, placed.id, read_reconstruction(folder, "s", "cliff")[0].id}) == 3
 
 
@@ -142,8 +157,10 @@ def test_an_error_of_which_a_part_is_not_known_is_not_known(
     project: Path, photos: Path, errors: Any
 ) -> None:
     said = RESULT["registration"] | {
-        "rotation_error_deg": errors, "scale_error": float("inf"), "rms_check_m": None
-    }  # fmt: skip
+        "rotation_error_deg": errors,
+        "scale_error": float("inf"),
+        "rms_check_m": None,
+    }
     folder = reconstruct(project, photos, result=RESULT | {"registration": said})
     _, placed = read_reconstruction(folder, "s", "cliff")
     assert placed.rotation_error_deg is None
@@ -233,12 +250,17 @@ def test_points_marks_and_masks_are_read_to_the_last_digit(project: Path, photos
     names = ["sub/a.jpg", "b.jpg"]
     mask = photos / "a_mask.png"
     found = read_beside(
-        project, photos / "control.csv", photos / "marks.csv",
-        {"sub/a.jpg": mask, "b.jpg": mask}, names, progress,
-    )  # fmt: skip
+        project,
+        photos / "control.csv",
+        photos / "marks.csv",
+        {"sub/a.jpg": mask, "b.jpg": mask},
+        names,
+        progress,
+    )
     assert [(p.label, p.position, p.sigma_m, p.check) for p in found.points] == [
-        ("P1", (1.0, 2.0, 3.0), 0.01, False), ("P2", (4.0, 5.0, 6.0), None, True),
-    ]  # fmt: skip
+        ("P1", (1.0, 2.0, 3.0), 0.01, False),
+        ("P2", (4.0, 5.0, 6.0), None, True),
+    ]
     # A mark says which photo of these it means, whatever folder it stands in.
     assert found.marks == (("P1", "sub/a.jpg", 1.5, 2.5), ("tie", "sub/a.jpg", 3.5, 4.5))
     assert found.pixels == {("P1", "sub/a.jpg"): (1.5, 2.5), ("tie", "sub/a.jpg"): (3.5, 4.5)}

@@ -274,8 +274,10 @@ def test_masks_drawn_while_the_ground_is_gone_are_saved_elsewhere(disk: Path, ho
     rescued = disk.parent / "rescued.vom"
     project.save_as(rescued)
     for mask, content in (
-        (first, b"before"), (second, b"while it is gone"), (third, b"undone and done again")
-    ):  # fmt: skip
+        (first, b"before"),
+        (second, b"while it is gone"),
+        (third, b"undone and done again"),
+    ):
         assert (rescued / mask.file.path).read_bytes() == content
         assert session.records[mask.id] == mask
     project.close()
@@ -336,8 +338,9 @@ def test_a_full_disk(tmp_path: Path) -> None:
         filler.unlink()
         project.session.save()
         assert [t and t.code for t in told] == ["disk.full", None]
-        assert names(project.folder) == sorted(project.session.records.keys() & set(
-            t.id for t in project.session.of(Trace)))  # fmt: skip
+        assert names(project.folder) == sorted(
+            project.session.records.keys() & set(t.id for t in project.session.of(Trace))
+        )
         fill(disk)
         while told[-1] is None:
             number += 1

@@ -80,9 +80,12 @@ def once(case: Case, seed: int) -> Outcome:
     truth = Similarity(grow, turn.T, middle - grow * turn.T @ shift)
     spacing = tuple(case.size / np.sqrt(n) for n in case.n)
     fitted = fit_to_reference(
-        moved, reference, Similarity(1.0, np.eye(3), np.zeros(3)),
-        spacing=(spacing[0], spacing[1]), scale=case.scale,
-    )  # fmt: skip
+        moved,
+        reference,
+        Similarity(1.0, np.eye(3), np.zeros(3)),
+        spacing=(spacing[0], spacing[1]),
+        scale=case.scale,
+    )
     placed = place([fitted.observation], None, moved)
     rotation = np.array(placed.matrix)[:3, :3] / placed.scale
     off = Rotation.from_matrix(rotation @ truth.rotation.T).as_rotvec()
@@ -91,6 +94,11 @@ def once(case: Case, seed: int) -> Outcome:
         np.nan if v is None else v for v in (told.about_east, told.about_north, told.about_up)
     ]
     return Outcome(
-        np.degrees(off), np.array(stated), placed.scale / grow - 1.0,
-        np.nan if placed.scale_error_95 is None else placed.scale_error_95, fitted, placed, truth,
-    )  # fmt: skip
+        np.degrees(off),
+        np.array(stated),
+        placed.scale / grow - 1.0,
+        np.nan if placed.scale_error_95 is None else placed.scale_error_95,
+        fitted,
+        placed,
+        truth,
+    )

@@ -141,9 +141,13 @@ def test_what_does_not_overlap_is_refused() -> None:
         fit_to_reference(model + [500.0, 0, 0], reference, STAYS, spacing=(0.4, 0.4), scale=False)
     with refused("reference.nothing-stable", GeometryError):
         fit_to_reference(
-            model, reference, STAYS, spacing=(0.4, 0.4), scale=False,
+            model,
+            reference,
+            STAYS,
+            spacing=(0.4, 0.4),
+            scale=False,
             stable=np.zeros(len(reference), bool),
-        )  # fmt: skip
+        )
 
 
 def test_it_can_be_cancelled() -> None:
@@ -310,10 +314,13 @@ def test_polygons_are_a_mask_seen_from_above(tmp_path) -> None:
         "type": "FeatureCollection",
         "crs": {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32633"}},
         "features": [
-            {"type": "Feature", "properties": {},
-             "geometry": {"type": "Polygon", "coordinates": [ring]}}
+            {
+                "type": "Feature",
+                "properties": {},
+                "geometry": {"type": "Polygon", "coordinates": [ring]},
+            }
         ],
-    }  # fmt: skip
+    }
     path = tmp_path / "stable.geojson"
     path.write_text(json.dumps(layer))
     points = np.array([[1.0, 1, 90], [6, 1, 0], [4.9, 4.9, -5]])
@@ -331,8 +338,12 @@ def test_polygons_are_a_mask_seen_from_above(tmp_path) -> None:
 def test_polygons_of_another_system_are_converted(tmp_path, crs: str) -> None:
     places = bed_grid(side_m=60.0, step_m=3.0)
     low, high = places.min(axis=0) + 14.0, places.max(axis=0) - 14.0
-    ring = np.array([[x, y, 0.0] for x, y in ((low[0], low[1]), (high[0], low[1]),
-                                               (high[0], high[1]), (low[0], high[1]))])  # fmt: skip
+    ring = np.array(
+        [
+            [x, y, 0.0]
+            for x, y in ((low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1]))
+        ]
+    )
     path = tmp_path / "mask.shp"
     shape = shapely.Polygon(convert(ring, crs)[:, :2])
     pyogrio.raw.write(path, shapely.to_wkb([shape]), [], [], geometry_type="Polygon", crs=crs)

@@ -152,8 +152,9 @@ def test_command_and_python_take_the_same_error(
 
 def test_a_model_file_gives_the_default(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     mesh = tmp_path / "faces.obj"
-    mesh.write_text("v 0 0 0\nv 3 0 0\nv 0 4 0\nv 40 25 15\nv 43 25 15\nv 40 29 15\n"
-                    "f 1 2 3\nf 4 5 6\n")  # fmt: skip
+    mesh.write_text(
+        "v 0 0 0\nv 3 0 0\nv 0 4 0\nv 40 25 15\nv 43 25 15\nv 40 29 15\nf 1 2 3\nf 4 5 6\n"
+    )
     assert main(["register", str(mesh), "--pairs", str(table(tmp_path)), "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
     resolution = vs.read(mesh, up="z", unit="m").resolution_m

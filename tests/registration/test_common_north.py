@@ -85,9 +85,12 @@ def test_the_doubt_is_one_for_all_readings_however_many_and_of_whatever_kind() -
         assert placed.rotation_error_deg.about_east < 0.2
     level = np.array([[1.0, 0.3, 0.0], [-0.2, 1.0, 0.0]]) / np.hypot(1.0, [[0.3], [0.2]])
     lines = Azimuths(
-        ["a", "b"], level @ TURN, np.arctan2(level[:, 0], level[:, 1]),
-        np.full(2, 1e-3), float(np.radians(5.0)),
-    )  # fmt: skip
+        ["a", "b"],
+        level @ TURN,
+        np.arctan2(level[:, 0], level[:, 1]),
+        np.full(2, 1e-3),
+        float(np.radians(5.0)),
+    )
     both = place([planes(rng, 8, 0.0, doubt_deg=5.0, noise_deg=0.0), lines])
     assert both.rotation_error_deg.about_up == pytest.approx(5.0, rel=0.01)
 

@@ -174,9 +174,7 @@ def ours(normals: Array | None = None) -> m3c2.Projected:
     core = first[::600]
     up = np.broadcast_to([0.0, 0.0, 1.0], core.shape)
     found = m3c2.normals_at(first, core, 0.8, up)
-    return m3c2.project(
-        core, found, first, second, radius=0.4, reach=1.0, registration_error=0.01
-    )  # fmt: skip
+    return m3c2.project(core, found, first, second, radius=0.4, reach=1.0, registration_error=0.01)
 
 
 def test_m3c2_gives_what_py4dgeo_gives() -> None:
@@ -184,10 +182,30 @@ def test_m3c2_gives_what_py4dgeo_gives() -> None:
     max_distance=1.0, registration_error=0.01)` on these clouds; its distances are those of the
     second from the first."""
     found = ours()
-    theirs = [0.04822123, 0.04740906, 0.0481774, 0.04788008, 0.04619192, 0.05175665, 0.05192491,
-              0.05743283, 0.04470791, 0.04270717]  # fmt: skip
-    lod = [0.02688808, 0.02570176, 0.02624344, 0.02610459, 0.02692281, 0.02599983, 0.02614861,
-           0.02670049, 0.02811848, 0.02662676]  # fmt: skip
+    theirs = [
+        0.04822123,
+        0.04740906,
+        0.0481774,
+        0.04788008,
+        0.04619192,
+        0.05175665,
+        0.05192491,
+        0.05743283,
+        0.04470791,
+        0.04270717,
+    ]
+    lod = [
+        0.02688808,
+        0.02570176,
+        0.02624344,
+        0.02610459,
+        0.02692281,
+        0.02599983,
+        0.02614861,
+        0.02670049,
+        0.02811848,
+        0.02662676,
+    ]
     assert found.distance == pytest.approx([-d for d in theirs], abs=1e-8)
     assert found.lod95 == pytest.approx(lod, abs=1e-8)
     assert found.count[:, 0].tolist() == [78, 78, 72, 73, 79, 92, 76, 63, 53, 82]
@@ -199,9 +217,13 @@ def test_m3c2_is_that_of_the_py4dgeo_that_is_installed() -> None:
     py4dgeo = pytest.importorskip("py4dgeo")
     first, second = waves(6000, 1, 0.0), waves(5000, 2, 0.05)
     theirs = py4dgeo.M3C2(
-        epochs=(py4dgeo.Epoch(first), py4dgeo.Epoch(second)), corepoints=first[::600],
-        cyl_radius=0.4, normal_radii=(0.8,), max_distance=1.0, registration_error=0.01,
-    )  # fmt: skip
+        epochs=(py4dgeo.Epoch(first), py4dgeo.Epoch(second)),
+        corepoints=first[::600],
+        cyl_radius=0.4,
+        normal_radii=(0.8,),
+        max_distance=1.0,
+        registration_error=0.01,
+    )
     distances, told = theirs.run()
     found = ours()
     assert found.distance == pytest.approx(-distances, abs=1e-9)
@@ -225,9 +247,11 @@ def test_the_level_of_detection_of_two_planes_is_that_of_the_formula() -> None:
     assert found.mean_m == pytest.approx(0.1, abs=5e-4)
     # Of two clouds of one plane chance makes one in twenty significant.
     same = compare(
-        PointCloud(model - [0, 0, 0.1]), PointCloud(bench), radius_m=radius,
+        PointCloud(model - [0, 0, 0.1]),
+        PointCloud(bench),
+        radius_m=radius,
         registration_error_m=0.0,
-    )  # fmt: skip
+    )
     assert same.significant_share is not None
     assert same.significant_share < 0.2
     assert (found.normal_radius_m, found.registration_error_m) == (1.0, reg)
@@ -272,9 +296,11 @@ def test_large_faces_get_points_and_that_is_said() -> None:
 
 def test_too_few_points_tell_no_level() -> None:
     found = compare(
-        PointCloud(grid(21) + [0, 0, 0.1]), PointCloud(grid(21)), radius_m=0.08,
+        PointCloud(grid(21) + [0, 0, 0.1]),
+        PointCloud(grid(21)),
+        radius_m=0.08,
         registration_error_m=0.0,
-    )  # fmt: skip
+    )
     assert found.mean_m == pytest.approx(0.1)
     assert found.lod95_m is None
     assert found.significant_share is None
@@ -303,10 +329,16 @@ def test_files_with_odd_contents() -> None:
 def test_statistics_by_hand() -> None:
     told = statistics(np.array([1.0, 2.0, 6.0, np.nan]), np.array([1.5, 1.0, np.nan, 0.1]))
     assert told == {
-        "n": 3, "beyond": 1, "mean_m": 3.0, "median_m": 2.0, "std_m": pytest.approx(np.sqrt(7)),
-        "mad_m": 1.0, "rms_m": pytest.approx(np.sqrt(41 / 3)), "lod95_m": 1.25,
+        "n": 3,
+        "beyond": 1,
+        "mean_m": 3.0,
+        "median_m": 2.0,
+        "std_m": pytest.approx(np.sqrt(7)),
+        "mad_m": 1.0,
+        "rms_m": pytest.approx(np.sqrt(41 / 3)),
+        "lod95_m": 1.25,
         "significant_share": 0.5,
-    }  # fmt: skip
+    }
 
 
 def test_models_far_apart_are_refused_with_the_distance() -> None:

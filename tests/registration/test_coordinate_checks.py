@@ -221,8 +221,9 @@ def test_units_show_in_the_scale(scale: float, unit: str) -> None:
     assert (said.code, said.values["unit"]) == ("control.scale-of-unit", unit)
 
 
-@pytest.mark.parametrize("order", [[7, 0, 1, 2, 3, 4, 5, 6], [2, 3, 4, 5, 6, 7, 0, 1],
-                                   [7, 6, 5, 4, 3, 2, 1, 0]])  # fmt: skip
+@pytest.mark.parametrize(
+    "order", [[7, 0, 1, 2, 3, 4, 5, 6], [2, 3, 4, 5, 6, 7, 0, 1], [7, 6, 5, 4, 3, 2, 1, 0]]
+)
 def test_points_numbered_in_another_order_are_named(order: list[int]) -> None:
     chance = np.random.default_rng(3)
     model = chance.uniform([0, 0, 0], [60, 25, 30], (8, 3))

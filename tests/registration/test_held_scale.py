@@ -37,9 +37,13 @@ def fitted(seed: int, relative_error: float, scale_error: float | None) -> tuple
     truth = Similarity(1.0 + relative_error, np.eye(3), middle)
     spacing = (SIZE / np.sqrt(COUNT[0]), SIZE / np.sqrt(COUNT[1]))
     found = fit_to_reference(
-        model, reference, Similarity(1.0, np.eye(3), middle), spacing=spacing, scale=False,
+        model,
+        reference,
+        Similarity(1.0, np.eye(3), middle),
+        spacing=spacing,
+        scale=False,
         scale_error=scale_error,
-    )  # fmt: skip
+    )
     placed = place([found.observation], None, model)
     rotation = placed.matrix[:3, :3] / placed.scale
     fit = Similarity(placed.scale, rotation, placed.matrix[:3, 3])

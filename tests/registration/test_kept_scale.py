@@ -51,8 +51,11 @@ def test_the_true_turn_lies_within_the_stated_error_with_the_scale_kept() -> Non
     for _ in range(runs):
         model, world = drawn(rng, 6, 0.05)
         placed = register_points(model, world, np.full(world.shape, 0.05), scale=1.0)
-        off = np.abs(np.degrees(Rotation.from_matrix(
-            placed.matrix[:3, :3] / placed.scale @ TURN.T).as_rotvec()))  # fmt: skip
+        off = np.abs(
+            np.degrees(
+                Rotation.from_matrix(placed.matrix[:3, :3] / placed.scale @ TURN.T).as_rotvec()
+            )
+        )
         told = placed.rotation_error_95_deg
         inside += off <= [told.about_east, told.about_north, told.about_up]
     # Three standard deviations of 60 runs at 95 %.
@@ -140,8 +143,10 @@ def test_the_command_the_table_and_python_give_the_same(tmp_path, capsys) -> Non
     world[5] += [1.5, 0.0, 0.0]
     table = tmp_path / "pairs.csv"
     rows = np.hstack([model, world]).tolist()
-    table.write_text("label,model_x,model_y,model_z,x,y,z\n" + "\n".join(
-        f"{i}," + ",".join(map(repr, row)) for i, row in enumerate(rows, 1)))  # fmt: skip
+    table.write_text(
+        "label,model_x,model_y,model_z,x,y,z\n"
+        + "\n".join(f"{i}," + ",".join(map(repr, row)) for i, row in enumerate(rows, 1))
+    )
     code = main(["register", "-", "--pairs", str(table), "--robust", "--keep-scale", "--json"])
     assert code == 0
     found = json.loads(capsys.readouterr().out)

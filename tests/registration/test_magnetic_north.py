@@ -81,15 +81,27 @@ def test_each_north_is_turned_by_what_lies_between_it_and_the_grid() -> None:
 @pytest.mark.parametrize(
     ("known", "north", "code", "values"),
     [
-        (North(None, declination_deg=2.6), "magnetic", "north.declination-added",
-         {"correction_deg": 2.6, "source": "as stated"}),
-        (IN_CRS, "magnetic", "north.magnetic-corrected",
-         {"correction_deg": pytest.approx(3.0 - CONVERGENCE), "source": "as stated",
-          "declination_deg": 3.0, "convergence_deg": pytest.approx(CONVERGENCE)}),
+        (
+            North(None, declination_deg=2.6),
+            "magnetic",
+            "north.declination-added",
+            {"correction_deg": 2.6, "source": "as stated"},
+        ),
+        (
+            IN_CRS,
+            "magnetic",
+            "north.magnetic-corrected",
+            {
+                "correction_deg": pytest.approx(3.0 - CONVERGENCE),
+                "source": "as stated",
+                "declination_deg": 3.0,
+                "convergence_deg": pytest.approx(CONVERGENCE),
+            },
+        ),
         (IN_CRS, "true", "north.true-corrected", {"correction_deg": pytest.approx(-CONVERGENCE)}),
         (North(None), "true", "north.true-unchanged", {}),
     ],
-)  # fmt: skip
+)
 def test_a_correction_is_reported(known: North, north: str, code: str, values: dict) -> None:
     finding = known.correction(north).finding
     assert (finding.code, dict(finding.values)) == (code, values)

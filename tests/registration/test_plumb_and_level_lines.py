@@ -73,8 +73,9 @@ def test_a_model_that_is_turned_about_the_vertical_is_tipped_as_much(azimuth_deg
     tilted = Rotation.from_euler("x", 1.0, degrees=True).as_matrix() @ UP
     first = register(Evidence(plumb_lines=[line(tilted), line(UP)], level_lines=[level(50.0)]))
     given = [line(tilted, turn=TURN @ turn), line(UP, turn=TURN @ turn)]
-    levels = [line(np.array([np.sin(np.radians(50.0)), np.cos(np.radians(50.0)), 0.0]),
-                   turn=TURN @ turn)]  # fmt: skip
+    levels = [
+        line(np.array([np.sin(np.radians(50.0)), np.cos(np.radians(50.0)), 0.0]), turn=TURN @ turn)
+    ]
     other = register(Evidence(plumb_lines=given, level_lines=levels))
     vertical = [placed.matrix[2, :3] / placed.scale for placed in (first, other)]
     assert vertical[1] == pytest.approx(vertical[0] @ turn, abs=1e-9)
@@ -114,9 +115,13 @@ def test_nearly_parallel_level_lines_count_as_one(
     assert not placed.known.vertical
     findings = {each.code: each for each in placed.warnings if isinstance(each, Finding)}
     finding = findings["registration.parallel-level-lines"]
-    expected = np.degrees(np.arccos(
-        np.clip(along[0] @ along[1] / np.linalg.norm(along[0]) / np.linalg.norm(along[1]), -1, 1)
-    ))  # fmt: skip
+    expected = np.degrees(
+        np.arccos(
+            np.clip(
+                along[0] @ along[1] / np.linalg.norm(along[0]) / np.linalg.norm(along[1]), -1, 1
+            )
+        )
+    )
     assert finding.values["apart_deg"] == pytest.approx(expected, abs=1e-6)
     assert ("registration.photo-upright" in findings) == has_photos
     assert ("registration.poor" in findings) == has_photos

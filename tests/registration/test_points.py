@@ -157,8 +157,11 @@ def test_points_that_are_off_their_line_by_more_than_they_err_place_a_model(
         model = _on_a_line(n, 0.15)
         world = model + rng.normal(size=model.shape) * 0.005 + [5e5, 5e6, 100.0]
         placed = register_points(model, world, np.full(model.shape, 0.005) if stated else None)
-        off = np.abs(np.degrees(Rotation.from_matrix(
-            np.array(placed.matrix)[:3, :3] / placed.scale).as_rotvec()))  # fmt: skip
+        off = np.abs(
+            np.degrees(
+                Rotation.from_matrix(np.array(placed.matrix)[:3, :3] / placed.scale).as_rotvec()
+            )
+        )
         told = placed.rotation_error_95_deg
         inside += off <= [told.about_east, told.about_north, told.about_up]
         line = Line(told.weakest.trend_deg, told.weakest.plunge_deg).vector()

@@ -20,9 +20,16 @@ POINTS = tuple(RegistrationPoint(f"P{i}", HERE, HERE, (0.01, 0.0, 0.0)) for i in
 def registration(method: str, **more: object) -> Registration:
     spread = np.diag([*np.radians([2.0, 1.0, 0.5]) ** 2, 1e-6, 1.0, 1.0, 1.0])
     return Registration(
-        "r1", "r1", method, Frame("local"), control=POINTS, scale_error=1e-3,
-        covariance=tuple(map(tuple, spread.tolist())), centre=HERE, **more,
-    )  # fmt: skip
+        "r1",
+        "r1",
+        method,
+        Frame("local"),
+        control=POINTS,
+        scale_error=1e-3,
+        covariance=tuple(map(tuple, spread.tolist())),
+        centre=HERE,
+        **more,
+    )
 
 
 @pytest.mark.parametrize("method", METHODS)

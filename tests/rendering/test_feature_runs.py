@@ -11,8 +11,9 @@ from vomstudio.rendering.view.drawing import FeatureDrawing
 KEYS = st.integers(0, 299).map(str)
 CHANGES = st.lists(
     st.dictionaries(KEYS, st.tuples(st.sampled_from("drhn"), st.integers(0, 9)), max_size=150),
-    min_size=1, max_size=4,
-)  # fmt: skip
+    min_size=1,
+    max_size=4,
+)
 
 
 def drawing(key: str, what: str, seed: int) -> FeatureDrawing | None:

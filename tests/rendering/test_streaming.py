@@ -49,8 +49,12 @@ def from_above(x: float, y: float, height: float) -> View:
     return View(
         (576000.0 + x, 5188000.0 + y, height),
         ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0)),
-        0.27, 1.4, False, 0.01, 400,
-    )  # fmt: skip
+        0.27,
+        1.4,
+        False,
+        0.01,
+        400,
+    )
 
 
 class Sink:

@@ -531,9 +531,15 @@ def test_a_disc_too_small_to_be_seen_is_a_dot_that_is_clicked(stage: Stage) -> N
     place = UTM + np.array([5.0, -0.4, 4.0])
     ring = disc(place, [0.0, 1.0, 0.0], 0.01)
     drawing = FeatureDrawing(
-        "s", np.zeros((0, 3)), ring, (0.9, 0.6, 0.0), "", place,
-        symbol=small_disc(place, 0.02), extent=0.02,
-    )  # fmt: skip
+        "s",
+        np.zeros((0, 3)),
+        ring,
+        (0.9, 0.6, 0.0),
+        "",
+        place,
+        symbol=small_disc(place, 0.02),
+        extent=0.02,
+    )
     stage.view.features.change({"s": drawing})
     stage.settle()
     (x, y), *_ = stage.view.project(place[None])[0]
@@ -591,9 +597,14 @@ def test_labels_do_not_come_and_go_while_the_view_turns(stage: Stage) -> None:
     for i in range(300):
         place = UTM + np.array([rng.uniform(1, 9), -0.6, rng.uniform(1, 7)])
         drawings[str(i)] = FeatureDrawing(
-            str(i), np.zeros((0, 3)), None, (0.9, 0.6, 0.0), f"B{i:03d} 132/41", place,
+            str(i),
+            np.zeros((0, 3)),
+            None,
+            (0.9, 0.6, 0.0),
+            f"B{i:03d} 132/41",
+            place,
             extent=float(rng.uniform(0.5, 5.0)),
-        )  # fmt: skip
+        )
     stage.view.features.change(drawings)
     stage.settle()
 

@@ -118,8 +118,9 @@ def bars_of(kinds: str, width: float, height: float) -> list[ColorBar]:
     names = {"s": "s", "d": "d", "c": "classification", "a": "azimuth"}
     cloud = PointCloud(rng.normal(0, 1, (count, 3)), fields=fields)
     scales = [make_scale(cloud, FieldStyle(names[k]), np.eye(4)) for k in kinds]
-    return lay_out_bars([(s, (s.title, "a model with rather a long name")) for s in scales],
-                        width, height)  # fmt: skip
+    return lay_out_bars(
+        [(s, (s.title, "a model with rather a long name")) for s in scales], width, height
+    )
 
 
 @pytest.mark.parametrize("kinds", ["s", "d", "c", "a", "scda"])

@@ -28,9 +28,16 @@ ZERO = 1e-12
 """Below this a number is rounding, such as the roughness of a line through two points."""
 # Verdicts are not compared: they are what the rules of the present version state.
 JUDGED = {
-    "quality", "quality_reason", "reason", "reason_codes", "codes", "quality_notes", "q_notes",
-    "total95_deg", "total95",
-}  # fmt: skip
+    "quality",
+    "quality_reason",
+    "reason",
+    "reason_codes",
+    "codes",
+    "quality_notes",
+    "q_notes",
+    "total95_deg",
+    "total95",
+}
 
 
 def copy_of(name: str, folder: Path) -> Path:

@@ -240,9 +240,14 @@ def registered(folder: Path) -> None:
     """A registration beside a file places the model, and pieces and copies have it too."""
     spread = np.diag([1e-6, 2e-6, 3e-6, 1e-6, 1e-4, 1e-4, 1e-4])
     placed = Registration(
-        "r", "points", "points", Frame("local"), scale_error=1e-3,
-        covariance=tuple(map(tuple, spread.tolist())), centre=(5.0, 5.0, 0.0),
-    )  # fmt: skip
+        "r",
+        "points",
+        "points",
+        Frame("local"),
+        scale_error=1e-3,
+        covariance=tuple(map(tuple, spread.tolist())),
+        centre=(5.0, 5.0, 0.0),
+    )
     cloud = PointCloud(np.random.default_rng(1).uniform(0.0, 10.0, (500, 3)))
     wall, other = folder / "wall.ply", folder / "other.ply"
     write_model(cloud, None, wall, registration=placed)

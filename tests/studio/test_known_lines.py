@@ -31,8 +31,15 @@ def line(number: int, kind: str, azimuth_deg: float, plunge_deg: float = 0.0, **
     a, p = np.radians([azimuth_deg, plunge_deg])
     step = np.array([np.sin(a) * np.cos(p), np.cos(a) * np.cos(p), -np.sin(p)])
     ends = (np.array([[1.0, 2.0, 3.0], [1.0, 2.0, 3.0] + 10.0 * step])) @ TURN.T / SCALE
-    return KnownLine(f"k{number}", f"K{number}", kind, "m1", BARE.content_hash,
-                     tuple(map(tuple, ends.tolist())), **more)  # fmt: skip
+    return KnownLine(
+        f"k{number}",
+        f"K{number}",
+        kind,
+        "m1",
+        BARE.content_hash,
+        tuple(map(tuple, ends.tolist())),
+        **more,
+    )
 
 
 LEVEL = [line(1, "level", 10.0), line(2, "level", 95.0)]
@@ -73,8 +80,13 @@ def test_a_frame_says_what_the_lines_tell_and_no_more(lines, frame) -> None:
 
 
 def test_the_known_words_name_each_of_the_four_once() -> None:
-    for frame in (Frame(), Frame("scaled", level=True), Frame("oriented"), Frame("local"),
-                  Frame("crs", crs="EPSG:32633")):  # fmt: skip
+    for frame in (
+        Frame(),
+        Frame("scaled", level=True),
+        Frame("oriented"),
+        Frame("local"),
+        Frame("crs", crs="EPSG:32633"),
+    ):
         words = frame.known_text()
         assert [words.count(w) for w in ("north", "vertical", "scale", "position")] == [1] * 4
 
@@ -108,10 +120,14 @@ def test_what_lines_leave_free_stays_as_it_stood_with_its_error() -> None:
     matrix[:3, 3] = [398_000.0, 4_980_000.0, 320.0]
     sigma = np.array([*np.radians([3.0, 3.0, 2.0]), 0.02, 1.0, 1.0, 2.0])
     gps = Registration(
-        "r1", "gps", "gps", Frame("crs", crs="EPSG:32633"), tuple(map(tuple, matrix.tolist())),
+        "r1",
+        "gps",
+        "gps",
+        Frame("crs", crs="EPSG:32633"),
+        tuple(map(tuple, matrix.tolist())),
         covariance=tuple(map(tuple, np.diag(sigma**2).tolist())),
         centre=(398_000.0, 4_980_000.0, 320.0),
-    )  # fmt: skip
+    )
     model = replace(BARE, placement=gps)
     record = registered(LEVEL, model)
     assert record.frame == gps.frame

@@ -130,9 +130,13 @@ def test_the_command_places_it_the_same_by_the_table_that_is_written(tmp_path: P
     records = project(noise=0.02)
     axis = Line(77.0, 20.0).vector()
     records["l-1"] = Lineation(
-        "l-1", "L01", "lineation", "m1", BARE.content_hash,
+        "l-1",
+        "L01",
+        "lineation",
+        "m1",
+        BARE.content_hash,
         in_file(np.array([-2.0, 0.0, 1.0, 2.0])[:, None] * axis),
-    )  # fmt: skip
+    )
     lines = readings(records, {**RIGHT, "B02": "135/68", "L01": "079/21"})
     lines[0] = replace(lines[0], sigma=None)
     found, seen = placed(records, lines, doubt=0.5)
@@ -183,9 +187,12 @@ def test_points_and_planes_are_fitted_together_and_a_strike_is_named() -> None:
     records = project()
     world = np.array([[0, 0, 0], [9, 1, 0], [1, 8, 2], [4, 4, 6], [7, 7, 1]], float)
     pairs = Pairs(
-        tuple(f"P{i}" for i in range(5)), np.array(in_file(world)), world,
-        np.full((5, 3), 0.01), np.zeros(5, bool),
-    )  # fmt: skip
+        tuple(f"P{i}" for i in range(5)),
+        np.array(in_file(world)),
+        world,
+        np.full((5, 3), 0.01),
+        np.zeros(5, bool),
+    )
     strike = {**RIGHT, "B02": "042/71"}
     lines = readings(records, strike)
     found, seen = placed(records, lines, pairs=pairs)
@@ -356,8 +363,10 @@ def test_a_second_reading_of_a_plane_has_a_name_of_its_own() -> None:
     records = project()
     found = measured_in(records)
     typed = typed_reading("213/45", "plane", "dipdir/dip")
-    names = [reading_of(records["t-B01"], found["t-B01"], typed, taken).name
-             for taken in ((), ("B01",), ("B01", "B01 (2)"))]  # fmt: skip
+    names = [
+        reading_of(records["t-B01"], found["t-B01"], typed, taken).name
+        for taken in ((), ("B01",), ("B01", "B01 (2)"))
+    ]
     assert names == ["B01", "B01 (2)", "B01 (3)"]
 
 
@@ -375,8 +384,10 @@ def test_lines_of_known_azimuth_are_turned_as_readings_are() -> None:
     """A level model whose only azimuth was read 7.5 degrees east of north."""
     east = in_file(np.array([[1.0, 2.0, 3.0], [11.0, 2.0, 3.0]]))
     north = in_file(np.array([[1.0, 2.0, 3.0], [1.0, 12.0, 3.0]]))
-    level = [KnownLine(f"k{i}", f"K{i}", "level", "m1", BARE.content_hash, ends)
-             for i, ends in enumerate((east, north))]  # fmt: skip
+    level = [
+        KnownLine(f"k{i}", f"K{i}", "level", "m1", BARE.content_hash, ends)
+        for i, ends in enumerate((east, north))
+    ]
     azimuth = KnownLine("a", "A", "azimuth", "m1", BARE.content_hash, north, 352.5)
     lines = [*level, azimuth]
     found = placed_by_points(NO_PAIRS, None, BARE, None, EXTENT, lines, 0.5, turned_deg=7.5)
@@ -445,9 +456,12 @@ def test_points_and_readings_from_magnetic_north_are_those_of_the_command(tmp_pa
     corners = np.array([[0, 0, 0], [9, 1, 0], [1, 8, 2], [4, 4, 6], [7, 7, 1]], float)
     world = corners + [500_000.0 + 60_000.0, 5_150_000.0, 800.0]
     pairs = Pairs(
-        tuple(f"P{i}" for i in range(5)), np.array(in_file(corners)), world,
-        np.full((5, 3), 0.02), np.zeros(5, bool),
-    )  # fmt: skip
+        tuple(f"P{i}" for i in range(5)),
+        np.array(in_file(corners)),
+        world,
+        np.full((5, 3), 0.02),
+        np.zeros(5, bool),
+    )
     said = compass(north="magnetic", day="2024-05-12", doubt_deg=0.7)
     used, _ = north_of(said, known_of(said, BARE, None, pairs, "EPSG:32632"))
     read = {n: f"{(a - used.turned_deg) % 360.0:.2f}/{d:g}" for n, (a, d) in PLANES.items()}

@@ -41,9 +41,12 @@ def ended() -> bool:
 def test_the_answer_comes_in_the_owners_thread(loop: Loop, paths: PathFinding) -> None:
     found: list[tuple[Any, threading.Thread]] = []
     paths.follow(
-        "m", "curvature", (A, B), live=False,
+        "m",
+        "curvature",
+        (A, B),
+        live=False,
         answer=lambda path: found.append((path, threading.current_thread())),
-    )  # fmt: skip
+    )
     assert found == []
     assert loop.run_until(lambda: bool(found) and ended(), 20.0)
     path, thread = found[0]

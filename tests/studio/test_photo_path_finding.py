@@ -94,6 +94,7 @@ def test_a_world_that_is_turned_turns_the_way(scene) -> None:
     way = PhotoPaths().way(photos, "p0.png", "dark", ends, live=False)
     assert photos.views.shows(0, transform.apply(TO_WORLD, way.points), 0.2).mean() > 0.95
     plain = PhotoViews(photos.views.cameras, photos.views.tree, None, 0.05)
-    same = PhotoPaths().way(ModelPhotos("m", "w", plain, photos.folder), "p0.png", "dark", ends,
-                            live=False)  # fmt: skip
+    same = PhotoPaths().way(
+        ModelPhotos("m", "w", plain, photos.folder), "p0.png", "dark", ends, live=False
+    )
     assert np.allclose(same.points, way.points, atol=1e-6)

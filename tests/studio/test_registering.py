@@ -35,9 +35,14 @@ def plane(number: int, dip_deg: float, set_name: str = "") -> Trace:
     z = -np.tan(np.radians(dip_deg)) * FLAT[:, 0]
     points = np.column_stack([FLAT, z])
     return Trace(
-        f"t{number}", f"T{number}", "bedding", "m1", MODEL.content_hash,
-        tuple(map(tuple, points.tolist())), set_name=set_name,
-    )  # fmt: skip
+        f"t{number}",
+        f"T{number}",
+        "bedding",
+        "m1",
+        MODEL.content_hash,
+        tuple(map(tuple, points.tolist())),
+        set_name=set_name,
+    )
 
 
 def turned(degrees: float, axis: tuple[float, float, float]) -> Model:
@@ -85,11 +90,15 @@ def test_two_points_of_an_upright_model_foretell_the_others() -> None:
     def points(*found: int) -> list[ControlPoint]:
         return [
             ControlPoint(
-                f"c{i}", f"P{i}", "m1", MODEL.content_hash,
-                (tuple(spots[i].tolist()),) if i in found else (), tuple(world[i].tolist()),
+                f"c{i}",
+                f"P{i}",
+                "m1",
+                MODEL.content_hash,
+                (tuple(spots[i].tolist()),) if i in found else (),
+                tuple(world[i].tolist()),
             )
             for i in range(4)
-        ]  # fmt: skip
+        ]
 
     known = expected(points(0, 1), None, MODEL)
     assert known.keys() == {"c2", "c3"}
@@ -117,11 +126,15 @@ def test_a_model_errs_as_the_one_to_which_it_was_fitted_and_by_the_fit() -> None
     centres = np.array([[100.0, 50.0, 10.0], [400.0, -80.0, 30.0]])
     known = [
         Registration(
-            name, name, "points", Frame("local"),
-            covariance=tuple(map(tuple, (s @ s.T).tolist())), centre=tuple(c.tolist()),
+            name,
+            name,
+            "points",
+            Frame("local"),
+            covariance=tuple(map(tuple, (s @ s.T).tolist())),
+            centre=tuple(c.tolist()),
         )
         for name, s, c in zip(("fit", "other"), scatter, centres, strict=True)
-    ]  # fmt: skip
+    ]
     both = add_reference_error(known[0], known[1], scale_fitted=True)
     points = np.array([[120.0, 40.0, 0.0], [60.0, 90.0, 25.0]])
     drawn = []

@@ -252,9 +252,15 @@ def cut(case: Case) -> Path:
     bits = case.folder / "bits.npy"
     np.save(bits, np.packbits(np.arange(400) < 300))
     order = ModelCut(
-        case.model, cache, model.content_hash, bits, None, case.folder / "pieces", "piece",
+        case.model,
+        cache,
+        model.content_hash,
+        bits,
+        None,
+        case.folder / "pieces",
+        "piece",
         model.registration,
-    )  # fmt: skip
+    )
     return _cut_model(order, Silent()).path
 
 
@@ -399,11 +405,16 @@ def test_a_fit_in_a_project_keeps_the_error_of_the_scale_and_adds_that_of_the_re
         reference, cache = project.find_model(None), project.project.cache
         _export_model(
             ModelExport(
-                tmp_path / "reference.xyz", cache, reference.to_world, None,
-                tmp_path / "registered.xyz", reference.frame.axes, reference.registration,
+                tmp_path / "reference.xyz",
+                cache,
+                reference.to_world,
+                None,
+                tmp_path / "registered.xyz",
+                reference.frame.axes,
+                reference.registration,
             ),
             Silent(),
-        )  # fmt: skip
+        )
     with desk(tmp_path / "own.vom") as project:
         own = project.add_model(tmp_path / "own.xyz").model
         project.session.apply(edits.set_registration(project.session.records, before, [own.id]))

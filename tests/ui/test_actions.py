@@ -192,9 +192,14 @@ def direction(trend: float, plunge: float) -> np.ndarray:
 
 @pytest.mark.parametrize(
     ("text", "trend", "plunge"),
-    [("125/26", 125, 26), ("125 26", 125, 26), ("125,5/26,5", 125.5, 26.5),
-     ("000/90", 0, 90), ("305/-26", 305, -26)],
-)  # fmt: skip
+    [
+        ("125/26", 125, 26),
+        ("125 26", 125, 26),
+        ("125,5/26,5", 125.5, 26.5),
+        ("000/90", 0, 90),
+        ("305/-26", 305, -26),
+    ],
+)
 def test_a_direction_can_be_typed(window, studio, text, trend, plunge):
     looks = Looks(window)
     field = window.view_panel.typed
@@ -311,9 +316,10 @@ def test_the_frame_badge_is_amber_where_the_model_may_be_turned_by_15_degrees(
     assert (f"{1.96 * sigma_deg:.0f}°" in badge.text()) == is_amber
     # The same rule, and the same figure.
     assert list(studio.turn_findings()) == [
-        each for each in summary_of(record).warnings if getattr(each, "code", "") ==
-        "registration.poor"
-    ]  # fmt: skip
+        each
+        for each in summary_of(record).warnings
+        if getattr(each, "code", "") == "registration.poor"
+    ]
     assert [each.values["rotation95_deg"] for each in studio.turn_findings()] == (
         [pytest.approx(1.95996 * sigma_deg, rel=1e-4)] if is_amber else []
     )
@@ -400,8 +406,11 @@ def test_a_window_that_is_closed_leaves_no_timer_no_thread_and_no_process(own_fo
     assert all(isinstance(p, subprocess.Popen) for p in processes)
     made.close()
     assert all(p.poll() is not None for p in processes)
-    running = [t for t in (*made.findChildren(QTimer), *made.studio.findChildren(QTimer))
-               if t.isActive() and not t.parent().inherits("QMenuBar")]  # fmt: skip
+    running = [
+        t
+        for t in (*made.findChildren(QTimer), *made.studio.findChildren(QTimer))
+        if t.isActive() and not t.parent().inherits("QMenuBar")
+    ]
     QTest.qWait(50)
     assert [t for t in running if t.isActive()] == []
     qtbot.waitUntil(lambda: not (set(threading.enumerate()) - threads), timeout=5000)

@@ -14,9 +14,10 @@ from vomstudio.project.journal.database import NAME
 from vomstudio.project.records import Feature
 
 ODD = [
-    7, [1, None, {}],
+    7,
+    [1, None, {}],
     {"mode": [], "lit": 3, "point_size": "x", "fields": {"a": 3}, "box": [1], "position": ["x"]},
-]  # fmt: skip
+]
 
 
 def with_views(project: Path, value: str) -> None:

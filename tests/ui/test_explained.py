@@ -47,8 +47,9 @@ def test_every_figure_of_the_catalogue_has_its_section_with_the_explanation_of_t
         assert text is not None, f"docs/numbers.md has no heading '{heading_of(figure)}'"
         assert text.startswith(figure.explanation.rstrip(".")), figure.name
         assert all(f"“{word}”" in text for word in figure.words), figure.name
-    assert len(written) == len(re.findall(r"^#", (documentation() / "numbers.md").read_text(),
-                                          re.MULTILINE))  # fmt: skip
+    assert len(written) == len(
+        re.findall(r"^#", (documentation() / "numbers.md").read_text(), re.MULTILINE)
+    )
 
 
 def test_every_address_in_the_program_is_a_heading_of_the_documentation():

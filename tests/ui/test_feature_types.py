@@ -240,8 +240,10 @@ def test_hide_show_only_and_show_everything(window, studio):
     studio.selection.set(["t0", "f1"])
     window.actions_table.run("show_only")
     assert {i for i in ("t0", "t1", "t2", "f1", "fault") if studio.visible(i)} == {
-        "t0", "f1", "fault",
-    }  # fmt: skip
+        "t0",
+        "f1",
+        "fault",
+    }
     assert window.tree._items["t1"].checkState(0) == Qt.CheckState.Unchecked
     assert window.tree._items["fault"].checkState(0) == Qt.CheckState.Checked
     window.actions_table.run("hide_chosen")

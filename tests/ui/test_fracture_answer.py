@@ -94,9 +94,14 @@ def test_the_copied_command_has_the_same_figures(
     q = made.question
     path = tmp_path / "traces.gpkg"
     write_map(
-        path, [t.points for t in q.traces], [t.name for t in q.traces], [t.set for t in q.traces],
-        made.counted, made.face, crs=Axes().wkt,
-    )  # fmt: skip
+        path,
+        [t.points for t in q.traces],
+        [t.name for t in q.traces],
+        [t.set for t in q.traces],
+        made.counted,
+        made.face,
+        crs=Axes().wkt,
+    )
     words = [
         text
         for word in words_of(made, path)

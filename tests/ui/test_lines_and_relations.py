@@ -82,8 +82,9 @@ def test_slip_waits_for_a_plane_and_says_so(window, planes):
     assert planes.selection.ids == (made.id,)
     column = next(i for i, c in enumerate(COLUMNS) if c.title == "Slip rake")
     model = window.table._sorted
-    rows = {model.index(r, 0).data(): model.index(r, column).data()
-            for r in range(model.rowCount())}  # fmt: skip
+    rows = {
+        model.index(r, 0).data(): model.index(r, column).data() for r in range(model.rowCount())
+    }
     assert rows[made.name].startswith("-")
     assert rows["B01"] == "–"
     choose(panel.plane_box, "")

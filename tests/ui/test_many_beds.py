@@ -27,11 +27,13 @@ def panel(own_folders, qtbot, monkeypatch):
     bed = add_bed(studio, "t0", dip=0.3)
     more = [
         replace(
-            bed, id=f"t{k}", name=f"B{k}",
+            bed,
+            id=f"t{k}",
+            name=f"B{k}",
             vertices=tuple((x, y + slope * (z + 0.3 * x), z) for x, y, z in bed.vertices),
         )
         for k, slope in enumerate(np.linspace(0.2, 1.4, 6), 1)
-    ]  # fmt: skip
+    ]
     studio.session.apply(change(studio.records, "Add more", {t.id: t for t in more}))
     yield window.view_panel
     driver.dismiss(window)

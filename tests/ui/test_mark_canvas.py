@@ -82,8 +82,12 @@ def test_an_arrow_key_moves_a_mark_that_way_on_the_screen(orientation, shown, qt
     canvas.set_tool(MARK)
     got: list[tuple[float, float]] = []
     canvas.nudged.connect(lambda dx, dy: got.append((dx, dy)))
-    ways = {Qt.Key.Key_Left: (-1, 0), Qt.Key.Key_Right: (1, 0), Qt.Key.Key_Up: (0, -1),
-            Qt.Key.Key_Down: (0, 1)}  # fmt: skip
+    ways = {
+        Qt.Key.Key_Left: (-1, 0),
+        Qt.Key.Key_Right: (1, 0),
+        Qt.Key.Key_Up: (0, -1),
+        Qt.Key.Key_Down: (0, 1),
+    }
     for key, way in ways.items():
         qtbot.keyClick(canvas, key)
         moved = np.add(MIDDLE, got[-1])
@@ -134,8 +138,9 @@ def test_the_magnifier_shows_what_is_under_the_cursor(orientation, shown, qtbot)
     gap = 84.0 + 34.0
     right = place.x() + gap + 84.0 < canvas.width()
     above = place.y() - gap - 84.0 > 0
-    middle = QPoint(round(place.x() + (gap if right else -gap)),
-                    round(place.y() + (-gap if above else gap)))  # fmt: skip
+    middle = QPoint(
+        round(place.x() + (gap if right else -gap)), round(place.y() + (-gap if above else gap))
+    )
     color = image.pixelColor(middle)
     assert color.red() > color.green() + 80
 
@@ -146,9 +151,12 @@ def test_with_shift_a_dragged_mark_goes_slowly(shown, qtbot) -> None:
     canvas.set_marks([ShownMark("A", "tie", MIDDLE, True)])
     got: list[tuple[float, float]] = []
     canvas.pointed.connect(
-        lambda e: got.append(canvas.pixel_of_drag((e.x, e.y)))
-        if e.kind in (Pointer.DRAG_MOVE, Pointer.DRAG_END) else None
-    )  # fmt: skip
+        lambda e: (
+            got.append(canvas.pixel_of_drag((e.x, e.y)))
+            if e.kind in (Pointer.DRAG_MOVE, Pointer.DRAG_END)
+            else None
+        )
+    )
     start = at(canvas, MIDDLE) + QPoint(3, 0)
     drag(canvas, start, start - QPoint(200, 0), modifier=Qt.KeyboardModifier.ShiftModifier)
     assert got[-1][0] == pytest.approx(MIDDLE[0] - 200 / canvas._scale / 10, abs=0.05)

@@ -80,8 +80,14 @@ def test_the_wheel_over_a_choice_changes_nothing(window, studio, box):
     before = choice.currentIndex(), studio.records["t1"]
     at = QPointF(choice.rect().center())
     wheel = QWheelEvent(
-        at, choice.mapToGlobal(at), QPoint(0, -120), QPoint(0, -120), Qt.MouseButton.NoButton,
-        Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
-    )  # fmt: skip
+        at,
+        choice.mapToGlobal(at),
+        QPoint(0, -120),
+        QPoint(0, -120),
+        Qt.MouseButton.NoButton,
+        Qt.KeyboardModifier.NoModifier,
+        Qt.ScrollPhase.NoScrollPhase,
+        False,
+    )
     QApplication.sendEvent(choice, wheel)
     assert (choice.currentIndex(), studio.records["t1"]) == before

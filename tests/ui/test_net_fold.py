@@ -78,13 +78,16 @@ def beds(window, studio):
     bed = made[0]
     straight = [
         replace(
-            bed, id=f"s{k}", name=f"S{k}", set_name="straight",
+            bed,
+            id=f"s{k}",
+            name=f"S{k}",
+            set_name="straight",
             vertices=tuple(
                 (float(i), 0.1 * k * (-1) ** i, 5.0 + 0.1 * (i * 7 % 3)) for i in range(9)
             ),
         )
         for k in range(1, 3)
-    ]  # fmt: skip
+    ]
     studio.session.apply(change(studio.records, "Add straight", {t.id: t for t in straight}))
     window._add_stereonet()
     window.workspaces.switch("analyse")

@@ -71,8 +71,10 @@ def test_names_are_sorted_as_people_count(window, studio):
     window.table.view.sortByColumn(0, ASCENDING)
     assert shown(window) == ["B1", "B2", "B10"]
     assert [window.tree._items["bedding"].child(i).text(0) for i in range(3)] == [
-        "B1", "B2", "B10",
-    ]  # fmt: skip
+        "B1",
+        "B2",
+        "B10",
+    ]
 
 
 def test_the_filter_takes_words_of_any_column_and_leaves_the_selection_alone(window, studio):
@@ -298,14 +300,29 @@ def test_notation_is_chosen_once_and_holds_everywhere(window, studio):
 @pytest.mark.parametrize(
     ("text", "value"),
     [
-        ("1.5", 1.5), ("1,5", 1.5), (" 1 234,5 ", 1234.5), ("372 410,115", 372410.115),
-        ("372\N{NARROW NO-BREAK SPACE}410.115", 372410.115), ("1,234.5", 1234.5),
-        ("1.234,5", 1234.5), ("372.410,115", 372410.115), ("4.709.820,240", 4709820.24),
-        ("4,709,820.240", 4709820.24), ("4’709’820.24", 4709820.24), ("-0,5", -0.5),
-        ("−0,5", -0.5), ("1e3", 1000.0), ("", None), ("abc", None), ("nan", None), ("inf", None),
-        ("1,2,3", None), ("1.2.3", None), ("--1", None),
+        ("1.5", 1.5),
+        ("1,5", 1.5),
+        (" 1 234,5 ", 1234.5),
+        ("372 410,115", 372410.115),
+        ("372\N{NARROW NO-BREAK SPACE}410.115", 372410.115),
+        ("1,234.5", 1234.5),
+        ("1.234,5", 1234.5),
+        ("372.410,115", 372410.115),
+        ("4.709.820,240", 4709820.24),
+        ("4,709,820.240", 4709820.24),
+        ("4’709’820.24", 4709820.24),
+        ("-0,5", -0.5),
+        ("−0,5", -0.5),
+        ("1e3", 1000.0),
+        ("", None),
+        ("abc", None),
+        ("nan", None),
+        ("inf", None),
+        ("1,2,3", None),
+        ("1.2.3", None),
+        ("--1", None),
     ],
-)  # fmt: skip
+)
 def test_numbers_are_read_with_either_decimal_mark(text, value):
     assert parse_number(text) == value
 
@@ -314,9 +331,13 @@ def test_numbers_are_read_with_either_decimal_mark(text, value):
 def test_a_vertex_shown_in_any_locale_is_read_back_as_the_same_number(window, studio, language):
     add_cliff(studio)
     trace = add_bed(
-        studio, "t1", vertices=tuple((372410.115 + x, 4709820.24 + y, x + 0.3 * y)
-                                     for x, y in ((0, 0), (1, 2), (3, 1), (4, 4)))
-    )  # fmt: skip
+        studio,
+        "t1",
+        vertices=tuple(
+            (372410.115 + x, 4709820.24 + y, x + 0.3 * y)
+            for x, y in ((0, 0), (1, 2), (3, 1), (4, 4))
+        ),
+    )
     before = QLocale()
     QLocale.setDefault(QLocale(language))
     try:
@@ -345,10 +366,14 @@ def test_no_view_changes_where_the_journal_cannot_be_written(window, studio, mon
 
     def look() -> tuple:
         return (
-            shown(window), shown(window, "Set"), window.tree._items["t1"].text(0),
-            window.properties.fields["name"].text(), window.windowTitle(), dict(studio.records),
+            shown(window),
+            shown(window, "Set"),
+            window.tree._items["t1"].text(0),
+            window.properties.fields["name"].text(),
+            window.windowTitle(),
+            dict(studio.records),
             window.table.model.rowCount(),
-        )  # fmt: skip
+        )
 
     before = look()
     real = studio.project.journal.append

@@ -23,9 +23,13 @@ from vomstudio.ui.photos.photo_row import PhotoRow
 
 SCALE, RESOLUTION = 0.25, 0.08
 PLACED = Registration(
-    "r1", "points on model", "points", Frame("crs", "EPSG:32633"),
-    tuple(map(tuple, np.diag([SCALE, SCALE, SCALE, 1.0]).tolist())), scale_error=1e-3,
-)  # fmt: skip
+    "r1",
+    "points on model",
+    "points",
+    Frame("crs", "EPSG:32633"),
+    tuple(map(tuple, np.diag([SCALE, SCALE, SCALE, 1.0]).tolist())),
+    scale_error=1e-3,
+)
 MESH = Mesh(np.eye(3), np.array([[0, 1, 2]], np.int32))
 
 

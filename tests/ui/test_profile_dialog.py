@@ -27,10 +27,21 @@ def dialog(window: Any, studio: Any) -> ProfileDialog:
     random = np.random.default_rng(1)
     for number, thick in enumerate((0.01, 0.5)):
         xyz = random.uniform(-2, 2, (60, 3)) * [1, 0.9, 0] + random.normal(0, 1, (60, 3)) * thick
-        session.apply(edits.add_trace(session.records, Trace(
-            f"t{number}", "", "bedding", "m1", "0" * 64, tuple(map(tuple, xyz.tolist())), 0.01,
-            axis="auto",
-        )))  # fmt: skip
+        session.apply(
+            edits.add_trace(
+                session.records,
+                Trace(
+                    f"t{number}",
+                    "",
+                    "bedding",
+                    "m1",
+                    "0" * 64,
+                    tuple(map(tuple, xyz.tolist())),
+                    0.01,
+                    axis="auto",
+                ),
+            )
+        )
     window.actions_table.run("verdict_profile")
     (made,) = window.findChildren(ProfileDialog)
     return made

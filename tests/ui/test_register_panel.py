@@ -151,8 +151,9 @@ def test_a_click_without_a_table_makes_a_point_whose_coordinates_are_typed(studi
     panel.table.selectRow(1)
     click(studio, MODEL[2])
     assert [p.vertices for p in studio.session.of(ControlPoint)] == [
-        (tuple(MODEL[0]),), (tuple(MODEL[2]),)
-    ]  # fmt: skip
+        (tuple(MODEL[0]),),
+        (tuple(MODEL[2]),),
+    ]
     for column, text in enumerate(("398000", "4980000", "no"), 2):
         panel.table.item(0, column).setText(text)
     assert studio.session.of(ControlPoint)[0].position is None

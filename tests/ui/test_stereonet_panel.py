@@ -37,11 +37,18 @@ def net(window, studio):
     window._add_stereonet()
     window.docks["stereonet"].raise_()
     readings = [
-        Reading(f"{name}{i}", f"{name}{i}", "bedding" if name in "NS" else "joint", "plane",
-                azimuth + 2.0 * i, 45.0, set_name=name)
+        Reading(
+            f"{name}{i}",
+            f"{name}{i}",
+            "bedding" if name in "NS" else "joint",
+            "plane",
+            azimuth + 2.0 * i,
+            45.0,
+            set_name=name,
+        )
         for name, azimuth in (("S", 0.0), ("W", 90.0), ("N", 180.0), ("E", 270.0))
         for i in range(3)
-    ]  # fmt: skip
+    ]
     assert studio.attempt(edits.add_readings, readings)
     drawn(window)
     return window.net
@@ -66,8 +73,9 @@ def at(net, azimuth: float, radius: float = 0.54) -> QPoint:
 
 def lasso(net, corners: list[QPoint], modifier=NONE) -> None:
     def send(kind, where, button, held):
-        event = QMouseEvent(kind, QPointF(where), QPointF(net.canvas.mapToGlobal(where)), button,
-                            held, modifier)  # fmt: skip
+        event = QMouseEvent(
+            kind, QPointF(where), QPointF(net.canvas.mapToGlobal(where)), button, held, modifier
+        )
         QApplication.sendEvent(net.canvas, event)
 
     send(QEvent.Type.MouseButtonPress, corners[0], LEFT, LEFT)
@@ -79,9 +87,11 @@ def lasso(net, corners: list[QPoint], modifier=NONE) -> None:
 
 def around(net, azimuth: float) -> list[QPoint]:
     return [
-        at(net, azimuth - 25, 0.3), at(net, azimuth + 30, 0.3),
-        at(net, azimuth + 30, 0.8), at(net, azimuth - 25, 0.8),
-    ]  # fmt: skip
+        at(net, azimuth - 25, 0.3),
+        at(net, azimuth + 30, 0.3),
+        at(net, azimuth + 30, 0.8),
+        at(net, azimuth - 25, 0.8),
+    ]
 
 
 def test_a_lasso_selects_the_poles_inside_and_ctrl_adds_to_them(net, studio):
@@ -123,9 +133,11 @@ def test_what_is_selected_elsewhere_is_emphasised_without_drawing_the_net_anew(n
 def test_sets_of_a_type_differ_in_their_symbols_and_share_its_colour(net, studio):
     sets = net.contents().sets
     assert [(s.name, len(s)) for s in sets] == [
-        ("Bedding: N (compass)", 3), ("Bedding: S (compass)", 3),
-        ("Joint: E (compass)", 3), ("Joint: W (compass)", 3),
-    ]  # fmt: skip
+        ("Bedding: N (compass)", 3),
+        ("Bedding: S (compass)", 3),
+        ("Joint: E (compass)", 3),
+        ("Joint: W (compass)", 3),
+    ]
     style = net.artists.style
     assert sets[0].color == sets[1].color != sets[2].color
     assert style.symbol(sets[0])[0] != style.symbol(sets[1])[0]
@@ -345,8 +357,12 @@ def test_the_exported_figure_opens_again_and_names_what_it_is(net, window, studi
     assert root.tag.endswith("svg")
     assert float(root.attrib["width"].removesuffix("pt")) == pytest.approx(170 / 25.4 * 72)
     words = " ".join(root.itertext())
-    for word in ("cliff", "Bedding: N (compass), poles (n = 3)", "Equal area, lower hemisphere",
-                 "local, north known"):  # fmt: skip
+    for word in (
+        "cliff",
+        "Bedding: N (compass), poles (n = 3)",
+        "Equal area, lower hemisphere",
+        "local, north known",
+    ):
         assert word in words
     assert (tmp_path / "net.pdf").read_bytes()[:5] == b"%PDF-"
     with Image.open(tmp_path / "net.png") as picture:

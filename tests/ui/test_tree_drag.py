@@ -34,10 +34,30 @@ def test_two_beds_are_dragged_onto_an_empty_type(window, studio):
     x, y = place("t2")
     there = place("fault")
     steps = [
-        "mousemove", x, y, "mousedown", "1", "sleep", "0.1",
-        "mousemove", x, str(int(y) + 14), "sleep", "0.2", "mousemove", *there, "sleep", "0.1",
-        "mousemove", str(int(there[0]) + 2), there[1], "sleep", "0.4", "mouseup", "1",
-    ]  # fmt: skip
+        "mousemove",
+        x,
+        y,
+        "mousedown",
+        "1",
+        "sleep",
+        "0.1",
+        "mousemove",
+        x,
+        str(int(y) + 14),
+        "sleep",
+        "0.2",
+        "mousemove",
+        *there,
+        "sleep",
+        "0.1",
+        "mousemove",
+        str(int(there[0]) + 2),
+        there[1],
+        "sleep",
+        "0.4",
+        "mouseup",
+        "1",
+    ]
     with subprocess.Popen([tool, *steps]) as hand:
         wait(lambda: hand.poll() is not None, "the drag", 10.0)
         wait(lambda: studio.records["t0"].type_id == "fault", "the drop", 10.0)

@@ -12,9 +12,15 @@ from tests.ui.conftest import add_cliff
 from vomstudio.ui.sections.drawing_view import spaced
 
 DOCKS = (
-    "section", "elevation", "bed_log", "fractures", "looked_at", "displacement", "three_points",
+    "section",
+    "elevation",
+    "bed_log",
+    "fractures",
+    "looked_at",
+    "displacement",
+    "three_points",
     "slopes",
-)  # fmt: skip
+)
 
 
 @pytest.mark.parametrize("dock", first_in_default_tier(DOCKS))

@@ -15,9 +15,15 @@ from vomstudio.project import edits
 
 METRES = re.compile(r"\(m\)|\(1σ, m\)| m\b|metres")
 DOCKS = (
-    "displacement", "three_points", "bed_log", "section", "elevation", "fractures", "looked_at",
+    "displacement",
+    "three_points",
+    "bed_log",
+    "section",
+    "elevation",
+    "fractures",
+    "looked_at",
     "display",
-)  # fmt: skip
+)
 
 
 def said(window, dock: str) -> str:

@@ -126,8 +126,11 @@ def test_switching_changes_neither_records_nor_selection_nor_undo(window, studio
     for number in range(1, 7):
         press(window, number)
     assert (
-        dict(studio.records), studio.selection.ids, studio.undo_label, studio.redo_label,
-    ) == before  # fmt: skip
+        dict(studio.records),
+        studio.selection.ids,
+        studio.undo_label,
+        studio.redo_label,
+    ) == before
 
 
 # --- what is opened -------------------------------------------------------------------------

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import InputError, UsageError, VomError, VomWarning
 from vomstudio.core.findings import Finding
 from vomstudio.geology.notation import exact_plane, parse_plane
@@ -21,8 +21,6 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.coordinate_limits import no_places
 from vomstudio.io.text.column_names import plain
 from vomstudio.io.text.tables import COORDINATES
-
-Floats = npt.NDArray[np.float64]
 
 _MAX_ANGLE_DEG = 720
 """An angle beyond two turns is a slip of the pen or of the unit, as in a table."""
@@ -57,7 +55,7 @@ def naming(name: str, *others: str) -> Iterator[None]:
         raise
 
 
-def numbers(values: Any, name: str) -> Floats:
+def numbers(values: Any, name: str) -> FloatArray:
     """Values as float64 of whatever shape. Raises InputError."""
     if np.ma.isMaskedArray(values) and np.ma.getmaskarray(values).any():
         raise InputError(Finding("array.masked"), field=name)
@@ -93,7 +91,7 @@ def requires_type(option: str, argument: str, expected: str) -> UsageError:
     return UsageError(finding, field=option)
 
 
-def points(values: Any, name: str = "points") -> Floats:
+def points(values: Any, name: str = "points") -> FloatArray:
     """(n, 3) finite coordinates of an array, a list of triples, or a DataFrame with x, y, z.
     Raises InputError that names the first row that is none."""
     array = numbers(_coordinates_of(values, name), name)
@@ -105,7 +103,7 @@ def points(values: Any, name: str = "points") -> Floats:
     return np.ascontiguousarray(array)
 
 
-def pixels_or_points(values: Any, name: str) -> Floats:
+def pixels_or_points(values: Any, name: str) -> FloatArray:
     """(n, 3) as `points`, or (n, 2) finite columns and rows of a photo. Raises InputError."""
     if hasattr(values, "columns") or np.ndim(values) != 2 or np.shape(values)[1] != 2:
         return points(values, name)
@@ -139,19 +137,19 @@ def coordinate_names(columns: list[Any], name: str) -> list[Any]:
     return found
 
 
-def refuse_rows(bad: npt.NDArray[np.bool_], name: str, code: str = "array.not-finite") -> None:
+def refuse_rows(bad: BoolArray, name: str, code: str = "array.not-finite") -> None:
     """Raise InputError with the number of bad rows and the first, counted from 0."""
     if bad.any():
         finding = Finding(code, count=int(bad.sum()), first_row=int(np.argmax(bad)))
         raise InputError(finding, field=name)
 
 
-def wrong_shape(array: Floats, expected: str, name: str) -> InputError:
+def wrong_shape(array: FloatArray, expected: str, name: str) -> InputError:
     """Return the error of an array of another shape than expected, such as "(n, 2)"."""
     return InputError(Finding("array.shape", shape=array.shape, expected=expected), field=name)
 
 
-def refuse_other_lengths(one: Floats, other: Floats, names: tuple[str, str]) -> None:
+def refuse_other_lengths(one: FloatArray, other: FloatArray, names: tuple[str, str]) -> None:
     """Raise InputError if two arrays do not have the same number of rows."""
     if len(one) != len(other):
         finding = Finding(
@@ -164,7 +162,7 @@ def refuse_other_lengths(one: Floats, other: Floats, names: tuple[str, str]) -> 
         raise InputError(finding, field=names[1])
 
 
-def pairs(first: Any, second: Any, names: tuple[str, str]) -> tuple[Floats, Floats]:
+def pairs(first: Any, second: Any, names: tuple[str, str]) -> tuple[FloatArray, FloatArray]:
     """Two arrays (n,) of finite numbers. Raises InputError."""
     a, b = (np.atleast_1d(numbers(v, n)) for v, n in zip((first, second), names, strict=True))
     for array, name in zip((a, b), names, strict=True):
@@ -202,7 +200,7 @@ def flag(value: Any, name: str) -> bool:
     raise wrong_type(value, "bool", name)
 
 
-def looks_like_radians(azimuth: Floats, angle: Floats) -> bool:
+def looks_like_radians(azimuth: FloatArray, angle: FloatArray) -> bool:
     """Whether all angles are so small that they may be radians.
 
     They may be degrees all the same: beds that dip by less than 1.6 degrees, all to within 6.3

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from vomstudio.api.checking import flag, path_of
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
 from vomstudio.api.reporting import Reported, told
+from vomstudio.core.arrays import ByteArray, Float32Array
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import html_table, in_lines
 from vomstudio.core.results import HIDDEN
@@ -52,21 +52,21 @@ class ElevationModel(ElevationFigures):
     True
     """
 
-    heights: npt.NDArray[np.float32] = field(metadata=HIDDEN)
+    heights: Float32Array = field(metadata=HIDDEN)
     warnings: tuple[Finding, ...]
     _model: Mesh | PointCloud = field(metadata=HIDDEN)
     _plan: HeightPlan = field(metadata=HIDDEN)
 
-    def slope(self) -> npt.NDArray[np.float32]:
+    def slope(self) -> Float32Array:
         """(h, w) dip of the surface from the horizontal of World, degrees; Horn's gradients over
         eight neighbours, NaN where one is missing."""
         return dips_of(self.heights, self.gsd_m, self._plan.frame)[0]
 
-    def aspect(self) -> npt.NDArray[np.float32]:
+    def aspect(self) -> Float32Array:
         """(h, w) dip direction of the surface, degrees; NaN where it is level or unknown."""
         return dips_of(self.heights, self.gsd_m, self._plan.frame)[1]
 
-    def hillshade(self) -> npt.NDArray[np.uint8]:
+    def hillshade(self) -> ByteArray:
         """(h, w) from 1 to 255, 0 where it is not known; light from the upper left, 45 degrees
         above the plane."""
         return hillshade(self.heights, self.gsd_m)

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from vomstudio.api.checking import (
     angles_of,
@@ -28,6 +27,7 @@ from vomstudio.api.checking import (
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.frame_arguments import UpAxis, frame_arguments_named, frame_options
 from vomstudio.api.tables import dataframe_crs
+from vomstudio.core.arrays import FloatArray, ObjectArray
 from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.fractures.network import FractureNetwork, Mapped
 from vomstudio.products.fractures.mapping import FractureOrder, map_fractures
@@ -173,7 +173,7 @@ def _file(given: Any, name: str) -> str | None:
     return str(path_of(given, name)) if is_path(given) else None
 
 
-def _areas(area: Any) -> npt.NDArray[np.object_]:
+def _areas(area: Any) -> ObjectArray:
     """Return an area as a polygon, from a geometry or its corners. Raises InputError."""
     import shapely
 
@@ -181,7 +181,7 @@ def _areas(area: Any) -> npt.NDArray[np.object_]:
     return np.array([polygon], object)
 
 
-def _shapes(shapes: Any, name: str) -> npt.NDArray[np.object_]:
+def _shapes(shapes: Any, name: str) -> ObjectArray:
     """Return lines as shapely geometries. Raises InputError."""
     import shapely
 
@@ -195,7 +195,7 @@ def _shapes(shapes: Any, name: str) -> npt.NDArray[np.object_]:
     return array
 
 
-def _corners(given: Any, name: str, least: int) -> npt.NDArray[np.float64]:
+def _corners(given: Any, name: str, least: int) -> FloatArray:
     xy = numbers(given, name)
     if xy.ndim != 2 or xy.shape[1] not in (2, 3) or len(xy) < least:
         raise wrong_shape(xy, f"(n, 2), (n, 3), n >= {least}", name)

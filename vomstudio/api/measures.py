@@ -213,10 +213,15 @@ def log(
     with frame_arguments_named():
         read = read_boundaries(_table(table, 3, "table"), frame)
     found = bed_log(
-        read.points, attitude_of(bed, "bed"), names=read.names, lithologies=read.lithologies,
-        notes=read.notes, sigma_m=options.sigma_m or 0.0,
-        bed_error_deg=options.bed_error_deg or 0.0, overturned=options.overturned,
-    )  # fmt: skip
+        read.points,
+        attitude_of(bed, "bed"),
+        names=read.names,
+        lithologies=read.lithologies,
+        notes=read.notes,
+        sigma_m=options.sigma_m or 0.0,
+        bed_error_deg=options.bed_error_deg or 0.0,
+        overturned=options.overturned,
+    )
     found = replace(found, warnings=(*read.warnings, *found.warnings))
     warn(found.warnings)
     return found
@@ -228,9 +233,11 @@ def _table(given: Any, width: int, name: str) -> Any:
         return text_of(given, name)
     from pandas import DataFrame
 
-    names = ("x", "y", "z") if width == 3 else (
-        "hanging_x", "hanging_y", "hanging_z", "footwall_x", "footwall_y", "footwall_z"
-    )  # fmt: skip
+    names = (
+        ("x", "y", "z")
+        if width == 3
+        else ("hanging_x", "hanging_y", "hanging_z", "footwall_x", "footwall_y", "footwall_z")
+    )
     array = numbers(given, name)
     if array.ndim != 2 or array.shape[1] != width:
         raise wrong_shape(array, f"(n, {width})", name)

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from vomstudio.api.checking import (
     flag,
@@ -21,6 +20,7 @@ from vomstudio.api.checking import (
 )
 from vomstudio.api.frame_arguments import frame_arguments_named, frame_options
 from vomstudio.api.reporting import Reported, told
+from vomstudio.core.arrays import ByteArray, Float32Array, FloatArray, GenericArray, Int32Array
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.reprs import html_table, in_lines
@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from vomstudio.io.models.reader import LoadedModel
     from vomstudio.project.records import Model
     from vomstudio.registration.results import RotationError
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +57,7 @@ class Source:
     metric: bool = True
     content_hash: str = ""
     placing_error_m: float | None = None
-    to_world: Floats | None = None
+    to_world: FloatArray | None = None
     registration: Registration | None = None
 
     @property
@@ -93,17 +91,17 @@ class _Model:
         return self._source.warnings
 
     @property
-    def bounds(self) -> Floats:
+    def bounds(self) -> FloatArray:
         """(2, 3) lowest and highest corner, World, metres."""
         return np.array(self._data.bounds)
 
     @property
-    def fields(self) -> Mapping[str, npt.NDArray[np.generic]]:
+    def fields(self) -> Mapping[str, GenericArray]:
         """Other values of the points (intensity, classification ...) by name, each (n,)."""
         return self._data.fields  # type: ignore[no-any-return]
 
     @property
-    def colours(self) -> npt.NDArray[np.uint8] | None:
+    def colours(self) -> ByteArray | None:
         """(n, 3) uint8 red, green, blue of the points, or None."""
         return self._data.colors  # type: ignore[no-any-return]
 
@@ -237,12 +235,12 @@ class Mesh(_Model):
     """
 
     @property
-    def points(self) -> Floats:
+    def points(self) -> FloatArray:
         """(n, 3) float64, World, metres."""
         return self._data.vertices  # type: ignore[no-any-return]
 
     @property
-    def faces(self) -> npt.NDArray[np.int32]:
+    def faces(self) -> Int32Array:
         """(m, 3) int32, rows into `points`."""
         return self._data.faces  # type: ignore[no-any-return]
 
@@ -258,7 +256,7 @@ class Mesh(_Model):
         return tuple(dict.fromkeys(file for file in files if file is not None))
 
     @property
-    def uv(self) -> npt.NDArray[np.float32] | None:
+    def uv(self) -> Float32Array | None:
         """(n, 2) float32 texture coordinates, or None."""
         return self._data.uv  # type: ignore[no-any-return]
 
@@ -307,12 +305,12 @@ class PointCloud(_Model):
     """
 
     @property
-    def points(self) -> Floats:
+    def points(self) -> FloatArray:
         """(n, 3) float64, World, metres."""
         return self._data.points  # type: ignore[no-any-return]
 
     @property
-    def normals(self) -> npt.NDArray[np.float32] | None:
+    def normals(self) -> Float32Array | None:
         """(n, 3) float32 unit vectors, or None."""
         return self._data.normals  # type: ignore[no-any-return]
 
@@ -471,7 +469,9 @@ def in_world(
     return kind(moved(data, matrix), replace(source, to_world=matrix))
 
 
-def moved(data: meshes.Mesh | clouds.PointCloud, matrix: Floats) -> meshes.Mesh | clouds.PointCloud:
+def moved(
+    data: meshes.Mesh | clouds.PointCloud, matrix: FloatArray
+) -> meshes.Mesh | clouds.PointCloud:
     """Transform data by a similarity (4, 4)."""
     if np.array_equal(matrix, np.eye(4)):
         return data

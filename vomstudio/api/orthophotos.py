@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from vomstudio.api.checking import flag, maybe_path, naming, path_of, warn
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
@@ -15,6 +14,7 @@ from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
 from vomstudio.api.reporting import Reported, told
 from vomstudio.api.sets import fold as fold_of
+from vomstudio.core.arrays import ByteArray, Float32Array
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import html_table, in_lines
 from vomstudio.core.results import HIDDEN
@@ -58,8 +58,8 @@ class Orthophoto(OrthophotoFigures):
     True
     """
 
-    image: npt.NDArray[np.uint8] = field(metadata=HIDDEN)
-    depth: npt.NDArray[np.float32] = field(metadata=HIDDEN)
+    image: ByteArray = field(metadata=HIDDEN)
+    depth: Float32Array = field(metadata=HIDDEN)
     fold: FoldView | None
     warnings: tuple[Finding, ...]
     _model: Mesh | PointCloud = field(metadata=HIDDEN)

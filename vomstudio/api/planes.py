@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from vomstudio.api.checking import (
     attitude_of,
@@ -23,6 +22,7 @@ from vomstudio.api.checking import (
 )
 from vomstudio.api.declared_options import options_from_arguments
 from vomstudio.api.tables import dataframe_crs, frame
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import html_table
@@ -114,7 +114,7 @@ class OrientationFigures(Result):
     notes: str | None
 
     @property
-    def centroid(self) -> npt.NDArray[np.float64] | None:
+    def centroid(self) -> FloatArray | None:
         """(3,) centre of the points; None for what has no place."""
         if self.x is None or self.y is None or self.z is None:
             return None
@@ -165,12 +165,12 @@ class PlaneFit(OrientationFigures):
     normal_z: float
 
     @property
-    def normal(self) -> npt.NDArray[np.float64]:
+    def normal(self) -> FloatArray:
         """(3,) upward unit normal."""
         return np.array([self.normal_x, self.normal_y, self.normal_z])
 
     @property
-    def normal_covariance(self) -> npt.NDArray[np.float64] | None:
+    def normal_covariance(self) -> FloatArray | None:
         """(3, 3) covariance of the normal, radians squared; None if its error is not known."""
         ee, en, eu = self.normal_cov_ee, self.normal_cov_en, self.normal_cov_eu
         nn, nu, uu = self.normal_cov_nn, self.normal_cov_nu, self.normal_cov_uu
@@ -394,7 +394,7 @@ def _pair(value: Any, names: list[str]) -> tuple[str, str]:
     return pair[0], pair[1]
 
 
-def _points(given: Any) -> npt.NDArray[np.float64]:
+def _points(given: Any) -> FloatArray:
     return points(given)
 
 
@@ -407,8 +407,8 @@ class _Groups:
     """
 
     ids: list[Any]
-    points: npt.NDArray[np.float64]
-    offsets: npt.NDArray[np.int64]
+    points: FloatArray
+    offsets: IntArray
     dropped: int = 0
     words: Words[Any] = field(default_factory=dict)
     messages: Sequence[Finding] = ()
@@ -417,9 +417,15 @@ class _Groups:
 def _fitted(groups: _Groups, options: FitOptions, resolution_m: float | None) -> FittedPlanes:
     resolution_m = positive(resolution_m, "resolution_m")
     return fitted_planes(
-        groups.ids, groups.points, groups.offsets, method=options.method, axis=options.axis,
-        resolution_m=resolution_m, thresholds=PROFILES[options.profile], words=groups.words,
-    )  # fmt: skip
+        groups.ids,
+        groups.points,
+        groups.offsets,
+        method=options.method,
+        axis=options.axis,
+        resolution_m=resolution_m,
+        thresholds=PROFILES[options.profile],
+        words=groups.words,
+    )
 
 
 def groups_of(given: Any, by: Any) -> _Groups:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from vomstudio.api.checking import (
     is_path,
@@ -25,6 +24,7 @@ from vomstudio.api.checking import (
 )
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.reporting import Reported, told
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import given_options
@@ -34,8 +34,6 @@ from vomstudio.registration.placing import register_points
 from vomstudio.registration.register_options import BESIDE, RegisterOptions
 from vomstudio.registration.results import Placed
 from vomstudio.studio.placing.register_order import register_model
-
-Array = npt.NDArray[np.float64]
 
 
 def register(
@@ -191,7 +189,7 @@ def register(
 
 def _pairs(
     model_points: Any, world_points: Any, sigma_m: Any, check: Any
-) -> tuple[Array, Array, Array | None, npt.NDArray[np.bool_] | None]:
+) -> tuple[FloatArray, FloatArray, FloatArray | None, BoolArray | None]:
     if world_points is None:
         raise InputError(Finding("option.missing"), field="world_points")
     model, world = points(model_points, "model_points"), points(world_points, "world_points")

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from vomstudio.api.checking import flag, numbers, path_of, refuse_rows, wrong_shape
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.reprs import html_table, in_lines
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.products.section.cutting import Cut, cut_model
@@ -48,8 +48,8 @@ class Section:
     (True, True)
     """
 
-    polylines: tuple[npt.NDArray[np.float64], ...]
-    profiles: tuple[npt.NDArray[np.float64], ...]
+    polylines: tuple[FloatArray, ...]
+    profiles: tuple[FloatArray, ...]
     figures: SectionFigures
     _model: Mesh | PointCloud = field(repr=False)
     _curtain: Curtain = field(repr=False)

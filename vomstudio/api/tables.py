@@ -34,9 +34,17 @@ from vomstudio.project.tables.registration_comments import registration_lines
 FORMS = {figure.name: figure.form for figure in catalogue.ORIENTATION}
 _IN_MEMORY = "the table"
 _ANGLES = (
-    "dip direction", "strike", "dip", "quadrant", "azimuth", "trend", "plunge", "pole trend",
-    "pole plunge", "attitude",
-)  # fmt: skip
+    "dip direction",
+    "strike",
+    "dip",
+    "quadrant",
+    "azimuth",
+    "trend",
+    "plunge",
+    "pole trend",
+    "pole plunge",
+    "attitude",
+)
 
 Azimuth = Literal["strike", "dipdir"]
 

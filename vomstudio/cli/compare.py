@@ -76,10 +76,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
     benchmark = read_beside(args.benchmark, progress, args.project, frame)
     names = (Path(args.model).name, Path(args.benchmark).name)
     warnings: list[Finding] = [
-        *(warning.of_file(name)
-          for name, one in zip(names, (model, benchmark), strict=True) for warning in one.warnings),
+        *(
+            warning.of_file(name)
+            for name, one in zip(names, (model, benchmark), strict=True)
+            for warning in one.warnings
+        ),
         *crs_findings(model.crs, benchmark.crs, names),
-    ]  # fmt: skip
+    ]
     if not (model.metric or benchmark.metric):
         warnings.append(Finding("comparison.no-unit"))
     metric = model.in_metres or benchmark.in_metres
@@ -92,9 +95,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
         )
     with numbers_of(args.model):
         found = compare(
-            model.data, benchmark.data, radius_m=options.m3c2_m, registration_error_m=error,
+            model.data,
+            benchmark.data,
+            radius_m=options.m3c2_m,
+            registration_error_m=error,
             progress=progress,
-        )  # fmt: skip
+        )
     result: dict[str, Any] = found.to_dict()
     warnings += found.warnings
     if args.output is not None:
@@ -170,12 +176,14 @@ def _written(
         args.output,
         force=args.force,
         inputs=[
-            model.loaded.path, *companions(model.loaded.path),
-            benchmark.loaded.path, *companions(benchmark.loaded.path),
+            model.loaded.path,
+            *companions(model.loaded.path),
+            benchmark.loaded.path,
+            *companions(benchmark.loaded.path),
         ],
         progress=progress_of(args),
         registration=model.registration_in_world,
-    )  # fmt: skip
+    )
 
 
 def _result_text(comparison: Comparison) -> str:

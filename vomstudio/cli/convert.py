@@ -15,9 +15,7 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.units import METRES
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
+    from vomstudio.core.arrays import FloatArray
     from vomstudio.core.findings import Finding
     from vomstudio.geometry.cloud import PointCloud
     from vomstudio.geometry.mesh import Mesh
@@ -130,7 +128,7 @@ def _in_world(loaded: LoadedModel, up: str | None, scale: float) -> Mesh | Point
     )
 
 
-def _change(loaded: LoadedModel, up: str | None, scale: float) -> npt.NDArray[np.float64]:
+def _change(loaded: LoadedModel, up: str | None, scale: float) -> FloatArray:
     """Return the (4, 4) similarity from the coordinates that were read to those of the output."""
     import numpy as np
 
@@ -145,7 +143,7 @@ def _change(loaded: LoadedModel, up: str | None, scale: float) -> npt.NDArray[np
     return change
 
 
-def _pivot(loaded: LoadedModel) -> npt.NDArray[np.float64]:
+def _pivot(loaded: LoadedModel) -> FloatArray:
     import numpy as np
 
     return np.zeros(3) if loaded.turned_about is None else np.array(loaded.turned_about)

@@ -22,9 +22,7 @@ from vomstudio.core.words import tr
 from vomstudio.products.sample.demo_options import DemoOptions
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
+    from vomstudio.core.arrays import FloatArray
     from vomstudio.geometry.mesh import Mesh
     from vomstudio.products.sample.check import SampleResult
     from vomstudio.project.folder import Project
@@ -32,7 +30,7 @@ if TYPE_CHECKING:
     from vomstudio.project.records import Model
     from vomstudio.project.sample import SamplePicks
 
-    Floats = npt.NDArray[np.float64]
+    Floats = FloatArray
 
 DEFAULT_FOLDER = "vomstudio-demo"
 MARK = ".vomstudio-demo"

@@ -55,8 +55,17 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _result_text(result: dict[str, Any]) -> str:
-    heads = [tr("pair"), tr("net"), "+-", tr("throw"), "+-", tr("heave"), "+-", tr("strike slip"),
-             tr("slip rake")]  # fmt: skip
+    heads = [
+        tr("pair"),
+        tr("net"),
+        "+-",
+        tr("throw"),
+        "+-",
+        tr("heave"),
+        "+-",
+        tr("strike slip"),
+        tr("slip rake"),
+    ]
     rows = []
     for pair in result["pairs"]:
         d = pair["displacement"] or pair["separations"]["dip"]
@@ -64,10 +73,14 @@ def _result_text(result: dict[str, Any]) -> str:
             continue
         cells = [pair["name"]]
         for name in ("net_m", "throw_m", "heave_m"):
-            cells += [text_tables.number(d[name]["value"], 3),
-                      text_tables.number(d[name]["error95"], 3)]  # fmt: skip
-        cells += [text_tables.number(d["strike_slip_m"]["value"], 3),
-                  text_tables.number(d["slip_rake_deg"], 0)]  # fmt: skip
+            cells += [
+                text_tables.number(d[name]["value"], 3),
+                text_tables.number(d[name]["error95"], 3),
+            ]
+        cells += [
+            text_tables.number(d["strike_slip_m"]["value"], 3),
+            text_tables.number(d["slip_rake_deg"], 0),
+        ]
         rows.append(cells)
     title = (
         tr("Net slip, metres, errors 95 %")

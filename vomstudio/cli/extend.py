@@ -69,9 +69,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
     extension = extend(model.data, belief, options)
     progress.stage(tr("Writing the results"))
     write_traces(
-        args.output, extension, crs=model.crs, model=Path(args.model).name, force=args.force,
+        args.output,
+        extension,
+        crs=model.crs,
+        model=Path(args.model).name,
+        force=args.force,
         axes=model.axes,
-    )  # fmt: skip
+    )
     warnings = [*model.warnings, *findings, *extension.warnings]
     result: dict[str, Any] = {"file": args.output, **extension.to_dict()}
     if args.labels is not None:

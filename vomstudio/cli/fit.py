@@ -56,9 +56,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
     read = read_points(args.points, options.by, frame_options(args))
     groups = read.groups
     fitted = fitted_planes(
-        groups.ids, groups.points, groups.offsets, method=options.method, axis=options.axis,
-        thresholds=limits, words=groups.words, progress=progress,
-    )  # fmt: skip
+        groups.ids,
+        groups.points,
+        groups.offsets,
+        method=options.method,
+        axis=options.axis,
+        thresholds=limits,
+        words=groups.words,
+        progress=progress,
+    )
     rows, skipped = fitted.rows, fitted.skipped
     if together.parallel or together.curved:
         progress.stage(tr("Fitting all traces together"))
@@ -143,20 +149,30 @@ def _parallel_text(parallel: ParallelBeds) -> str:
         [tr("id"), tr("n"), tr("distance"), tr("95 %"), tr("rms")],
         ["", "", "m", "m", "m"],
         [
-            [bed.id, str(bed.n), f"{bed.distance_m:.3f}", text_tables.figures(bed.error95_m),
-             text_tables.figures(bed.rms_m)]
+            [
+                bed.id,
+                str(bed.n),
+                f"{bed.distance_m:.3f}",
+                text_tables.figures(bed.error95_m),
+                text_tables.figures(bed.rms_m),
+            ]
             for bed in parallel.beds
         ],
-    )  # fmt: skip
+    )
     pairs = text_tables.table(
         [tr("first"), tr("second"), tr("apart"), tr("95 %"), tr("p, one plane")],
         ["", "", "m", "m", ""],
         [
-            [each.first, each.second, f"{each.distance_m:.3f}",
-             text_tables.figures(each.error95_m), text_tables.figures(each.p)]
+            [
+                each.first,
+                each.second,
+                f"{each.distance_m:.3f}",
+                text_tables.figures(each.error95_m),
+                text_tables.figures(each.p),
+            ]
             for each in parallel.same
         ],
-    )  # fmt: skip
+    )
     return "\n".join([summary, beds, *([pairs] if parallel.same else [])])
 
 

@@ -20,13 +20,16 @@ if TYPE_CHECKING:
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
-        subparsers, "fractures", run,
+        subparsers,
+        "fractures",
+        run,
         help_=tr("Number, length, nodes and spacing of the fractures of a trace map"),
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "traces", metavar="TRACES",
+        "traces",
+        metavar="TRACES",
         help=tr("lines in metres: GeoPackage, GeoJSON, shapefile or DXF"),
-    )  # fmt: skip
+    )
     add_options(parser, FractureOptions)
     parser.add_argument(
         "--plot", metavar="FILE", help=tr("a picture, by its ending: .svg, .pdf or .png")

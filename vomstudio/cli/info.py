@@ -24,10 +24,19 @@ if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
 
 NOTHING: dict[str, Any] = {
-    "path": None, "kind": None, "points": None, "faces": None, "materials": [], "textures": [],
-    "bounds": None, "crs": None, "units": None, "resolution_m": None, "fields": [],
+    "path": None,
+    "kind": None,
+    "points": None,
+    "faces": None,
+    "materials": [],
+    "textures": [],
+    "bounds": None,
+    "crs": None,
+    "units": None,
+    "resolution_m": None,
+    "fields": [],
     "warnings": [],
-}  # fmt: skip
+}
 """What is promised of every file, as far as nothing is known of it."""
 TABLES = {".csv", ".tsv", ".txt", ".dat", ".tab", ".prn"}
 PICTURES = {".jpg", ".jpeg", ".png", ".bmp", ".webp"}
@@ -221,8 +230,15 @@ def _picture(path: Path) -> dict[str, Any]:
 
             # Pillow does not know every kind of number and every number of bands.
             width, height, bands = size_and_bands(path)
-            return {**NOTHING, **(_on_the_map(path) or {}), "kind": "raster", "width": width,
-                    "height": height, "fields": bands, "warnings": []}  # fmt: skip
+            return {
+                **NOTHING,
+                **(_on_the_map(path) or {}),
+                "kind": "raster",
+                "width": width,
+                "height": height,
+                "fields": bands,
+                "warnings": [],
+            }
         raise InputError(Finding("picture.unknown-kind"), file=path) from error
     except (OSError, ValueError, SyntaxError) as error:
         raise InputError(Finding("file.unreadable", reason=error), file=path) from error

@@ -91,10 +91,16 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.warn(log.warnings)
     heads = [tr("bed"), tr("from"), tr("to"), tr("thickness"), tr("lithology"), tr("notes")]
     rows = [
-        [str(i.number), i.base, i.top, with_error(i.thickness_m.value, i.thickness_m.error95),
-         i.lithology, i.notes]
+        [
+            str(i.number),
+            i.base,
+            i.top,
+            with_error(i.thickness_m.value, i.thickness_m.error95),
+            i.lithology,
+            i.notes,
+        ]
         for i in reversed(log.intervals)
-    ]  # fmt: skip
+    ]
     lead = tr("Metres across the bedding, errors 95 %, the youngest bed on top")
     if not answer.metric:
         lead = tr("Model units across the bedding, errors 95 %, the youngest bed on top")
@@ -141,9 +147,15 @@ def _table_log(args: argparse.Namespace, bed: Plane | None, options: LogOptions)
     sigma, error = options.sigma_m or 0.0, options.bed_error_deg or 0.0
     with numbers_of(args.table):
         found = bed_log(
-            read.points, bed, names=read.names, lithologies=read.lithologies, notes=read.notes,
-            sigma_m=sigma, bed_error_deg=error, overturned=options.overturned,
-        )  # fmt: skip
+            read.points,
+            bed,
+            names=read.names,
+            lithologies=read.lithologies,
+            notes=read.notes,
+            sigma_m=sigma,
+            bed_error_deg=error,
+            overturned=options.overturned,
+        )
     found = replace(found, warnings=(*read.warnings, *found.warnings))
     return _LogAnswer(found, bed, error, sigma, read.dropped)
 
@@ -156,9 +168,14 @@ def _project_log(
 
     progress = report_reading(args, args.table)
     question = kept_question(
-        Path(args.table), line.line or "", of=line.of or TRACES, type_name=line.type or "bedding",
-        bed=bed, options=options, reach_m=line.reach_m,
-    )  # fmt: skip
+        Path(args.table),
+        line.line or "",
+        of=line.of or TRACES,
+        type_name=line.type or "bedding",
+        bed=bed,
+        options=options,
+        reach_m=line.reach_m,
+    )
     progress.stage(tr("Measuring thicknesses"))
     with numbers_of(args.table):
         found = answer(question)

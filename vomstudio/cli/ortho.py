@@ -152,9 +152,13 @@ def _place(args: argparse.Namespace, loaded: LoadedModel) -> _Place:
     if registration is not None:
         placed, metric = frame.has_north, frame.has_metres
         return _Place(
-            established.to_world(), world_crs(frame.crs, frame.unit_m), placed, metric, metric,
+            established.to_world(),
+            world_crs(frame.crs, frame.unit_m),
+            placed,
+            metric,
+            metric,
             established.findings,
-        )  # fmt: skip
+        )
     placed = frame.crs is not None or scale_known(loaded.path) is not False
     return _Place(
         frame.to_world(),

@@ -84,9 +84,11 @@ def add_parser(subparsers: Subparsers) -> None:
     add("coverage", _looked_at, tr("What was looked at of the faces with a grid"))
     profile = add("profile", _profile, tr("Judge all features by another profile"))
     profile.add_argument(
-        "name", metavar="NAME", choices=["error", "textbook"],
+        "name",
+        metavar="NAME",
+        choices=["error", "textbook"],
         help=tr("error: by how far they may be off; textbook: by the shape of their points"),
-    )  # fmt: skip
+    )
     add("update", _update, tr("Measure the surroundings of earlier features by today's rule"))
     add("undo", _undo, tr("Undo the last step"))
     add("redo", _redo, tr("Redo the step that was undone"))

@@ -22,9 +22,12 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("photos", metavar="PHOTOS", help=tr("folder of JPEG, TIFF or PNG photos"))
     parser.add_argument(
-        "-o", "--output", metavar="DIR", required=True,
+        "-o",
+        "--output",
+        metavar="DIR",
+        required=True,
         help=tr("folder for the model; run again with the same one to go on where it stopped"),
-    )  # fmt: skip
+    )
     add_options(parser, ReconstructOptions)
 
 

@@ -121,11 +121,21 @@ def placement_text(placement: Placed) -> str:
             blocks.append(text_tables.table(heads, ["", "", "m", "m", "m", "m"], rows))
     if placement.without:
         rows = [
-            [w.label, *(text_tables.figures(v) for v in (
-                w.error_deg, w.turned_deg, w.others_deg, w.weakest_95_deg))]
+            [
+                w.label,
+                *(
+                    text_tables.figures(v)
+                    for v in (w.error_deg, w.turned_deg, w.others_deg, w.weakest_95_deg)
+                ),
+            ]
             for w in placement.without
-        ]  # fmt: skip
-        heads = [tr("without"), tr("it is off"), tr("model turns"), tr("others agree"),
-                 tr("worst 95 %")]  # fmt: skip
+        ]
+        heads = [
+            tr("without"),
+            tr("it is off"),
+            tr("model turns"),
+            tr("others agree"),
+            tr("worst 95 %"),
+        ]
         blocks.append(text_tables.table(heads, ["", "°", "°", "°", "°"], rows))
     return "\n".join([*blocks, *map(str, worst_axis_findings(placement))])

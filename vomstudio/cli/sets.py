@@ -83,16 +83,24 @@ def _result_text(result: dict[str, Any]) -> str:
         for found in result["sets"]
     ]
     heads = [
-        tr("set"), "n", tr("mean plane"), "kappa", tr("discontinuities"),
-        tr("spacing"), tr("along dip"), tr("along strike"), "P32",
-    ]  # fmt: skip
+        tr("set"),
+        "n",
+        tr("mean plane"),
+        "kappa",
+        tr("discontinuities"),
+        tr("spacing"),
+        tr("along dip"),
+        tr("along strike"),
+        "P32",
+    ]
     units = ["", "", tr("dip direction/dip ± 95 %"), "", "", "m", "m", "m", "1/m"]
     lines = [text_tables.table(heads, units, rows)] if rows else []
     lines.append(
         tr_n(
             "{count} plane of {all} is in no set.",
             "{count} planes of {all} are in no set.",
-            result["unassigned"], all=result["n"],
+            result["unassigned"],
+            all=result["n"],
         )
-    )  # fmt: skip
+    )
     return "\n".join(lines)

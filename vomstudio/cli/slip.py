@@ -55,20 +55,23 @@ def run(args: argparse.Namespace, out: Output) -> None:
     out.warn(found.warnings)
     axes, dihedra = result["kinematic_axes"], result["right_dihedra"]
     rows = [
-        [name, text_tables.line(axes[key]), text_tables.number(axes[key]["value"], 2),
-         text_tables.number(axes[key]["confidence95_deg"], 1)]
+        [
+            name,
+            text_tables.line(axes[key]),
+            text_tables.number(axes[key]["value"], 2),
+            text_tables.number(axes[key]["confidence95_deg"], 1),
+        ]
         for name, key in (
             (tr("shortening"), "shortening"),
             (tr("intermediate"), "intermediate"),
             (tr("extension"), "extension"),
         )
-    ]  # fmt: skip
+    ]
     heads = [tr("kinematic axis"), tr("trend/plunge"), tr("value"), tr("95 % cone")]
     shares = [
-        [name, text_tables.line(dihedra[key]),
-         text_tables.number(100.0 * dihedra[key]["share"], 0)]
+        [name, text_tables.line(dihedra[key]), text_tables.number(100.0 * dihedra[key]["share"], 0)]
         for name, key in ((tr("compression"), "compression"), (tr("extension"), "extension"))
-    ]  # fmt: skip
+    ]
     out.text(tr_n("{count} fault", "{count} faults", found.n))
     out.text(text_tables.table(heads, ["", "deg", "", "deg"], rows))
     heads = [tr("right dihedra"), tr("trend/plunge"), tr("of faults")]

@@ -140,8 +140,15 @@ def _facets_text(slopes: FacetSlopes) -> str:
         ]
         for i in worst
     ]
-    heads = [tr("facet"), tr("dip dir"), tr("dip"), tr("planar"), tr("wedge"), tr("flexural"),
-             tr("direct")]  # fmt: skip
+    heads = [
+        tr("facet"),
+        tr("dip dir"),
+        tr("dip"),
+        tr("planar"),
+        tr("wedge"),
+        tr("flexural"),
+        tr("direct"),
+    ]
     lines = [head, text_tables.table(heads, ["", tr("deg"), tr("deg"), "%", "%", "%", "%"], rows)]
     if len(shares) > _SHOWN:
         lines.append(tr("{count} more are in the table.", count=len(shares) - _SHOWN))
@@ -173,6 +180,10 @@ def _row(name: str, of: str, mode: Mode) -> list[str]:
         None if value is None else 100.0 * value for value in (mode.share, mode.probability)
     )
     return [
-        name, of, str(mode.critical), str(mode.of),
-        text_tables.number(share, 1), text_tables.number(expected, 1),
-    ]  # fmt: skip
+        name,
+        of,
+        str(mode.critical),
+        str(mode.of),
+        text_tables.number(share, 1),
+        text_tables.number(expected, 1),
+    ]

@@ -72,9 +72,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     with atomic_write(args.output, args.force) as temporary:
         write_stereonet(
-            temporary, net, format=format_, style=style.of_net(),
-            width_mm=style.width_mm, height_mm=style.height_mm,
-        )  # fmt: skip
+            temporary,
+            net,
+            format=format_,
+            style=style.of_net(),
+            width_mm=style.width_mm,
+            height_mm=style.height_mm,
+        )
     progress.stage(tr("Writing the results"))
     _tell(args, options, table, net, out)
 

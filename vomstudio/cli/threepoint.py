@@ -44,9 +44,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
         return
     if result.dip_direction_error_deg is None:
         out.text(
-            tr("{plane} (95 %): dip ± {dip:.1f}°, dip direction unknown",
-               plane=attitude, dip=result.dip_error_deg)
-        )  # fmt: skip
+            tr(
+                "{plane} (95 %): dip ± {dip:.1f}°, dip direction unknown",
+                plane=attitude,
+                dip=result.dip_error_deg,
+            )
+        )
         return
     out.text(
         tr(

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from vomstudio.cli.common import straight_traces, text_tables, trace_drawing, trace_proposals
 from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, progress_of
@@ -17,6 +16,7 @@ from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.unitless_lengths import named_by_unit, unit_of
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import declarations
@@ -127,7 +127,7 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
 
 def _way_points(
     args: argparse.Namespace, model: WorldModel
-) -> tuple[npt.NDArray[np.float64], Sequence[Finding]]:
+) -> tuple[FloatArray, Sequence[Finding]]:
     """Return way-points, (n, 3) in World or (n, 2) pixels of the photo, and warnings about them."""
     from vomstudio.io.gate.point_tables import read_points
     from vomstudio.io.gate.points import ModelFrame
@@ -145,7 +145,7 @@ def _followed(
     options: FollowOptions,
     model: WorldModel,
     surface: SurfaceGraph,
-    way_points: npt.NDArray[np.float64],
+    way_points: FloatArray,
     spacing: float,
     edges: tuple[Find, Path] | None,
 ) -> FollowedTrace:
@@ -169,16 +169,19 @@ def _followed(
         return followed_trace(surface, way_points, **asked)
     cameras = options.cameras or find_own_cameras(args.model)
     photos = open_photos(
-        model.data, spacing, options.photo, cameras or Path(args.model).with_name(FILE_NAME),
+        model.data,
+        spacing,
+        options.photo,
+        cameras or Path(args.model).with_name(FILE_NAME),
         model.to_world,
-    )  # fmt: skip
+    )
     if edges is not None:
         photos = showing_edges(photos, *edges)
     return photo_trace(surface, photos, way_points, **asked)
 
 
 def _require_on_model(
-    path: str, points: npt.NDArray[np.float64], surface: SurfaceGraph, resolution: float
+    path: str, points: FloatArray, surface: SurfaceGraph, resolution: float
 ) -> None:
     """Raises InputError that names the line of a way-point that is not on the model."""
     from vomstudio.extraction.followed_trace import off_model_finding, off_the_model

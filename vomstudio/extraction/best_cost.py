@@ -20,8 +20,8 @@ from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.extraction.following import Follower, Path
 from vomstudio.extraction.path_costs import COSTS, OF_COLOURS
@@ -31,8 +31,6 @@ from vomstudio.geology.doubtful_stretches import Range, rest_of
 from vomstudio.geology.profiles import DEFAULTS
 from vomstudio.geology.quality import judge, total_error_deg
 from vomstudio.geometry.planes import fit_plane
-
-Array = npt.NDArray[np.float64]
 
 AUTO = "auto"
 """The cost that is named for the best of all."""
@@ -44,11 +42,11 @@ _RANK = {"good": 0, "doubtful": 1, "poor": 2}
 
 class _Followed(Protocol):
     @property
-    def points(self) -> Array: ...
+    def points(self) -> FloatArray: ...
 
 
 P = TypeVar("P", bound=_Followed)
-Face = Callable[[Array], Array | None]
+Face = Callable[[FloatArray], FloatArray | None]
 """The normal (3,) of the outcrop's face around points (n, 3), World; None where it has none."""
 Rank = tuple[int, float]
 """What paths are ordered by: the verdict on the plane, and by how much it may be off, degrees."""
@@ -70,8 +68,8 @@ def costs_of(surface: SurfaceGraph) -> tuple[str, ...]:
 
 def follow_best(
     surface: SurfaceGraph,
-    way_points: Array,
-    resolution_near: Callable[[Array], float | None],
+    way_points: FloatArray,
+    resolution_near: Callable[[FloatArray], float | None],
     face_near: Face | None = None,
     *,
     whole: bool = False,
@@ -93,7 +91,7 @@ def follow_best(
 def best_of(
     costs: Sequence[str],
     follow: Callable[[str], P],
-    resolution_near: Callable[[Array], float | None],
+    resolution_near: Callable[[FloatArray], float | None],
     face_near: Face | None = None,
     doubtful: Callable[[P], Sequence[Range]] = lambda path: (),
 ) -> tuple[P, str, tuple[Tried, ...]]:
@@ -121,7 +119,9 @@ def best_of(
     return path, best.cost, tuple(tried for *_, tried in found)
 
 
-def _confirmed(paths: Sequence[Array], resolution_near: Callable[[Array], float | None]) -> Array:
+def _confirmed(
+    paths: Sequence[FloatArray], resolution_near: Callable[[FloatArray], float | None]
+) -> FloatArray:
     """(k,) of paths (n, 3) each: the sum over the others of the share that runs beside them, of one
     or the other, whichever is less."""
     from scipy.spatial import cKDTree
@@ -137,8 +137,8 @@ def _confirmed(paths: Sequence[Array], resolution_near: Callable[[Array], float 
 
 
 def rank_of(
-    points: Array,
-    resolution_near: Callable[[Array], float | None],
+    points: FloatArray,
+    resolution_near: Callable[[FloatArray], float | None],
     face_near: Face | None = None,
     doubtful: Sequence[Range] = (),
 ) -> tuple[Rank, float | None]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray, FloatArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry import transform
@@ -20,8 +21,6 @@ from vomstudio.geometry.mesh import Mesh
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
 
-Array = npt.NDArray[np.float64]
-Bytes = npt.NDArray[np.uint8]
 
 # Of a cloud a line of sight meets points within so many times their usual spacing.
 _REACH_SPACINGS = 1.0
@@ -48,7 +47,7 @@ class CalibratedPhotos:
         """Of the photo that was chosen."""
         return self.views.views[self.chosen].name
 
-    def pixels(self, view: int) -> Bytes:
+    def pixels(self, view: int) -> ByteArray:
         """(height, width, 3) as stored, of the size that the camera has. Raises InputError."""
         from vomstudio.io.photos.pixels import stored
 
@@ -100,8 +99,9 @@ def open_photos(
     scale = transform.scale_of(matrix)
     moved = [own.views[n].moved(scale, matrix[:3, :3] / scale, matrix[:3, 3]) for n in names]
     origin = np.floor(np.median([view.centre for view in moved], axis=0))
-    near = tuple(scaled(view, files.get(i)).moved(1.0, np.eye(3), -origin)
-                 for i, view in enumerate(moved))  # fmt: skip
+    near = tuple(
+        scaled(view, files.get(i)).moved(1.0, np.eye(3), -origin) for i, view in enumerate(moved)
+    )
     x, y, z = (int(value) for value in origin)
     tree = RayTree(data, _REACH_SPACINGS * resolution)
     views = PhotoViews(Cameras(near, Path("."), (x, y, z)), tree, None, resolution)
@@ -154,7 +154,7 @@ def scaled(view: View, file: Path | None) -> View:
     return View(view.name, lens.scaled(width, height), view.rotation, view.translation)
 
 
-def _bounds_in_file(data: Mesh | PointCloud, matrix: Array) -> Array:
+def _bounds_in_file(data: Mesh | PointCloud, matrix: FloatArray) -> FloatArray:
     """(2, 3) box around the model in the frame of its file."""
     low, high = np.asarray(data.bounds, np.float64)
     grid = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])

@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.extraction.measurable_kernels import areas_of, clustered
 from vomstudio.geometry.kernels.jit import for_reading
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,14 +17,14 @@ class Thinner:
     faces : (k, 3); rows : (k,) the face that each was; areas : (k,) that it stands for
     """
 
-    vertices: Array
-    nodes: Ints
-    faces: Ints
-    rows: Ints
-    areas: Array
+    vertices: FloatArray
+    nodes: IntArray
+    faces: IntArray
+    rows: IntArray
+    areas: FloatArray
 
 
-def thinner(vertices: Array, faces: Ints, cell: float) -> Thinner:
+def thinner(vertices: FloatArray, faces: IntArray, cell: float) -> Thinner:
     """Vertices in one cube with sides of `cell` that hang together along edges within it are put
     together at their mean (Rossignac & Borrel 1993, but for what only lies close by), and faces
     with less than three of them go. Their area goes to the faces around.
@@ -67,7 +64,7 @@ def thinner(vertices: Array, faces: Ints, cell: float) -> Thinner:
     return Thinner(middle, nodes, fewer, rows, kept * more[fewer].mean(axis=1))
 
 
-def _beside(lost: Ints, left: Ints, faces: Ints, root: Ints) -> None:
+def _beside(lost: IntArray, left: IntArray, faces: IntArray, root: IntArray) -> None:
     """Those that still have no face, as the tips of a rim, go to the vertex beside them."""
     bare = np.zeros(len(root), np.bool_)
     bare[lost] = True
@@ -79,7 +76,7 @@ def _beside(lost: Ints, left: Ints, faces: Ints, root: Ints) -> None:
         root[a[joins]] = root[b[joins]]
 
 
-def _three(faces: Ints) -> npt.NDArray[np.bool_]:
+def _three(faces: IntArray) -> BoolArray:
     """Which faces (k, 3) have three corners."""
     a, b, c = faces.T
     return np.asarray((a != b) & (b != c) & (c != a))

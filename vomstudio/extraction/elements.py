@@ -9,8 +9,8 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, Float32Array, FloatArray, Int32Array, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
@@ -38,12 +38,6 @@ from vomstudio.geometry.nearby.shared_corners import (
     first_faces,
     snapped,
 )
-
-Array = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
-Ints = npt.NDArray[np.int64]
-Rows = npt.NDArray[np.int32]
-Labels = npt.NDArray[np.int32]
 
 _SMOOTHINGS = 12
 # Ours: neighbours of faces are turned by 30 degrees and more.
@@ -73,21 +67,21 @@ class Begun:
         they tell normals, NaN where they do not; inf where none do; 0 where single points do
     """
 
-    labels: Labels
-    open: Bools
-    normals: Array
-    variation: Array
-    areas: Array
-    noise: Array
+    labels: Int32Array
+    open: BoolArray
+    normals: FloatArray
+    variation: FloatArray
+    areas: FloatArray
+    noise: FloatArray
     wide: float = 0.0
 
 
-def middle_of(values: Array) -> float:
+def middle_of(values: FloatArray) -> float:
     """The median, of very many that of some hundred thousand wherever they lie."""
     return float(np.median(values[:: max(1, len(values) // _ENOUGH)]))
 
 
-Begin = Callable[[Array, bool], tuple[CellGrid, Begun]]
+Begin = Callable[[FloatArray, bool], tuple[CellGrid, Begun]]
 """Of places, and whether their noise is known to be large."""
 
 
@@ -112,22 +106,22 @@ class Elements:
     """
 
     of: Literal["face", "point", "cell"]
-    origin: Array
-    places: Array
-    normals: Array
-    areas: Array
-    inner: Array
-    variation: Array
-    spacing: Array
-    noise: Array
-    starts: Ints
-    near: Rows
-    rows: Ints
-    row_of: Ints
+    origin: FloatArray
+    places: FloatArray
+    normals: FloatArray
+    areas: FloatArray
+    inner: FloatArray
+    variation: FloatArray
+    spacing: FloatArray
+    noise: FloatArray
+    starts: IntArray
+    near: Int32Array
+    rows: IntArray
+    row_of: IntArray
     warnings: tuple[Finding, ...] = ()
-    begun: Labels | None = None
+    begun: Int32Array | None = None
     around: int = 0
-    fewer: Bools | None = None
+    fewer: BoolArray | None = None
 
     @cached_property
     def usual_area(self) -> float:
@@ -153,8 +147,8 @@ def elements_of(
 
 # --- clouds -----------------------------------------------------------------------------------
 def _of_cloud(
-    points: Array,
-    file_normals: npt.NDArray[np.float32] | None,
+    points: FloatArray,
+    file_normals: Float32Array | None,
     angle_deg: float,
     progress: Progress,
     begin: Begin | None,
@@ -217,8 +211,8 @@ def _of_cloud(
 
 
 def _grid_of(
-    points: Array, begin: Begin | None
-) -> tuple[CellGrid, Begun | None, Ints | None, Array]:
+    points: FloatArray, begin: Begin | None
+) -> tuple[CellGrid, Begun | None, IntArray | None, FloatArray]:
     """The points in cells, what is begun on these, the rows of the points that have a place, where
     these are not all, and the origin of the places."""
     given = for_reading(points, np.float64)
@@ -235,7 +229,9 @@ def _grid_of(
     return grid_of(local, _PER_CELL), None, sound, origin
 
 
-def _without_scattered(grid: CellGrid, open_: Ints, few: Bools) -> tuple[Ints, Ints, float]:
+def _without_scattered(
+    grid: CellGrid, open_: IntArray, few: BoolArray
+) -> tuple[IntArray, IntArray, float]:
     """Of the open points those to be looked at, and those in cells with few points that scatter in
     all directions, with the area of each of these."""
     thin = few[grid.cells_of(open_)]
@@ -247,8 +243,8 @@ def _without_scattered(grid: CellGrid, open_: Ints, few: Bools) -> tuple[Ints, I
 
 
 def _surroundings(
-    open_: Ints, seen: Seen, begun: Begun | None, n: int
-) -> tuple[Array, Array, Array, Array]:
+    open_: IntArray, seen: Seen, begun: Begun | None, n: int
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Normals, variation, areas and noise of n points from what is around those that are open, and
     from cells around the others."""
     kept = seen.near.shape[1]
@@ -298,8 +294,8 @@ def _neighbours_for(begun: Begun, angle_deg: float) -> int | None:
 
 
 def _merge_normals(
-    file_normals: Array, fitted: Array, variation: Array, warnings: list[Finding]
-) -> Array:
+    file_normals: FloatArray, fitted: FloatArray, variation: FloatArray, warnings: list[Finding]
+) -> FloatArray:
     """Replace fitted normals by those of the file where these agree with the points.
 
     If the median angle between them is large, or too many differ in flat parts, a warning is
@@ -379,9 +375,13 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
     progress.stage(tr("Computing normals"), None)
     places = for_kernels(places, np.float64)
     normals, variation, quiet = _quiet_normals(
-        for_kernels(normals, np.float64), for_kernels(areas, np.float64), starts, near, angle_deg,
+        for_kernels(normals, np.float64),
+        for_kernels(areas, np.float64),
+        starts,
+        near,
+        angle_deg,
         progress,
-    )  # fmt: skip
+    )
     if not quiet:
         smoothed = normals_of_places(places, angle_deg, progress)
         normals = normals if smoothed is None else smoothed
@@ -405,7 +405,7 @@ def _of_mesh(mesh: Mesh, angle_deg: float, progress: Progress) -> Elements:
     )
 
 
-def _face_neighbours(nodes: Ints, corners: Array) -> tuple[Ints, Rows]:
+def _face_neighbours(nodes: IntArray, corners: FloatArray) -> tuple[IntArray, Int32Array]:
     """Neighbours across edges of faces (k, 3 numbers of places), and across gaps; the faces of an
     edge that more than two share follow each other in a ring."""
     k = len(nodes)
@@ -424,8 +424,13 @@ def _face_neighbours(nodes: Ints, corners: Array) -> tuple[Ints, Rows]:
 
 
 def _quiet_normals(
-    normals: Array, areas: Array, starts: Ints, near: Rows, angle_deg: float, progress: Progress
-) -> tuple[Array, Array, bool]:
+    normals: FloatArray,
+    areas: FloatArray,
+    starts: IntArray,
+    near: Int32Array,
+    angle_deg: float,
+    progress: Progress,
+) -> tuple[FloatArray, FloatArray, bool]:
     """Normals smoothed until neighbours agree, half the mean squared sine between each face as it
     is and its neighbours, which is how rough the mesh is there, and whether they agree."""
     if not len(near):

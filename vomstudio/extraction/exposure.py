@@ -12,16 +12,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, Int32Array
 from vomstudio.extraction.elements import NO_SURFACE, Elements, middle_of
 from vomstudio.extraction.kernels import sums_in_cells
 from vomstudio.geometry.kernels.cells import tabulate
 from vomstudio.geometry.kernels.jit import for_kernels
-
-Array = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
-Labels = npt.NDArray[np.int32]
 
 COVERS = ("facet", "bare", "vegetation", "debris")
 """What an element of the surface may be: in a facet, rock in none, or no rock."""
@@ -70,12 +66,16 @@ class Exposure:
     vegetation_share: float
     debris_share: float
     exposed_m2: float
-    by_facet_m2: Array
-    covers: Labels
+    by_facet_m2: FloatArray
+    covers: Int32Array
 
 
 def exposure_of(
-    elements: Elements, labels: Labels, large: Bools, level: Bools, colors: Array | None
+    elements: Elements,
+    labels: Int32Array,
+    large: BoolArray,
+    level: BoolArray,
+    colors: FloatArray | None,
 ) -> Exposure:
     """labels : (n,) facet of each element, -1 for none; large : (n,) whether that facet is so large
     beside the resolution that its error can be believed: any surface is planar at the scale of its
@@ -115,7 +115,9 @@ def exposure_of(
     )
 
 
-def fills_volume(elements: Elements, variation: Array | None = None, skin: bool = False) -> Bools:
+def fills_volume(
+    elements: Elements, variation: FloatArray | None = None, skin: bool = False
+) -> BoolArray:
     """(n,) which points scatter in all directions, or are no piece of a surface. variation : mean
     of the neighbours', if known; skin : at the border of a volume, too"""
     # Faces of a mesh at ledges face all directions as well.
@@ -133,19 +135,19 @@ def fills_volume(elements: Elements, variation: Array | None = None, skin: bool 
     return np.asarray(none | (variation > limit))
 
 
-def is_grass(colors: Array) -> Bools:
+def is_grass(colors: FloatArray) -> BoolArray:
     """(n,) which colours (n, 3), 0 to 255, are so green that no rock is, however smooth."""
     excess = _excess_green(colors)
     return np.asarray((excess > _GRASS[0]) & (excess < _GRASS[1]))
 
 
-def _excess_green(colors: Array) -> Array:
+def _excess_green(colors: FloatArray) -> FloatArray:
     """Excess green (Woebbecke et al. 1995), of chromatic coordinates."""
     total = np.maximum(colors.sum(axis=1), 1.0)
     return np.asarray((3.0 * colors[:, 1] - total) / total)
 
 
-def _mean_of_neighbours(elements: Elements) -> Array:
+def _mean_of_neighbours(elements: Elements) -> FloatArray:
     """Of the variation of each and its neighbours."""
     values = np.nan_to_num(elements.variation, nan=NO_SURFACE)
     number = np.diff(elements.starts)
@@ -158,7 +160,7 @@ def _mean_of_neighbours(elements: Elements) -> Array:
     return values
 
 
-def _jumbled_ground(elements: Elements, asked: Bools) -> Bools:
+def _jumbled_ground(elements: Elements, asked: BoolArray) -> BoolArray:
     """Which of the elements asked for are in cells of twenty resolutions that are gentle as a
     whole, and whose elements face all directions."""
     if not asked.any():
@@ -174,9 +176,14 @@ def _jumbled_ground(elements: Elements, asked: Bools) -> Bools:
     tabulate(named, np.arange(count + 1), names, ends)
     sums = np.zeros((count, 16))
     sums_in_cells(
-        elements.places, for_kernels(elements.normals, np.float64),
-        for_kernels(elements.areas, np.float64), per, names, ends, sums,
-    )  # fmt: skip
+        elements.places,
+        for_kernels(elements.normals, np.float64),
+        for_kernels(elements.areas, np.float64),
+        per,
+        names,
+        ends,
+        sums,
+    )
     means = sums[:, 1:] / np.maximum(sums[:, :1], 1e-300)
     tensor, spread = np.empty((count, 3, 3)), np.empty((count, 3, 3))
     mean = means[:, 6:9]

@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.extraction.facet_table import WKT, FacetTable
 from vomstudio.extraction.facets import Facet
 from vomstudio.geology.orientation import planes_to_poles
 from vomstudio.geology.sets.discontinuities import Pieces
 from vomstudio.geology.sets.proposals import DescribedSet, SetProposal, described, sets_among
 from vomstudio.io.text.set_columns import DISCONTINUITY, rings_of
-
-Floats = npt.NDArray[np.float64]
 
 
 def with_sets(found: FacetTable, facets: list[Facet]) -> FacetTable:
@@ -47,7 +45,7 @@ def with_proposal(found: FacetTable, facets: list[Facet], proposal: SetProposal)
     )
 
 
-def poles_of(found: FacetTable) -> Floats:
+def poles_of(found: FacetTable) -> FloatArray:
     """(n, 3) of the rows."""
     direction, dip = (
         np.array([row[name] for row in found.rows], np.float64)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import Int32Array
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import Shown
 from vomstudio.core.results import HIDDEN
@@ -43,8 +43,8 @@ class FacetTable(Shown):
     level_share: float | None
     sets: tuple[DescribedSet, ...]
     discontinuities: tuple[Discontinuity, ...]
-    facet: npt.NDArray[np.int32] = field(metadata=HIDDEN)
-    set_of: npt.NDArray[np.int32] = field(metadata=HIDDEN)
+    facet: Int32Array = field(metadata=HIDDEN)
+    set_of: Int32Array = field(metadata=HIDDEN)
     area_m2: float
     vegetation_share: float
     debris_share: float
@@ -60,7 +60,7 @@ class FacetTable(Shown):
         return (DISCONTINUITY, WKT) if self.sets else (WKT,)
 
     @property
-    def labels(self) -> dict[str, npt.NDArray[np.int32]]:
+    def labels(self) -> dict[str, Int32Array]:
         """Fields of the model's points: `facet` and `set`, -1 for none."""
         return {"facet": self.facet, "set": self.set_of}
 

@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, GenericArray, Int32Array, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
@@ -46,11 +46,6 @@ from vomstudio.geometry.nearby.shared_corners import snapped
 from vomstudio.geometry.patches import Moments, face_areas, face_points, moments
 from vomstudio.geometry.planes import PlaneFit
 
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
-Labels = npt.NDArray[np.int32]
-
 # Facets of a mesh with few large faces are told by their area.
 _SHARE_OF_MESH = 0.01
 # Ours: pieces of a bend are turned by less than the angles that may be within some of them.
@@ -79,7 +74,7 @@ class Facet:
     area: float
     resolution: float
     border: str | None
-    rows: Ints
+    rows: IntArray
     level_gap: float | None = None
     bent: bool = False
     bend_deg: float | None = None
@@ -92,12 +87,12 @@ class Facets:
     (median); covers : (points,) int32 of each point, a place in `exposure.COVERS`, -1 for none"""
 
     facets: list[Facet]
-    labels: Labels
+    labels: Int32Array
     of: str
     reach: float
     min_points: int
     exposure: Exposure
-    covers: Labels
+    covers: Int32Array
     warnings: tuple[Finding, ...]
 
 
@@ -118,11 +113,16 @@ def find_facets(
     if isinstance(data, Mesh) and len(data.faces):
         data = _with_shared_corners(data)
 
-    def begin(local: Array, noisy: bool) -> tuple[CellGrid, Begun]:
+    def begin(local: FloatArray, noisy: bool) -> tuple[CellGrid, Begun]:
         return begun_on_cells(
-            local, options.used_angle_deg, options.max_distance_m, options.used_min_points,
-            options.min_area_m2 or 0.0, progress, noisy,
-        )  # fmt: skip
+            local,
+            options.used_angle_deg,
+            options.max_distance_m,
+            options.used_min_points,
+            options.min_area_m2 or 0.0,
+            progress,
+            noisy,
+        )
 
     elements = elements_of(data, options.used_angle_deg, progress, begin)
     reach = reach_of(elements, options.max_distance_m)
@@ -167,7 +167,7 @@ def _with_shared_corners(mesh: Mesh) -> Mesh:
     return mesh if own is vertices else replace(mesh, vertices=own)
 
 
-def _without_most(labels: Labels, none: Bools) -> Labels:
+def _without_most(labels: Int32Array, none: BoolArray) -> Int32Array:
     """Without facets most of whose elements are (n,) none of the rock: slices of what fills a
     volume, and lawns."""
     filling = np.flatnonzero(none & (labels >= 0))
@@ -178,7 +178,9 @@ def _without_most(labels: Labels, none: Bools) -> Labels:
     return np.where(out[labels], np.int32(-1), labels) if out.any() else labels
 
 
-def _without_grass(elements: Elements, labels: Labels, colors: Array) -> tuple[Elements, Labels]:
+def _without_grass(
+    elements: Elements, labels: Int32Array, colors: FloatArray
+) -> tuple[Elements, Int32Array]:
     """Remove facets that are mostly grass, and add a warning to the elements."""
     rock = _without_most(labels, is_grass(colors))
     lost = (rock < 0) & (labels >= 0)
@@ -196,12 +198,12 @@ def _without_grass(elements: Elements, labels: Labels, colors: Array) -> tuple[E
 def facets_of_labels(
     cloud: PointCloud,
     elements: Elements,
-    labels: Labels,
+    labels: Int32Array,
     options: FacetOptions,
     fewest: int,
     thresholds: Thresholds,
     progress: Progress,
-) -> tuple[Facets, Ints]:
+) -> tuple[Facets, IntArray]:
     """Facets of pieces that are known already, and of each the label that it had: labels (n,) of
     the elements, -1 for none."""
     found, fresh = _facets(cloud, elements, labels, options, fewest, np.inf, thresholds, progress)
@@ -218,11 +220,11 @@ def _told(
     data: Mesh | PointCloud,
     elements: Elements,
     found: list[Facet],
-    labels: Labels,
+    labels: Int32Array,
     reach: float,
     fewest: int,
     thresholds: Thresholds,
-    colors: Array | None,
+    colors: FloatArray | None,
 ) -> Facets:
     large = np.array([_is_believed(facet, thresholds) for facet in found] + [False])
     level = np.array([(facet.fit.dip_deg or 0.0) < LEVEL_DEG for facet in found] + [False])
@@ -242,22 +244,22 @@ def _told(
 def _facets(
     data: Mesh | PointCloud,
     elements: Elements,
-    labels: Labels,
+    labels: Int32Array,
     options: FacetOptions,
     fewest: int,
     least_area: float,
     thresholds: Thresholds,
     progress: Progress,
-) -> tuple[list[Facet], Labels]:
+) -> tuple[list[Facet], Int32Array]:
     """The facets that are large enough, numbered anew, and the elements' labels of them."""
     count = max(int(labels.max(initial=-1)) + 1, 0)
     progress.stage(tr("Fitting planes"), count)
     cuts, order = np.zeros(count + 1, np.int64), np.empty(len(labels), np.int64)
     grouped(for_kernels(labels, np.int32), cuts, order)
-    made: list[tuple[Facet, Ints]] = []
+    made: list[tuple[Facet, IntArray]] = []
     flattest = options.min_coplanarity
     flattest = thresholds.least_coplanarity if flattest is None else flattest
-    pieces: list[Ints] = [order[cuts[i] : cuts[i + 1]] for i in range(count)]
+    pieces: list[IntArray] = [order[cuts[i] : cuts[i + 1]] for i in range(count)]
     fitted: list[Facet | None] = [None] * count
     # Each thread has its share of the large ones, which come first.
     spread = np.argsort(np.arange(count) % _PARTS, kind="stable")
@@ -285,10 +287,10 @@ def _facets(
 
 
 def _facet(
-    data: Mesh | PointCloud, elements: Elements, own: Ints, thresholds: Thresholds
+    data: Mesh | PointCloud, elements: Elements, own: IntArray, thresholds: Thresholds
 ) -> Facet | None:
     rows = elements.rows[own]
-    weights: Array | None
+    weights: FloatArray | None
     if elements.of == "face":
         assert isinstance(data, Mesh)
         points, weights = face_points(data, rows)
@@ -314,14 +316,19 @@ def _facet(
     thick = (fit.rms or 0.0) > _TOLD * spacing
     gap = level_gap(points, fit.normal) if thick else None
     verdict = judge(
-        fit, resolution_m=resolution, outcrop_normal=None, kind="patch", thresholds=thresholds,
-        seen=level_findings(gap), bend_deg=(bend := bend_of(points, fit.normal)),
-    )  # fmt: skip
+        fit,
+        resolution_m=resolution,
+        outcrop_normal=None,
+        kind="patch",
+        thresholds=thresholds,
+        seen=level_findings(gap),
+        bend_deg=(bend := bend_of(points, fit.normal)),
+    )
     border = wkt(polygon, axes, fit.centroid, 0.25 * spacing)
     return Facet(fit, known, verdict, area, resolution, border, rows, gap, bend_deg=bend)
 
 
-def _wide_spacing(areas: Array) -> float:
+def _wide_spacing(areas: FloatArray) -> float:
     """Of points that stand for areas (n,): where they are thin they are few, but not the area."""
     if len(areas) > _MANY:
         areas = areas[:: len(areas) // _MANY]
@@ -357,10 +364,10 @@ def _is_believed(facet: Facet, thresholds: Thresholds) -> bool:
     return extent >= thresholds.least_extent_over_resolution * facet.resolution
 
 
-def _colors(data: Mesh | PointCloud, elements: Elements) -> Array | None:
+def _colors(data: Mesh | PointCloud, elements: Elements) -> FloatArray | None:
     if elements.of == "face":
         assert isinstance(data, Mesh)
-        colours: npt.NDArray[np.generic] | None = data.colors
+        colours: GenericArray | None = data.colors
         if colours is None and (textures := TextureColours(data)).any:
             colours = textures.of_vertices
         if colours is None:
@@ -372,7 +379,7 @@ def _colors(data: Mesh | PointCloud, elements: Elements) -> Array | None:
     return np.asarray(data.colors[elements.rows], np.float64)
 
 
-def _of_points(data: Mesh | PointCloud, elements: Elements, labels: Labels) -> Labels:
+def _of_points(data: Mesh | PointCloud, elements: Elements, labels: Int32Array) -> Int32Array:
     """Facet of each point of the model. A vertex of a mesh has that of the facet with the largest
     part of the faces around it."""
     if elements.of == "point":

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.files.spreadsheet_cells import head_line
@@ -31,8 +31,6 @@ from vomstudio.geometry.planes import fit_plane
 from vomstudio.geometry.surface import VertexSurface
 from vomstudio.project.tables.orientation_table import Row, plane_row
 
-Array = npt.NDArray[np.float64]
-
 FARTHEST = 10.0
 """A way-point farther from the model than so many resolutions is not on it."""
 
@@ -48,7 +46,7 @@ class FollowedTrace(Shown):
     doubtful : stretches that may be on another contact, each with first and last vertex
     """
 
-    points: Array = field(repr=False, metadata=HIDDEN)
+    points: FloatArray = field(repr=False, metadata=HIDDEN)
     length_m: float
     snap_m: float
     plane: Row | None
@@ -61,7 +59,7 @@ class FollowedTrace(Shown):
     doubtful: tuple[DoubtfulStretch, ...] = field(default=(), kw_only=True)
 
 
-def off_the_model(surface: SurfaceGraph, way_points: Array, resolution: float) -> int | None:
+def off_the_model(surface: SurfaceGraph, way_points: FloatArray, resolution: float) -> int | None:
     """The row of the first way-point that is not on the model; None where all are."""
     limit = FARTHEST * resolution
     far = np.flatnonzero(~(surface.snapped(way_points) <= limit))
@@ -81,7 +79,7 @@ def off_model_finding(number: int, distance_m: float, resolution_m: float) -> Fi
 
 def followed_trace(
     surface: SurfaceGraph,
-    way_points: Array,
+    way_points: FloatArray,
     *,
     cost: str,
     resolution: float,
@@ -114,9 +112,15 @@ def followed_trace(
     own = near.resolution_near(path.points) or 0.0
     rest = rest_of(path.points, find_jumps(path.points, path.costs, path.at, own))
     plane, band, said = plane_of(
-        path.points, near, model=model, frame=frame, thresholds=thresholds, notes=notes,
-        priors=priors, rest=rest,
-    )  # fmt: skip
+        path.points,
+        near,
+        model=model,
+        frame=frame,
+        thresholds=thresholds,
+        notes=notes,
+        priors=priors,
+        rest=rest,
+    )
     return FollowedTrace(
         points=path.points,
         length_m=path.length,
@@ -143,7 +147,7 @@ def near_surface(surface: SurfaceGraph) -> VertexSurface:
     return near
 
 
-def require_on_model(surface: SurfaceGraph, way_points: Array, resolution: float) -> None:
+def require_on_model(surface: SurfaceGraph, way_points: FloatArray, resolution: float) -> None:
     """Raises GeometryError for fewer than two way-points, and for one that is not on the model."""
     if len(way_points) < 2:
         raise GeometryError(Finding("feature.too-few-points", count=2 - len(way_points), minimum=2))
@@ -153,7 +157,7 @@ def require_on_model(surface: SurfaceGraph, way_points: Array, resolution: float
 
 
 def plane_of(
-    points: Array,
+    points: FloatArray,
     near: VertexSurface,
     *,
     model: str,
@@ -182,16 +186,23 @@ def plane_of(
         stretch_error_deg=stretch,
     )
     row = plane_row(
-        fit, verdict, id="1", resolution_m=own, stretch_error_deg=stretch, outcrop_normal=face,
-        model=model, frame=frame, notes=notes,
-    )  # fmt: skip
+        fit,
+        verdict,
+        id="1",
+        resolution_m=own,
+        stretch_error_deg=stretch,
+        outcrop_normal=face,
+        model=model,
+        frame=frame,
+        notes=notes,
+    )
     band = band_of(fit, resolution_m=own, outcrop_normal=face)
     return row, None if band is None else band_figures(band, priors), findings
 
 
 def write_path(
     path: str | Path,
-    points: Array,
+    points: FloatArray,
     *,
     crs: str | None,
     notes: Sequence[str] = (),

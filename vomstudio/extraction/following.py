@@ -9,17 +9,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.extraction.path_costs import COSTS, OF_COLOURS, node_costs, tint
 from vomstudio.extraction.shortest_paths import shortest, straightest
 from vomstudio.extraction.surface_graph import Graph, SurfaceGraph
 
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Leg = tuple[Array, Array]
+Leg = tuple[FloatArray, FloatArray]
 """Points (n, 3) from one way-point to the next, and what a metre at each costs, as in `Path`."""
 
 STRETCH = 1.4
@@ -36,11 +34,11 @@ class Path:
     way-point from where the path passes it; at : (w,) rows of points; costs : (n,) of a metre at
     each point, in medians of the surface around the path"""
 
-    points: Array
+    points: FloatArray
     length: float
-    snaps: Array
-    at: Ints
-    costs: Array
+    snaps: FloatArray
+    at: IntArray
+    costs: FloatArray
 
 
 class Follower:
@@ -64,7 +62,7 @@ class Follower:
                 field="--cost",
             )
 
-    def follow(self, way_points: Array, *, whole: bool = False) -> Path:
+    def follow(self, way_points: FloatArray, *, whole: bool = False) -> Path:
         """The path through way-points (w, 3), at least two.
 
         whole : search all of the surface where it is not too large or textured, so that the path is
@@ -85,8 +83,8 @@ class Follower:
         else:
             for i in range(len(given) - 1):
                 legs.append(self._leg(given[i], given[i + 1], tints, i))
-        line: list[Array] = []
-        costs: list[Array] = []
+        line: list[FloatArray] = []
+        costs: list[FloatArray] = []
         for i, (leg, cost) in enumerate(legs):
             if i == 0:
                 snaps[0] = np.linalg.norm(leg[0] - world[0])
@@ -103,7 +101,9 @@ class Follower:
         length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
         return Path(points, length, snaps, at, np.concatenate(costs))
 
-    def _leg(self, one: Array, other: Array, tints: Array | None, number: int) -> Leg:
+    def _leg(
+        self, one: FloatArray, other: FloatArray, tints: FloatArray | None, number: int
+    ) -> Leg:
         spacing = self._spacing(one, other)
         stretch, before = STRETCH, 0
         # In a graph of points and vertices the nearest of all may be one that is not reached.
@@ -123,7 +123,7 @@ class Follower:
                 raise _apart(number)
             stretch, before = 3.0 * stretch, len(graph.places)
 
-    def _covers(self, one: Array, other: Array, spacing: float) -> bool:
+    def _covers(self, one: FloatArray, other: FloatArray, spacing: float) -> bool:
         """Whether the corridor would be so much of the surface that it costs more than all of it,
         of which what a metre costs is kept."""
         places = len(self.surface.places)
@@ -134,7 +134,9 @@ class Follower:
         area = 0.25 * np.pi * reach * np.sqrt(reach**2 - far**2)
         return bool(area > _MOST_OF_ALL * places * spacing**2 and area > _FEW_NODES * spacing**2)
 
-    def _over_whole(self, one: Array, other: Array, tints: Array | None, number: int) -> Leg:
+    def _over_whole(
+        self, one: FloatArray, other: FloatArray, tints: FloatArray | None, number: int
+    ) -> Leg:
         graph = self.surface.whole
         ends = np.asarray(self.surface.tree.query(np.stack([one, other]))[1], np.int64)
         costs = self._whole_costs(tints)
@@ -143,7 +145,7 @@ class Follower:
             raise _apart(number)
         return self.surface.world(graph, path), costs[path] / np.median(costs)
 
-    def _whole_costs(self, tints: Array | None) -> Array:
+    def _whole_costs(self, tints: FloatArray | None) -> FloatArray:
         """(n,) of a metre at each node of the whole surface, reckoned once for each colour."""
         colours = b"" if tints is None else tints.tobytes()
         known = self.surface.kept_costs.get(self.cost)
@@ -152,7 +154,7 @@ class Follower:
             self.surface.kept_costs[self.cost] = known
         return known[1]
 
-    def _through(self, graph: Graph, given: Array, tints: Array | None) -> list[Leg]:
+    def _through(self, graph: Graph, given: FloatArray, tints: FloatArray | None) -> list[Leg]:
         """The best of all paths, leg by leg."""
         nodes = np.asarray(self.surface.tree.query(given)[1], np.int64)
         costs = self._whole_costs(tints)
@@ -165,7 +167,7 @@ class Follower:
             legs.append((self.surface.world(graph, path), costs[path] / usual))
         return legs
 
-    def _spacing(self, one: Array, other: Array) -> float:
+    def _spacing(self, one: FloatArray, other: FloatArray) -> float:
         places = self.surface.places
         k = min(9, len(places))
         distance = self.surface.tree.query(np.stack([one, other]), k=k)[0]
@@ -173,7 +175,7 @@ class Follower:
         return float(np.median(distance[:, -1] * np.sqrt(np.pi / k)))
 
     # --- costs -------------------------------------------------------------------------------
-    def _tints(self, given: Array) -> Array | None:
+    def _tints(self, given: FloatArray) -> FloatArray | None:
         """(w, 3) colours at the way-points, as they are compared."""
         if self.cost != "colour":
             return None
@@ -184,12 +186,12 @@ class Follower:
             found.append(tint(graph, int(_nearest(graph.places, point[None])[0])))
         return np.array(found)
 
-    def _costs(self, graph: Graph, tints: Array | None) -> Array:
+    def _costs(self, graph: Graph, tints: FloatArray | None) -> FloatArray:
         """(n,) cost of a metre at each node."""
         return node_costs(graph, self.cost, tints)
 
 
-def _nearest(places: Array, points: Array) -> Ints:
+def _nearest(places: FloatArray, points: FloatArray) -> IntArray:
     return np.array([np.argmin(((places - p) ** 2).sum(axis=1)) for p in points], np.int64)
 
 

@@ -10,20 +10,14 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, Int32Array, IntArray
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
 from vomstudio.extraction.elements import Elements, middle_of
 from vomstudio.extraction.kernels import grouped, grow, renumbered, settle, sums_of
 from vomstudio.extraction.point_neighbours import NEIGHBOURS
 from vomstudio.geometry.kernels.jit import for_kernels
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Labels = npt.NDArray[np.int32]
-
-Bools = npt.NDArray[np.bool_]
 
 NONE, OUT = -1, -2
 _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
@@ -61,16 +55,16 @@ class Planes:
         may lie off, squared, if that is told
     """
 
-    centre: Array
-    normal: Array
-    rms: Array
-    area: Array
-    count: Ints
-    scatter: Array
-    squares: Array
+    centre: FloatArray
+    normal: FloatArray
+    rms: FloatArray
+    area: FloatArray
+    count: IntArray
+    scatter: FloatArray
+    squares: FloatArray
 
 
-def reach_of(elements: Elements, max_distance: float | None) -> Array:
+def reach_of(elements: Elements, max_distance: float | None) -> FloatArray:
     """(n,) how far each element may lie from a plane: m, or None for the local spacing, or three
     times the local noise."""
     if max_distance is not None:
@@ -93,13 +87,13 @@ def grown(
     elements: Elements,
     *,
     angle_deg: float,
-    reach: Array,
+    reach: FloatArray,
     least_count: int,
     least_area: float,
     usual: float,
     progress: Progress,
-    begun: Labels | None = None,
-) -> Labels:
+    begun: Int32Array | None = None,
+) -> Int32Array:
     """(n,) facet of each element, from 0 on, -1 for none.
 
     reach : (n,) how far each element may lie from the plane, `usual` their median; least_count,
@@ -126,10 +120,24 @@ def grown(
     for first in range(0, len(order), _SEEDS):
         last = min(first + _SEEDS, len(order))
         label = grow(
-            order, first, last, elements.places, elements.normals, elements.areas, elements.inner,
-            reach, elements.starts, elements.near, cosine, least_count, least_area, labels, queue,
-            label, sums,
-        )  # fmt: skip
+            order,
+            first,
+            last,
+            elements.places,
+            elements.normals,
+            elements.areas,
+            elements.inner,
+            reach,
+            elements.starts,
+            elements.near,
+            cosine,
+            least_count,
+            least_area,
+            labels,
+            queue,
+            label,
+            sums,
+        )
         progress.step(last)
     progress.stage(tr("Merging facets"), None)
     for _ in range(2):
@@ -147,10 +155,10 @@ class _Sums:
     """Of facets the sums of weight, first and second moments about places (f, 3) that are known
     (f,), and of how far elements may lie off, squared (f, 11); and their number (f,)."""
 
-    about: Array
-    known: Bools
-    sums: Array
-    count: Ints
+    about: FloatArray
+    known: BoolArray
+    sums: FloatArray
+    count: IntArray
 
     def longer(self, f: int) -> _Sums:
         """A copy, for so many facets."""
@@ -162,7 +170,7 @@ class _Sums:
             np.concatenate([self.count, np.zeros(more, np.int64)]),
         )
 
-    def joined(self, number: Ints) -> _Sums:
+    def joined(self, number: IntArray) -> _Sums:
         """Of facets that are one where their numbers (f,) are the same."""
         new = _no_sums(int(number.max(initial=-1)) + 1)
         own = np.flatnonzero(self.known)
@@ -188,28 +196,35 @@ def _no_sums(f: int) -> _Sums:
 
 def _sums(
     elements: Elements,
-    labels: Labels,
-    rows: Ints,
+    labels: Int32Array,
+    rows: IntArray,
     f: int,
     amid: _Sums | None = None,
-    reach: Array | None = None,
+    reach: FloatArray | None = None,
 ) -> _Sums:
     found = _no_sums(f) if amid is None else amid.longer(f)
     own = for_kernels(labels, np.int32)
     sums_of(
-        rows, elements.places, elements.areas, elements.inner,
-        np.zeros(1) if reach is None else reach, own, found.about, found.known, found.sums,
+        rows,
+        elements.places,
+        elements.areas,
+        elements.inner,
+        np.zeros(1) if reach is None else reach,
+        own,
+        found.about,
+        found.known,
+        found.sums,
         found.count,
-    )  # fmt: skip
+    )
     return found
 
 
 def planes_of(
     elements: Elements,
-    labels: Labels,
-    rows: Ints | None = None,
+    labels: Int32Array,
+    rows: IntArray | None = None,
     amid: _Sums | None = None,
-    reach: Array | None = None,
+    reach: FloatArray | None = None,
 ) -> Planes:
     """The planes of facets 0 to the largest label, weighted by area. amid : the sums of all
     elements but those of the rows, where they are known"""
@@ -233,7 +248,7 @@ def planes_of(
     )
 
 
-def limits_of(planes: Planes, usual: float) -> Array:
+def limits_of(planes: Planes, usual: float) -> FloatArray:
     """(f,) how far from its plane an element of a facet may lie at most, by the facet's scatter.
     usual : the median of how far elements may lie from a plane"""
     return for_kernels(np.maximum(_SCATTERS * planes.rms, 0.1 * usual), np.float64)
@@ -241,23 +256,32 @@ def limits_of(planes: Planes, usual: float) -> Array:
 
 def _settled(
     elements: Elements,
-    rows: Ints,
+    rows: IntArray,
     amid: _Sums | None,
-    reach: Array,
+    reach: FloatArray,
     usual: float,
     cosine: float,
-    labels: Labels,
-) -> Labels:
+    labels: Int32Array,
+) -> Int32Array:
     for _ in range(_SETTLED):
         planes = planes_of(elements, labels, rows, amid)
         if not len(planes.area):
             return labels
         out = np.empty(len(rows), np.int32)
         changed = settle(
-            rows, elements.places, elements.normals, reach, elements.starts, elements.near, cosine,
-            for_kernels(planes.centre, np.float64), for_kernels(planes.normal, np.float64),
-            limits_of(planes, usual), labels, out,
-        )  # fmt: skip
+            rows,
+            elements.places,
+            elements.normals,
+            reach,
+            elements.starts,
+            elements.near,
+            cosine,
+            for_kernels(planes.centre, np.float64),
+            for_kernels(planes.normal, np.float64),
+            limits_of(planes, usual),
+            labels,
+            out,
+        )
         labels[rows] = out
         if changed <= 1e-4 * len(labels):
             break
@@ -266,12 +290,12 @@ def _settled(
 
 def _merged(
     elements: Elements,
-    rows: Ints,
+    rows: IntArray,
     amid: _Sums | None,
-    reach: Array,
+    reach: FloatArray,
     angle_deg: float,
-    labels: Labels,
-) -> tuple[Labels, _Sums | None]:
+    labels: Int32Array,
+) -> tuple[Int32Array, _Sums | None]:
     """Neighbours that are one plane become one; the labels, and the sums of what is amid."""
     f = _count(labels)
     if f < 2:
@@ -324,14 +348,16 @@ def _merged(
     return out, None if amid is None else amid.longer(f).joined(number)
 
 
-def _root(owner: Ints, i: int) -> int:
+def _root(owner: IntArray, i: int) -> int:
     while owner[i] != i:
         owner[i] = owner[owner[i]]
         i = int(owner[i])
     return i
 
 
-def _touching(elements: Elements, labels: Labels, f: int, rows: Ints | None = None) -> Ints:
+def _touching(
+    elements: Elements, labels: Int32Array, f: int, rows: IntArray | None = None
+) -> IntArray:
     """(p, 2) facets that have neighbouring elements, each pair once. rows : of those that have
     neighbours, all where they are not told"""
     number = np.diff(elements.starts)
@@ -346,12 +372,12 @@ def _touching(elements: Elements, labels: Labels, f: int, rows: Ints | None = No
 
 def _without_small(
     elements: Elements,
-    rows: Ints,
+    rows: IntArray,
     planes: Planes,
-    labels: Labels,
+    labels: Int32Array,
     least_count: int,
     least_area: float,
-) -> Labels:
+) -> Int32Array:
     """Numbered by area, the largest first; -1 for elements of facets that are too small."""
     kept = (planes.count >= least_count) | ((planes.area >= least_area) & (planes.area > 0.0))
     kept &= _looseness(elements, rows, planes, labels) <= _LOOSE
@@ -364,7 +390,9 @@ def _without_small(
     return out
 
 
-def _looseness(elements: Elements, rows: Ints, planes: Planes, labels: Labels) -> Array:
+def _looseness(
+    elements: Elements, rows: IntArray, planes: Planes, labels: Int32Array
+) -> FloatArray:
     """(f,) of the facets' neighbours in all, the share that is of no facet."""
     f = len(planes.area)
     if elements.of != "point":
@@ -380,11 +408,11 @@ def _looseness(elements: Elements, rows: Ints, planes: Planes, labels: Labels) -
     return np.asarray(np.bincount(own, free, f) / np.maximum(full, 1))
 
 
-def _count(labels: Labels) -> int:
+def _count(labels: Int32Array) -> int:
     return max(int(labels.max(initial=NONE)) + 1, 0)
 
 
-def bending(elements: Elements, labels: Labels, angle_deg: float) -> Bools:
+def bending(elements: Elements, labels: Int32Array, angle_deg: float) -> BoolArray:
     """(f,) which of the facets, the largest first, bend and go on so into another one: pieces of a
     face that is wavy or curved. Of more than some hundred only the largest are looked at.
 
@@ -419,7 +447,7 @@ def bending(elements: Elements, labels: Labels, angle_deg: float) -> Bools:
     return np.asarray(bent)
 
 
-def _turning(elements: Elements, planes: Planes, rows: Ints, one: int, two: int) -> Array:
+def _turning(elements: Elements, planes: Planes, rows: IntArray, one: int, two: int) -> FloatArray:
     """What of the turn from facet one to two the points of the first (its rows) have made by the
     outer third towards the second, from the middle third on, and its variance. Normals are of wide
     surroundings, and do not tell it."""
@@ -444,7 +472,7 @@ def _turning(elements: Elements, planes: Planes, rows: Ints, one: int, two: int)
     )
 
 
-def _slope(place: Array, height: Array) -> tuple[float, float]:
+def _slope(place: FloatArray, height: FloatArray) -> tuple[float, float]:
     """Of heights over places, and its variance."""
     across = place - place.mean() if len(place) else place
     square = float(across @ across)
@@ -455,6 +483,6 @@ def _slope(place: Array, height: Array) -> tuple[float, float]:
     return slope, float(left @ left) / (len(place) - 2) / square
 
 
-def _angle_deg(one: Array, other: Array) -> Array:
+def _angle_deg(one: FloatArray, other: FloatArray) -> FloatArray:
     """(k,) between axes (k, 3), degrees."""
     return np.asarray(np.degrees(np.arccos(np.minimum(np.abs((one * other).sum(axis=1)), 1.0))))

@@ -30,9 +30,13 @@ def local_planes(points, places, rows, normals, variation):  # type: ignore[no-u
             xy, xz, yz = xy + dx * dy, xz + dx * dz, yz + dy * dz
         sx, sy, sz = sx / k, sy / k, sz / k
         found = eigen_of(
-            xx / k - sx * sx, yy / k - sy * sy, zz / k - sz * sz,
-            xy / k - sx * sy, xz / k - sx * sz, yz / k - sy * sz,
-        )  # fmt: skip
+            xx / k - sx * sx,
+            yy / k - sy * sy,
+            zz / k - sz * sz,
+            xy / k - sx * sy,
+            xz / k - sx * sz,
+            yz / k - sy * sz,
+        )
         total = found[3] + found[4] + found[5]
         if found[4] > 1e-9 * found[5] and total > 0.0:
             normals[row, 0], normals[row, 1], normals[row, 2] = found[0], found[1], found[2]
@@ -102,9 +106,13 @@ def _plane_of(sums):  # type: ignore[no-untyped-def]
     w = sums[0]
     x, y, z = sums[1] / w, sums[2] / w, sums[3] / w
     found = eigen_of(
-        sums[4] / w - x * x, sums[5] / w - y * y, sums[6] / w - z * z,
-        sums[7] / w - x * y, sums[8] / w - x * z, sums[9] / w - y * z,
-    )  # fmt: skip
+        sums[4] / w - x * x,
+        sums[5] / w - y * y,
+        sums[6] / w - z * z,
+        sums[7] / w - x * y,
+        sums[8] / w - x * z,
+        sums[9] / w - y * z,
+    )
     return found[0], found[1], found[2], x, y, z, found[4], found[5]
 
 
@@ -113,9 +121,24 @@ def _plane_of(sums):  # type: ignore[no-untyped-def]
     "f8, i8, f8, i4[::1], i4[::1], i8, f8[::1])"
 )
 def grow(  # type: ignore[no-untyped-def]
-    order, first, last, places, normals, areas, inner, reach, starts, near,
-    least_cosine, least_count, least_area, labels, queue, label, sums,
-):  # fmt: skip
+    order,
+    first,
+    last,
+    places,
+    normals,
+    areas,
+    inner,
+    reach,
+    starts,
+    near,
+    least_cosine,
+    least_count,
+    least_area,
+    labels,
+    queue,
+    label,
+    sums,
+):
     """Grow regions from the seeds order[first:last], in that order; the next free label.
 
     An element joins where its normal is within the angle of the region's plane and its place
@@ -237,10 +260,14 @@ def sums_of(  # type: ignore[no-untyped-def]
         if len(reach) > 1:
             sums[f, 10] += reach[e] * reach[e]
         _add(
-            sums[f], areas[e],
-            places[e, 0] - about[f, 0], places[e, 1] - about[f, 1], places[e, 2] - about[f, 2],
-            inner, e,
-        )  # fmt: skip
+            sums[f],
+            areas[e],
+            places[e, 0] - about[f, 0],
+            places[e, 1] - about[f, 1],
+            places[e, 2] - about[f, 2],
+            inner,
+            e,
+        )
 
 
 @kernel("void(i4[::1], i4[::1], i4[::1])")

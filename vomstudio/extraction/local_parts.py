@@ -7,11 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 _NARROW = 0.02
 """Half the width of the ray that finds what is looked at, over its length."""
@@ -23,8 +21,8 @@ class Part:
     among the faces of a mesh, none for a cloud"""
 
     data: Mesh | PointCloud
-    points: Ints
-    faces: Ints
+    points: IntArray
+    faces: IntArray
 
 
 def part_in_view(
@@ -48,7 +46,7 @@ def part_in_view(
     return Part(Mesh(points[rows], np.ascontiguousarray(own[faces]), colors=colors), rows, faces)
 
 
-def _seen(points: Array, eye: Array, toward: Array) -> Array:
+def _seen(points: FloatArray, eye: FloatArray, toward: FloatArray) -> FloatArray:
     """The first point near the ray; where it meets none, the point nearest to its end."""
     way = toward - eye
     size = float(np.linalg.norm(way))

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, Int8Array, Int32Array, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
@@ -46,10 +47,6 @@ from vomstudio.geometry.resolution import (
     resolving_points,
 )
 from vomstudio.geometry.rotation_errors import CHI2_TWO
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
 
 CLASSES = ("none", "poor", "doubtful", "good")
 """Of an expected error, the worst first; in none the plane can't be told at all."""
@@ -87,27 +84,27 @@ class Measurable:
     """
 
     elements: Elements
-    trace_deg: Array
-    patch_deg: Array
-    extent: Array
-    relief: Array
-    classes: npt.NDArray[np.int8]
-    patches: npt.NDArray[np.int32]
-    areas: Array
-    resolutions: Array
+    trace_deg: FloatArray
+    patch_deg: FloatArray
+    extent: FloatArray
+    relief: FloatArray
+    classes: Int8Array
+    patches: Int32Array
+    areas: FloatArray
+    resolutions: FloatArray
     length: float
     resolution: float
     noise: float
     warnings: tuple[Finding, ...]
-    nodes: Ints | None = None
+    nodes: IntArray | None = None
 
     @property
-    def trace_classes(self) -> npt.NDArray[np.int8]:
+    def trace_classes(self) -> Int8Array:
         """(n,) in CLASSES, of traces alone."""
         return _classes(self.trace_deg, self.extent, self.resolutions)
 
     @property
-    def best_deg(self) -> Array:
+    def best_deg(self) -> FloatArray:
         """(n,) expected 95 % error of whichever is better, 90 for none."""
         return np.asarray(np.fmin(np.fmin(self.trace_deg, self.patch_deg), 90.0))
 
@@ -171,8 +168,8 @@ class _Surface:
     point of the model that each is a piece of; nodes : as `Measurable` has them"""
 
     elements: Elements
-    of: Ints
-    nodes: Ints | None = None
+    of: IntArray
+    nodes: IntArray | None = None
 
 
 def _surface(
@@ -222,7 +219,7 @@ def _surface(
     return _Surface(elements, rows[of], nodes)
 
 
-def _resolutions(points: Array, elements: Elements) -> Array:
+def _resolutions(points: FloatArray, elements: Elements) -> FloatArray:
     """(n,) effective resolution of the model around each piece, taken as that around a picked trace
     is: spacing and noise of the vertices or points nearest to it, and not of the pieces, which are
     cut finer than the model is."""
@@ -251,8 +248,8 @@ def _resolutions(points: Array, elements: Elements) -> Array:
 # --- the map ----------------------------------------------------------------------------------
 def _of_elements(
     surface: _Surface,
-    normal: Array,
-    resolution: Array,
+    normal: FloatArray,
+    resolution: FloatArray,
     length: float,
     options: MeasurableOptions,
     progress: Progress,
@@ -279,10 +276,21 @@ def _of_elements(
     of_trace = _classes(trace_deg, extent, resolution)
     of_patch = _classes(patch_deg, patch_extent, resolution)
     return Measurable(
-        replace(elements, rows=surface.of), trace_deg, patch_deg, extent, relief,
-        np.maximum(of_trace, of_patch), patches, weight, resolution, length, typical,
-        noise, elements.warnings, surface.nodes,
-    )  # fmt: skip
+        replace(elements, rows=surface.of),
+        trace_deg,
+        patch_deg,
+        extent,
+        relief,
+        np.maximum(of_trace, of_patch),
+        patches,
+        weight,
+        resolution,
+        length,
+        typical,
+        noise,
+        elements.warnings,
+        surface.nodes,
+    )
 
 
 def _require_longer(length: float, resolution: float) -> None:
@@ -290,13 +298,13 @@ def _require_longer(length: float, resolution: float) -> None:
         raise GeometryError(Finding("trace.too-short", length_m=length, resolution_m=resolution))
 
 
-def _weighted_median(values: Array, weights: Array) -> float:
+def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
     order = np.argsort(values)
     total = np.cumsum(weights[order])
     return float(values[order[min(np.searchsorted(total, 0.5 * total[-1]), len(order) - 1)]])
 
 
-def _classes(error: Array, extent: Array, resolution: Array) -> npt.NDArray[np.int8]:
+def _classes(error: FloatArray, extent: FloatArray, resolution: FloatArray) -> Int8Array:
     found = np.where(error <= GOOD_DEG, 3, np.where(error <= POOR_DEG, 2, 1))
     # Below ten resolutions no error can be believed.
     with np.errstate(invalid="ignore"):
@@ -309,12 +317,12 @@ def _classes(error: Array, extent: Array, resolution: Array) -> npt.NDArray[np.i
 # --- patches ----------------------------------------------------------------------------------
 def _patches(
     elements: Elements,
-    exposed: Bools,
-    resolution: Array,
+    exposed: BoolArray,
+    resolution: FloatArray,
     noise: float,
     options: MeasurableOptions,
-    weight: Array,
-) -> tuple[npt.NDArray[np.int32], Array, Array]:
+    weight: FloatArray,
+) -> tuple[Int32Array, FloatArray, FloatArray]:
     """Number of the patch of each piece, the expected error of it, and its diameter."""
     number = np.full(len(elements), -1, np.int32)
     label = hanging_together(elements, np.where(exposed, 0, -1))
@@ -338,7 +346,9 @@ def _patches(
 
 
 # --- errors -----------------------------------------------------------------------------------
-def _errors(figures: Array, noise: float, options: MeasurableOptions) -> tuple[Array, Array, Array]:
+def _errors(
+    figures: FloatArray, noise: float, options: MeasurableOptions
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Expected 95 % error of the trace, its longest and its shorter axis."""
     length, resolution, larger, smaller, count = figures.T
     relief, extent = np.sqrt(12.0 * smaller), np.sqrt(12.0 * larger)

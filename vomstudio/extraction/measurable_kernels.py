@@ -11,7 +11,7 @@ from vomstudio.geometry.kernels.jit import kernel
 )
 def line_moments(  # type: ignore[no-untyped-def]
     rows, own, slopes, steepness, areas, resolution, first, last, half, width, out
-):  # fmt: skip
+):
     """Moments of the line along which a plane through each of the places `rows` cuts the surface,
     within `half` of it.
 

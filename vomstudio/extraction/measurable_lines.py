@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
 from vomstudio.extraction.elements import Elements
 from vomstudio.extraction.measurable_kernels import line_moments
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.nearby.point_grid import in_blocks
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
 
 # Of the length: the strip on either side of the line, at least, and where the mesh must be cut.
 _STRIPS, _FEWEST_STRIPS, _STRIPS_OF_CUT = 40.0, 12.0, 40.0
@@ -31,7 +27,7 @@ def step_of(spacing: float, length: float) -> float:
     return length / _STRIPS_OF_CUT
 
 
-def hanging_together(elements: Elements, band: Ints) -> Ints:
+def hanging_together(elements: Elements, band: IntArray) -> IntArray:
     """(n,) a number for the pieces of one band that are neighbours of neighbours; -1 has none."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
@@ -47,13 +43,13 @@ def hanging_together(elements: Elements, band: Ints) -> Ints:
 
 def lines_through(
     elements: Elements,
-    normal: Array,
-    cut: Bools,
-    exposed: Bools,
-    resolution: Array,
+    normal: FloatArray,
+    cut: BoolArray,
+    exposed: BoolArray,
+    resolution: FloatArray,
     length: float,
     progress: Progress,
-) -> Array:
+) -> FloatArray:
     """(n, 6) of the line through each piece: its length, the resolution along it, the larger and
     the smaller variance, how many pieces; NaN where there is none."""
     n = len(elements)
@@ -88,9 +84,18 @@ def lines_through(
         rows = np.flatnonzero(places_there)
         if len(rows):
             found[rows] = _moments(
-                label, rows, own, slopes, steep, weight, resolution[one], length / 2.0, width,
-                progress, before,
-            )  # fmt: skip
+                label,
+                rows,
+                own,
+                slopes,
+                steep,
+                weight,
+                resolution[one],
+                length / 2.0,
+                width,
+                progress,
+                before,
+            )
             before += len(rows)
     trace = 0.5 * (found[:, 4] + found[:, 5])
     root = np.hypot(0.5 * (found[:, 4] - found[:, 5]), found[:, 6])
@@ -108,7 +113,7 @@ def lines_through(
     return figures
 
 
-def _in_plane(normal: Array) -> tuple[Array, Array]:
+def _in_plane(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Two unit vectors at right angles in the plane."""
     helper = np.eye(3)[np.argmin(np.abs(normal))]
     first = np.cross(normal, helper)
@@ -117,8 +122,8 @@ def _in_plane(normal: Array) -> tuple[Array, Array]:
 
 
 def _thinned(
-    elements: Elements, cut: Bools, normal: Array, width: float
-) -> tuple[Ints, Ints, Array]:
+    elements: Elements, cut: BoolArray, normal: FloatArray, width: float
+) -> tuple[IntArray, IntArray, FloatArray]:
     """Rows of pieces that stand for all that are cut, one in each cell of the width and side of the
     plane; which of them stands for each of these; and the area each stands for."""
     rows = np.flatnonzero(cut)
@@ -146,18 +151,18 @@ def _thinned(
 
 
 def _moments(
-    label: Ints,
-    rows: Ints,
-    own: Array,
-    slopes: Array,
-    steep: Array,
-    weight: Array,
-    resolution: Array,
+    label: IntArray,
+    rows: IntArray,
+    own: FloatArray,
+    slopes: FloatArray,
+    steep: FloatArray,
+    weight: FloatArray,
+    resolution: FloatArray,
     half: float,
     width: float,
     progress: Progress,
     before: int,
-) -> Array:
+) -> FloatArray:
     """(len(rows), 9) what `line_moments` tells of these places. label : (k,) what hangs together
     near each of the planes."""
     count = int(label.max()) + 1

@@ -6,13 +6,10 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.extraction.surface_graph import Graph
 from vomstudio.geometry.kernels.pieces import in_pieces
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 COSTS = ("colour", "dark", "light", "gradient", "curvature")
 """The others are names of fields."""
@@ -32,14 +29,14 @@ _BLUR = 3
 _LIGHTNESS = np.array([0.299, 0.587, 0.114])
 
 
-def tint(graph: Graph, node: int) -> Array:
+def tint(graph: Graph, node: int) -> FloatArray:
     """(3,) the colour at a node, as `node_costs` compares it."""
     assert graph.colours is not None
     around = np.append(graph.near[graph.starts[node] : graph.starts[node + 1]], node)
     return np.asarray(compared(graph.colours[around].mean(axis=0)[None])[0])
 
 
-def node_costs(graph: Graph, cost: str, tints: Array | None = None) -> Array:
+def node_costs(graph: Graph, cost: str, tints: FloatArray | None = None) -> FloatArray:
     """(n,) cost of a metre at each node. tints : (w, 3) colours to follow, for "colour"."""
     if cost == "colour":
         assert graph.colours is not None
@@ -63,7 +60,7 @@ def node_costs(graph: Graph, cost: str, tints: Array | None = None) -> Array:
     return np.asarray(_LEAST + (1.0 - _LEAST) * valley**2)
 
 
-def smoothed(graph: Graph, values: Array, times: int = 1) -> Array:
+def smoothed(graph: Graph, values: FloatArray, times: int = 1) -> FloatArray:
     """The mean (n,) of each node's value and its neighbours', so many times over."""
     from vomstudio.extraction.path_kernels import means
 
@@ -75,7 +72,7 @@ def smoothed(graph: Graph, values: Array, times: int = 1) -> Array:
     return now
 
 
-def looked_for(graph: Graph, cost: str) -> Array:
+def looked_for(graph: Graph, cost: str) -> FloatArray:
     """(n,) of any cost but "colour": least where a contact is."""
     from vomstudio.extraction.path_kernels import slopes
 
@@ -94,7 +91,7 @@ def looked_for(graph: Graph, cost: str) -> Array:
     return np.asarray(-np.linalg.norm(steep, axis=1))
 
 
-def _valley(graph: Graph, value: Array) -> Array:
+def _valley(graph: Graph, value: FloatArray) -> FloatArray:
     """The mean of values (n,) and of what smoothing leaves of them: least in the middle of a bed.
 
     Inside a bed of one colour the shortest way cuts the corners from side to side, which tilts its
@@ -108,7 +105,7 @@ def _valley(graph: Graph, value: Array) -> Array:
     return total
 
 
-def compared(colours: Array) -> Array:
+def compared(colours: FloatArray) -> FloatArray:
     """Red, green, blue as lightness and two chroma (opponent colours)."""
     r, g, b = colours.T
     return np.stack(

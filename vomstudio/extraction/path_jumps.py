@@ -14,14 +14,10 @@ from collections.abc import Sequence
 from itertools import combinations, pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.geology.doubtful_stretches import MARGIN, MIN_POINTS, Range, offset
 from vomstudio.geometry.planes import PlaneFit, fit_planes
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
 
 CONTACT_QUANTILE = 0.25
 """Of the costs along a path: the level of its contact."""
@@ -37,7 +33,9 @@ MIN_RATIO = 1.3
 have a doubtful stretch, most of them where the path has in fact left (docs/plane_errors.md)."""
 
 
-def find_jumps(points: Array, costs: Array, at: Ints, resolution: float) -> tuple[Range, ...]:
+def find_jumps(
+    points: FloatArray, costs: FloatArray, at: IntArray, resolution: float
+) -> tuple[Range, ...]:
     """Find the stretches of a path that are beside the plane of the rest.
 
     Parameters
@@ -86,7 +84,9 @@ def _rows(stretch: Range) -> slice:
     return slice(max(stretch[0] - MARGIN, 0), stretch[1] + 1 + MARGIN)
 
 
-def _candidates(points: Array, costs: Array, at: Ints, resolution: float) -> list[list[Range]]:
+def _candidates(
+    points: FloatArray, costs: FloatArray, at: IntArray, resolution: float
+) -> list[list[Range]]:
     """Of each leg the stretches between any two of its crossings."""
     from scipy.ndimage import uniform_filter1d
     from scipy.signal import find_peaks
@@ -110,7 +110,9 @@ def _candidates(points: Array, costs: Array, at: Ints, resolution: float) -> lis
     return legs
 
 
-def _best(points: Array, kept: Bools, legs: Sequence[Sequence[Range]]) -> tuple[int, Range] | None:
+def _best(
+    points: FloatArray, kept: BoolArray, legs: Sequence[Sequence[Range]]
+) -> tuple[int, Range] | None:
     """The leg and the stretch without which the other points lie best in one plane, the points of
     the stretch in a parallel one."""
     choices = [(leg, stretch) for leg, stretches in enumerate(legs) for stretch in stretches]
@@ -131,7 +133,7 @@ def _best(points: Array, kept: Bools, legs: Sequence[Sequence[Range]]) -> tuple[
     return best
 
 
-def _fits(points: Array, masks: Sequence[Bools]) -> list[PlaneFit | None]:
+def _fits(points: FloatArray, masks: Sequence[BoolArray]) -> list[PlaneFit | None]:
     """The plane of the points of each mask (n,); None where there are few, or they have none."""
     enough = [i for i, mask in enumerate(masks) if mask.sum() >= MIN_POINTS]
     fits: list[PlaneFit | None] = [None] * len(masks)
@@ -144,7 +146,7 @@ def _fits(points: Array, masks: Sequence[Bools]) -> list[PlaneFit | None]:
     return fits
 
 
-def _ratio(points: Array, stretch: Range, fit: PlaneFit, resolution: float) -> float:
+def _ratio(points: FloatArray, stretch: Range, fit: PlaneFit, resolution: float) -> float:
     """How far a stretch is beside a plane, in multiples of what is to be expected."""
     if fit.max_confidence95_deg is None or fit.min_confidence95_deg is None or fit.rms is None:
         return 0.0

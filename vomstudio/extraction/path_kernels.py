@@ -282,9 +282,25 @@ def _slot_of(node, slots, nodes, count, headings, distance, place):  # type: ign
     "i4[::1], i4[::1], f8[::1], i4[::1], f8[::1], i4[::1], i4[::1])"
 )
 def least_turning(  # type: ignore[no-untyped-def]
-    places, flat, starts, near, costs, one, other, rest, turn, headings, widest,
-    slots, nodes, distance, before, keys, heap, place,
-):  # fmt: skip
+    places,
+    flat,
+    starts,
+    near,
+    costs,
+    one,
+    other,
+    rest,
+    turn,
+    headings,
+    widest,
+    slots,
+    nodes,
+    distance,
+    before,
+    keys,
+    heap,
+    place,
+):
     """The same over states: to be at a node with one of so many headings around the circle. From a
     state lead the arcs within an angle (cosine `widest`) of its heading in the plane, flat (n, 2);
     and to the next heading to either side, which costs `turn`. The state at the other node; -1

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray, FloatArray, IntArray
 from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding, finding_of
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos
@@ -24,10 +24,6 @@ from vomstudio.extraction.photo_votes import Voter, agreement
 from vomstudio.extraction.pixel_graph import along, around, pixel_graph
 from vomstudio.extraction.shortest_paths import straightest
 from vomstudio.extraction.surface_graph import Graph
-
-Array = npt.NDArray[np.float64]
-Bytes = npt.NDArray[np.uint8]
-Ints = npt.NDArray[np.int64]
 
 _STRETCH = 1.4
 _MARGIN = 16.0
@@ -50,13 +46,13 @@ class PhotoPath:
     voters : their names
     """
 
-    pixels: Array
-    points: Array
-    at: Ints
-    costs: Array
+    pixels: FloatArray
+    points: FloatArray
+    at: IntArray
+    costs: FloatArray
     missed: int
-    seen: Ints
-    agreeing: Ints
+    seen: IntArray
+    agreeing: IntArray
     voters: tuple[str, ...]
     warnings: tuple[Finding, ...] = ()
 
@@ -101,7 +97,7 @@ class PhotoFollower:
         other.cost = cost
         return other
 
-    def follow(self, way_points: Array, *, alone: bool = False) -> PhotoPath:
+    def follow(self, way_points: FloatArray, *, alone: bool = False) -> PhotoPath:
         """Follow a path through way-points in the photo.
 
         Parameters
@@ -134,15 +130,22 @@ class PhotoFollower:
         at = np.maximum(np.cumsum(there)[at] - 1, 0)
         seen, agreeing = agreement(self._pyramid[0], pixels[there], self.thrown, voters)
         return PhotoPath(
-            pixels[there], points[there], at, costs[there], int((~there).sum()), seen, agreeing,
-            tuple(voter.name for voter in voters), tuple(warnings),
-        )  # fmt: skip
+            pixels[there],
+            points[there],
+            at,
+            costs[there],
+            int((~there).sum()),
+            seen,
+            agreeing,
+            tuple(voter.name for voter in voters),
+            tuple(warnings),
+        )
 
-    def thrown(self, pixels: Array) -> Array:
+    def thrown(self, pixels: FloatArray) -> FloatArray:
         """(n, 3) where the lines of sight through pixels (n, 2) end, World; NaN where nowhere."""
         return self.photos.views.places_under(self.photos.chosen, pixels)
 
-    def _require(self, given: Array) -> None:
+    def _require(self, given: FloatArray) -> None:
         if len(given) < 2:
             raise GeometryError(Finding("feature.too-few-points", count=2 - len(given), minimum=2))
         inside = self.view.contains(given) & np.isfinite(given).all(axis=1)
@@ -153,15 +156,14 @@ class PhotoFollower:
                 Finding("path.point-beside-model", number=row + 1, photo=self.view.name)
             )
 
-    def _voters(self, way_points: Array) -> tuple[list[Voter], list[Finding]]:
+    def _voters(self, way_points: FloatArray) -> tuple[list[Voter], list[Finding]]:
         """Return the other photos that show the way-points best, and warnings."""
         if not self._voting:
             return [], []
         photos, warnings = self.photos, list[Finding]()
         line = np.concatenate(
-            [a + (b - a) * np.linspace(0, 1, 20)[:, None]
-             for a, b in pairwise(way_points)]
-        )  # fmt: skip
+            [a + (b - a) * np.linspace(0, 1, 20)[:, None] for a, b in pairwise(way_points)]
+        )
         places = self.thrown(line)
         places = places[np.isfinite(places[:, 0])]
         voters: list[Voter] = []
@@ -187,8 +189,8 @@ class PhotoFollower:
 
     # --- a leg -------------------------------------------------------------------------------
     def _leg(
-        self, one: Array, other: Array, given: Array, voters: Sequence[Voter]
-    ) -> tuple[Array, Array]:
+        self, one: FloatArray, other: FloatArray, given: FloatArray, voters: Sequence[Voter]
+    ) -> tuple[FloatArray, FloatArray]:
         """(k, 2) middles of the pixels from one to the other, and (k,) their costs."""
         apart = float(np.hypot(*(other - one)))
         reach = _STRETCH * apart + _MARGIN
@@ -216,7 +218,7 @@ class PhotoFollower:
             line = graph.places[path, :2]
         return line, costs[path] / usual
 
-    def _smaller(self, level: int) -> Bytes:
+    def _smaller(self, level: int) -> ByteArray:
         """The photo with a pixel for 2^level x 2^level of its own."""
         import cv2
 
@@ -229,7 +231,7 @@ class PhotoFollower:
             )
         return self._pyramid[level]
 
-    def _tints(self, picture: Bytes, pixels: Array) -> Array:
+    def _tints(self, picture: ByteArray, pixels: FloatArray) -> FloatArray:
         """(w, 3) colours at pixels, each the mean of nine, as they are compared."""
         found = []
         for x, y in np.floor(pixels).astype(int).tolist():
@@ -240,7 +242,9 @@ class PhotoFollower:
             found.append(around_it.mean(axis=0))
         return compared(np.array(found))
 
-    def _voted(self, graph: Graph, costs: Array, voters: Sequence[Voter], given: Array) -> Array:
+    def _voted(
+        self, graph: Graph, costs: FloatArray, voters: Sequence[Voter], given: FloatArray
+    ) -> FloatArray:
         """(n,) half of what the photo says a pixel costs, and half of what the others do; of these
         the least within as many pixels as the surface may be off."""
         pixels = graph.places[:, :2]
@@ -257,8 +261,9 @@ class PhotoFollower:
             shown = np.where(seen[:, None], colours, graph.colours)
             own = node_costs(
                 Graph(graph.places, graph.starts, graph.near, shown, {}, graph.rough, graph.row),
-                self.cost, compared(tints[known]),
-            )  # fmt: skip
+                self.cost,
+                compared(tints[known]),
+            )
             own[~seen] = np.inf
             for _ in range(reach):
                 own = np.minimum(own, np.minimum.reduceat(own[graph.near], graph.starts[:-1]))
@@ -270,7 +275,7 @@ class PhotoFollower:
         costs[asked] = 0.5 * (costs[asked] + total[asked] / number[asked])
         return costs
 
-    def _pixels_off(self, places: Array) -> int:
+    def _pixels_off(self, places: FloatArray) -> int:
         """By how many pixels what another photo shows may be beside its place."""
         views = self.photos.views
         there = places[np.isfinite(places[:, 0])]
@@ -281,5 +286,5 @@ class PhotoFollower:
         return int(np.clip(round(_OFF * views.resolution / pixel), 0, _MOST_PIXELS_OFF))
 
 
-def _nearest(graph: Graph, pixel: Array) -> int:
+def _nearest(graph: Graph, pixel: FloatArray) -> int:
     return int(np.argmin(((graph.places[:, :2] - pixel) ** 2).sum(axis=1)))

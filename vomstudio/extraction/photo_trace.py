@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.results import HIDDEN
@@ -28,8 +28,6 @@ from vomstudio.extraction.surface_graph import SurfaceGraph
 from vomstudio.geology.doubtful_stretches import rest_of
 from vomstudio.geology.plane_bands import SetPrior
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
-
-Array = npt.NDArray[np.float64]
 
 # Below this share the line is said to be doubtful.
 _AGREEING = 0.8
@@ -59,15 +57,15 @@ class PhotoTrace(FollowedTrace):
     photo: str
     voters: tuple[str, ...]
     agreeing_share: float | None
-    pixels: Array = field(repr=False, metadata=HIDDEN)
-    seen: npt.NDArray[np.int64] = field(repr=False, metadata=HIDDEN)
-    agreeing: npt.NDArray[np.int64] = field(repr=False, metadata=HIDDEN)
+    pixels: FloatArray = field(repr=False, metadata=HIDDEN)
+    seen: IntArray = field(repr=False, metadata=HIDDEN)
+    agreeing: IntArray = field(repr=False, metadata=HIDDEN)
 
 
 def photo_trace(
     surface: SurfaceGraph,
     photos: CalibratedPhotos,
-    way_points: Array,
+    way_points: FloatArray,
     *,
     cost: str,
     resolution: float,
@@ -97,12 +95,14 @@ def photo_trace(
     tried: tuple[Tried, ...] = ()
     if cost == AUTO:
         path, cost, tried = best_of(
-            OF_COLOURS, lambda one: follower.by(one).follow(pixels), near.resolution_near,
+            OF_COLOURS,
+            lambda one: follower.by(one).follow(pixels),
+            near.resolution_near,
             near.outcrop_normal,
             lambda one: find_jumps(
                 one.points, one.costs, one.at, near.resolution_near(one.points) or 0.0
             ),
-        )  # fmt: skip
+        )
     else:
         path = follower.follow(pixels)
     cost = called or cost
@@ -116,9 +116,15 @@ def photo_trace(
     own = near.resolution_near(path.points) or 0.0
     rest = rest_of(path.points, find_jumps(path.points, path.costs, path.at, own))
     plane, band, said = plane_of(
-        path.points, near, model=model, frame=frame, thresholds=thresholds,
-        notes=notes, priors=priors, rest=rest,
-    )  # fmt: skip
+        path.points,
+        near,
+        model=model,
+        frame=frame,
+        thresholds=thresholds,
+        notes=notes,
+        priors=priors,
+        rest=rest,
+    )
     steps = np.linalg.norm(np.diff(path.points, axis=0), axis=1)
     share = _share(path)
     doubts = _doubts(path, steps, share, resolution)
@@ -148,7 +154,7 @@ def photo_trace(
     )
 
 
-def _seen_at(photos: CalibratedPhotos, given: Array, resolution: float) -> Array:
+def _seen_at(photos: CalibratedPhotos, given: FloatArray, resolution: float) -> FloatArray:
     """(w, 2) pixels of way-points in World. Raises GeometryError for one that the photo does not
     show."""
     pixels = photos.views.pixels(photos.chosen, given)
@@ -162,7 +168,9 @@ def _share(path: PhotoPath) -> float | None:
     return path.confirmed / path.judged if path.judged else None
 
 
-def _doubts(path: PhotoPath, steps: Array, share: float | None, resolution: float) -> list[Finding]:
+def _doubts(
+    path: PhotoPath, steps: FloatArray, share: float | None, resolution: float
+) -> list[Finding]:
     said = []
     if path.missed:
         said.append(Finding("path.pixels-beside-model", count=path.missed))

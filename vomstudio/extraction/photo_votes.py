@@ -7,16 +7,19 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
+
+from vomstudio.core.arrays import (
+    BoolArray,
+    ByteArray,
+    Float32Array,
+    FloatArray,
+    GenericArray,
+    IntArray,
+)
 
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
 
-Array = npt.NDArray[np.float64]
-Bytes = npt.NDArray[np.uint8]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
-Floats32 = npt.NDArray[np.float32]
 
 # A patch of so many places across, so many pixels apart, is compared around every so many-th point.
 _ACROSS = 7
@@ -32,15 +35,15 @@ _BLUR = 1.0
 class Voter:
     """A photo that may see a place of the model: row `view` of the views, with its pixels."""
 
-    def __init__(self, views: PhotoViews, view: int, picture: Bytes) -> None:
+    def __init__(self, views: PhotoViews, view: int, picture: ByteArray) -> None:
         self._views, self._view, self._picture = views, view, picture
         self.name = views.views[view].name
 
     @cached_property
-    def _grey(self) -> Floats32:
+    def _grey(self) -> Float32Array:
         return grey(self._picture)
 
-    def colours(self, places: Array) -> tuple[Array, Bools]:
+    def colours(self, places: FloatArray) -> tuple[FloatArray, BoolArray]:
         """(n, 3) what it shows at places (n, 3), World, and where it sees them."""
         pixels, seen = self._seen(places)
         found = np.zeros((len(places), 3))
@@ -48,16 +51,16 @@ class Voter:
             found[seen, c] = sampled(self._picture[..., c], pixels[seen])
         return found, seen
 
-    def greys(self, places: Array) -> tuple[Array, Bools]:
+    def greys(self, places: FloatArray) -> tuple[FloatArray, BoolArray]:
         """(n,) likewise, as lightness, a little blurred."""
         pixels, seen = self._seen(places)
         found = np.zeros(len(places))
         found[seen] = sampled(self._grey, pixels[seen])
         return found, seen
 
-    def _seen(self, places: Array) -> tuple[Array, Bools]:
+    def _seen(self, places: FloatArray) -> tuple[FloatArray, BoolArray]:
         pixels = np.full((len(places), 2), np.nan)
-        seen: Bools = np.asarray(np.isfinite(places).all(axis=1))
+        seen: BoolArray = np.asarray(np.isfinite(places).all(axis=1))
         rows = np.flatnonzero(seen)
         if len(rows):
             pixels[rows] = self._views.pixels(self._view, places[rows])
@@ -65,7 +68,7 @@ class Voter:
         return pixels, seen
 
 
-def grey(picture: Bytes) -> Floats32:
+def grey(picture: ByteArray) -> Float32Array:
     """(h, w) lightness of a picture (h, w, 3), a little blurred: the pixels of two photos never
     meet exactly."""
     import cv2
@@ -74,7 +77,7 @@ def grey(picture: Bytes) -> Floats32:
     return np.asarray(cv2.GaussianBlur(light, (0, 0), _BLUR), np.float32)
 
 
-def sampled(values: npt.NDArray[np.generic], pixels: Array) -> Array:
+def sampled(values: GenericArray, pixels: FloatArray) -> FloatArray:
     """(n,) values (h, w) at pixels (n, 2) on it, linearly between the pixels' middles."""
     height, width = values.shape
     x, y = np.clip(pixels - 0.5, 0.0, [width - 1.0, height - 1.0]).T
@@ -86,8 +89,11 @@ def sampled(values: npt.NDArray[np.generic], pixels: Array) -> Array:
 
 
 def agreement(
-    picture: Bytes, pixels: Array, thrown: Callable[[Array], Array], voters: Sequence[Voter]
-) -> tuple[Ints, Ints]:
+    picture: ByteArray,
+    pixels: FloatArray,
+    thrown: Callable[[FloatArray], FloatArray],
+    voters: Sequence[Voter],
+) -> tuple[IntArray, IntArray]:
     """For each pixel (n, 2) of a line in a picture: how many voters could judge the place of the
     model under it, and how many show there what the picture does.
 
@@ -118,7 +124,7 @@ def agreement(
     return judged[nearest], agreed[nearest]
 
 
-def _correlation(one: Array, other: Array) -> Array:
+def _correlation(one: FloatArray, other: FloatArray) -> FloatArray:
     """(n,) normalised correlation of rows; NaN where one of them has no texture."""
     a, b = (rows - rows.mean(axis=1, keepdims=True) for rows in (one, other))
     sizes = np.sqrt((a**2).mean(axis=1)), np.sqrt((b**2).mean(axis=1))

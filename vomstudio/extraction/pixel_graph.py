@@ -5,20 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, ByteArray, FloatArray
 from vomstudio.extraction.surface_graph import Graph, neighbours_of
 
-Array = npt.NDArray[np.float64]
-Bytes = npt.NDArray[np.uint8]
-Mask = npt.NDArray[np.bool_]
 Box = tuple[slice, slice]
 """Rows and columns of a picture."""
 
 _ACROSS = ((0, 1), (1, 0), (1, 1), (1, -1))
 
 
-def pixel_graph(picture: Bytes, box: Box, mask: Mask) -> Graph:
+def pixel_graph(picture: ByteArray, box: Box, mask: BoolArray) -> Graph:
     """The pixels of a box of a picture (h, w, 3) that a mask of its shape has, each with its eight
     neighbours; places (n, 3) are columns and rows of the picture, the first pixel's middle at
     (0.5, 0.5), and 0."""
@@ -41,7 +38,9 @@ def pixel_graph(picture: Bytes, box: Box, mask: Mask) -> Graph:
     return Graph(places, starts, near, colours, {}, lambda: np.zeros(n), np.full(n, -1))
 
 
-def around(one: Array, other: Array, reach: float, shape: Sequence[int]) -> tuple[Box, Mask]:
+def around(
+    one: FloatArray, other: FloatArray, reach: float, shape: Sequence[int]
+) -> tuple[Box, BoolArray]:
     """The pixels of a picture of this shape whose distances from two of its pixels (2,) sum to at
     most `reach`."""
     low = np.minimum(one, other) - 0.5 * reach
@@ -52,7 +51,7 @@ def around(one: Array, other: Array, reach: float, shape: Sequence[int]) -> tupl
     return box, np.asarray(far <= reach)
 
 
-def along(line: Array, width: float, shape: Sequence[int]) -> tuple[Box, Mask]:
+def along(line: FloatArray, width: float, shape: Sequence[int]) -> tuple[Box, BoolArray]:
     """The pixels of a picture of this shape that are at most about `width` from a line (k, 2)."""
     import cv2
 
@@ -63,7 +62,7 @@ def along(line: Array, width: float, shape: Sequence[int]) -> tuple[Box, Mask]:
     return box, mask.astype(np.bool_)
 
 
-def _box(low: Array, high: Array, shape: Sequence[int]) -> Box:
+def _box(low: FloatArray, high: FloatArray, shape: Sequence[int]) -> Box:
     x0, y0 = np.clip(np.floor(low), 0, [shape[1] - 1, shape[0] - 1]).astype(int).tolist()
     x1, y1 = np.clip(np.ceil(high), 1, [shape[1], shape[0]]).astype(int).tolist()
     return slice(y0, max(y1, y0 + 1)), slice(x0, max(x1, x0 + 1))

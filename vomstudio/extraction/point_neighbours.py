@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, Int32Array, IntArray
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
 from vomstudio.extraction.kernels import local_planes
@@ -15,11 +15,6 @@ from vomstudio.geometry.kernels.cell_lists import block_planes, cell_moments, ne
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
 from vomstudio.geometry.nearby.point_grid import in_blocks
-
-Array = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
-Ints = npt.NDArray[np.int64]
-Rows = npt.NDArray[np.int32]
 
 NEIGHBOURS = 12
 """Of a point of a cloud, that it hands a facet on to."""
@@ -46,14 +41,14 @@ class Seen:
     """Of k points: near (k, kept) their nearest, far (k,) how far the last of these is, normals
     (k, 3) and variation (k,) of the points around, which are that many (k,)"""
 
-    near: Rows
-    far: Array
-    normals: Array
-    variation: Array
-    around: Ints
+    near: Int32Array
+    far: FloatArray
+    normals: FloatArray
+    variation: FloatArray
+    around: IntArray
 
 
-def drowned(places: Array) -> bool:
+def drowned(places: FloatArray) -> bool:
     """Whether the noise of points (n, 3) is so large beside their spacing that even the most
     that normals are taken from fill a volume rather than a surface; of a part that is quiet every
     point can be looked at by itself."""
@@ -72,7 +67,7 @@ def drowned(places: Array) -> bool:
     )
 
 
-def scattered(places: Array) -> tuple[Bools, float]:
+def scattered(places: FloatArray) -> tuple[BoolArray, float]:
     """Which of points (n, 3) scatter in all directions as far as a hundred of them reach, so that
     none tells a plane; and the area that each of these stands for."""
     low = places.min(axis=0)
@@ -88,7 +83,9 @@ def scattered(places: Array) -> tuple[Bools, float]:
     return np.repeat(filled, np.diff(grid.begins))[grid.row_of], area
 
 
-def normals_of_places(places: Array, angle_deg: float, progress: Progress) -> Array | None:
+def normals_of_places(
+    places: FloatArray, angle_deg: float, progress: Progress
+) -> FloatArray | None:
     """(n, 3) normals of places by as many of those around as make neighbours' normals agree; None
     where these are not flat."""
     tree = _tree(places)
@@ -106,8 +103,8 @@ def normals_of_places(places: Array, angle_deg: float, progress: Progress) -> Ar
 
 def seen_around(
     grid: CellGrid,
-    rows: Ints,
-    few: Bools | None,
+    rows: IntArray,
+    few: BoolArray | None,
     known: int | None,
     angle_deg: float,
     progress: Progress,
@@ -127,9 +124,12 @@ def seen_around(
     )
     k, kept = len(rows), min(NEIGHBOURS, len(places) - 1)
     seen = Seen(
-        np.empty((k, kept), np.int32), np.empty(k), np.empty((k, 3)), np.empty(k),
+        np.empty((k, kept), np.int32),
+        np.empty(k),
+        np.empty((k, 3)),
+        np.empty(k),
         np.full(k, around),
-    )  # fmt: skip
+    )
     progress.stage(tr("Computing normals"), k)
     if few is None or len(places) < MANY:
         _by_tree(whole, places, None, rows, np.arange(k), seen, progress)
@@ -152,7 +152,7 @@ def seen_around(
     return around, seen
 
 
-def _enough(grid: CellGrid, few: Bools, cells: Ints) -> Ints:
+def _enough(grid: CellGrid, few: BoolArray, cells: IntArray) -> IntArray:
     """Rows of the points that tell what is around those in these cells, and in cells with few
     points: all that are in the latter or beside the former, and one of each other cell."""
     starts, near = grid.around()
@@ -168,11 +168,11 @@ def _enough(grid: CellGrid, few: Bools, cells: Ints) -> Ints:
 
 def _by_blocks(
     grid: CellGrid,
-    rows: Ints,
-    cells: Ints,
-    own: Ints,
+    rows: IntArray,
+    cells: IntArray,
+    own: IntArray,
     seen: Seen,
-    left: Bools,
+    left: BoolArray,
     progress: Progress,
 ) -> None:
     """What is around those that are `own` among the rows, of which `left` becomes False where it is
@@ -188,9 +188,20 @@ def _by_blocks(
         squares, known = np.empty((len(at), around)), np.empty(len(at), np.bool_)
         asked = for_kernels(rows[at], np.int64)
         nearest_in_block(
-            grid.places, grid.begins, starts, near_cells, grid.keys, grid.row, grid.layer,
-            grid.side, asked, for_kernels(cells[at], np.int64), near, squares, known,
-        )  # fmt: skip
+            grid.places,
+            grid.begins,
+            starts,
+            near_cells,
+            grid.keys,
+            grid.row,
+            grid.layer,
+            grid.side,
+            asked,
+            for_kernels(cells[at], np.int64),
+            near,
+            squares,
+            known,
+        )
         at, near = at[known], near[known]
         seen.normals[at], seen.variation[at] = _planes(grid.places, rows[at], near)
         seen.near[at], seen.far[at] = near[:, 1 : kept + 1], np.sqrt(squares[known, kept])
@@ -201,10 +212,10 @@ def _by_blocks(
 
 def _by_tree(
     tree: Any,
-    places: Array,
-    among: Ints | None,
-    rows: Ints,
-    own: Ints,
+    places: FloatArray,
+    among: IntArray | None,
+    rows: IntArray,
+    own: IntArray,
     seen: Seen,
     progress: Progress,
 ) -> None:
@@ -224,20 +235,20 @@ def _by_tree(
     in_blocks(work, len(own), progress, _BLOCK)
 
 
-def _tree(places: Array) -> Any:
+def _tree(places: FloatArray) -> Any:
     from scipy.spatial import cKDTree
 
     return cKDTree(places, leafsize=16, compact_nodes=False, balanced_tree=False)
 
 
-def _planes(places: Array, rows: Ints, near: Rows) -> tuple[Array, Array]:
+def _planes(places: FloatArray, rows: IntArray, near: Int32Array) -> tuple[FloatArray, FloatArray]:
     """Normal and variation of the points `near` (k, number) around those of the rows (k,)."""
     found = np.empty((len(rows), 3)), np.empty(len(rows))
     local_planes(places, for_kernels(places[rows], np.float64), near, *found)
     return found
 
 
-def _wanted_neighbours(tree: Any, places: Array, angle_deg: float, share: float) -> int:
+def _wanted_neighbours(tree: Any, places: FloatArray, angle_deg: float, share: float) -> int:
     """How many neighbours make normals that agree with those beside them, on a sample; share : of
     the places that must agree, a half where they are all."""
     n = len(places)

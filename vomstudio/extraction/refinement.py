@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.extraction.measurable_kernels import longest_sides
 from vomstudio.geometry.kernels.jit import for_reading
 from vomstudio.geometry.patches import triangle_areas
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 MOST = 6_000_000
 """Faces that cutting may make."""
@@ -21,7 +18,9 @@ _ROUNDS = 40
 _LARGEST = np.sqrt(3.0) / 4.0
 
 
-def finer(vertices: Array, faces: Ints, longest: float) -> tuple[Array, Ints, Ints]:
+def finer(
+    vertices: FloatArray, faces: IntArray, longest: float
+) -> tuple[FloatArray, IntArray, IntArray]:
     """The same surface with no edge above `longest`: vertices, faces, and of which face each is.
 
     An edge is halved for all of its faces alike, so that neighbours stay neighbours. Raises
@@ -34,7 +33,7 @@ def finer(vertices: Array, faces: Ints, longest: float) -> tuple[Array, Ints, In
     # An edge of a long face has both of its ends.
     asked = near[faces].sum(axis=1) >= 2
     of = np.flatnonzero(asked)
-    done: list[tuple[Ints, Ints]] = [(faces[~asked], np.flatnonzero(~asked))]
+    done: list[tuple[IntArray, IntArray]] = [(faces[~asked], np.flatnonzero(~asked))]
     faces = faces[asked]
     area = float(triangle_areas(*(vertices[faces[:, k]] for k in range(3))).sum())
     if area > MOST * _LARGEST * longest**2:
@@ -75,7 +74,7 @@ def finer(vertices: Array, faces: Ints, longest: float) -> tuple[Array, Ints, In
     )
 
 
-def _cut(faces: Ints, middle: Ints, of: Ints) -> tuple[Ints, Ints]:
+def _cut(faces: IntArray, middle: IntArray, of: IntArray) -> tuple[IntArray, IntArray]:
     """Each face in two to four at the middles (k, 3) of its edges, -1 where none."""
     count = (middle >= 0).sum(axis=1)
     made, own = [faces[count == 0]], [of[count == 0]]

@@ -22,8 +22,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, Int32Array, IntArray
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
 from vomstudio.extraction.elements import Elements, elements_of
@@ -36,10 +36,6 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.point_grid import in_blocks
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Labels = npt.NDArray[np.int32]
 
 NEIGHBOURS = 30
 COPLANAR = 0.2
@@ -91,7 +87,7 @@ def find_sequence(
     return Sequence(facets, given_sets(means, normals_of, sets[was]))
 
 
-def _normals(elements: Elements, progress: Progress) -> Array:
+def _normals(elements: Elements, progress: Progress) -> FloatArray:
     """(n, 3) of the points, NaN where their neighbours are not coplanar."""
     from scipy.spatial import cKDTree
 
@@ -113,7 +109,7 @@ def _normals(elements: Elements, progress: Progress) -> Array:
     return normals
 
 
-def set_poles(normals: Array) -> Array:
+def set_poles(normals: FloatArray) -> FloatArray:
     """(k, 3) where axes (n, 3) are densest, the densest first; NaN rows count for nothing."""
     from scipy.spatial import cKDTree
 
@@ -130,7 +126,7 @@ def set_poles(normals: Array) -> Array:
     for first in range(0, len(nodes), 1000):
         cosine = nodes[first : first + 1000] @ nodes[filled].T
         density[first : first + 1000] = np.exp(steep * (cosine**2 - 1.0)) @ count[filled]
-    found: list[Array] = []
+    found: list[FloatArray] = []
     apart = np.cos(np.radians(APART_DEG))
     free = np.ones(len(nodes), np.bool_)
     least = _LEAST_DENSE * float(density.max())
@@ -150,7 +146,7 @@ def set_poles(normals: Array) -> Array:
     return np.array(found).reshape(-1, 3)
 
 
-def _half_sphere(count: int) -> Array:
+def _half_sphere(count: int) -> FloatArray:
     """Evenly spread places on the upper half of the sphere (a spiral of Fibonacci)."""
     i = np.arange(count) + 0.5
     z = 1.0 - i / count
@@ -159,7 +155,7 @@ def _half_sphere(count: int) -> Array:
     return np.stack([flat * np.cos(turn), flat * np.sin(turn), z], axis=1)
 
 
-def _refined(axes: Array, start: Array) -> Array:
+def _refined(axes: FloatArray, start: FloatArray) -> FloatArray:
     """The mean of the axes within half of what sets are apart, from a place on a coarse grid."""
     mean = start
     for _ in range(_REFINED):
@@ -170,7 +166,7 @@ def _refined(axes: Array, start: Array) -> Array:
     return mean if mean[2] >= 0 else -mean
 
 
-def _assigned(normals: Array, means: Array, cone_deg: float) -> Ints:
+def _assigned(normals: FloatArray, means: FloatArray, cone_deg: float) -> IntArray:
     """(n,) the set of each point, -1 for none."""
     if not len(means):
         return np.full(len(normals), -1, np.int64)
@@ -181,8 +177,8 @@ def _assigned(normals: Array, means: Array, cone_deg: float) -> Ints:
 
 
 def _clusters(
-    elements: Elements, set_of: Ints, count: int, progress: Progress
-) -> tuple[Labels, Ints]:
+    elements: Elements, set_of: IntArray, count: int, progress: Progress
+) -> tuple[Int32Array, IntArray]:
     """(n,) cluster of each point, -1 for none, and (clusters,) the set of each."""
     inside = np.flatnonzero(set_of >= 0)
     labels = np.full(len(set_of), -1, np.int32)
@@ -209,7 +205,7 @@ def _clusters(
     return labels, np.array(sets, np.int64)
 
 
-def dbscan(places: Array, reach: float, core_points: int) -> Ints:
+def dbscan(places: FloatArray, reach: float, core_points: int) -> IntArray:
     """(n,) cluster of each place (n, 3), -1 for noise (Ester et al. 1996). A place with as many
     within `reach`, itself counted, is a core; cores within reach of each other are one cluster, and
     what is in reach of a core is of the cluster of the nearest one."""

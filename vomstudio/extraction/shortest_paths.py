@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, Int32Array, IntArray
 from vomstudio.extraction.surface_graph import Graph
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 HEADINGS = 16
 WIDEST_DEG = 34.0
@@ -25,7 +22,7 @@ _FORBIDDEN = 1e6
 _SURE = 1.0 - 1e-9
 
 
-def shortest(graph: Graph, one: int, other: int, costs: Array) -> Ints | None:
+def shortest(graph: Graph, one: int, other: int, costs: FloatArray) -> IntArray | None:
     """Nodes from one to the other on the way that costs least (Dijkstra 1959); None where there is
     no way. costs : (n,) of a metre at each node."""
     least = _SURE * float(costs.min()) if len(costs) else 0.0
@@ -34,8 +31,8 @@ def shortest(graph: Graph, one: int, other: int, costs: Array) -> Ints | None:
 
 
 def straightest(
-    graph: Graph, one: int, other: int, costs: Array, turn: float = TURN
-) -> Ints | None:
+    graph: Graph, one: int, other: int, costs: FloatArray, turn: float = TURN
+) -> IntArray | None:
     """As `shortest`, where to turn costs too: so a path that follows one of two contacts goes on
     along it where they cross.
 
@@ -50,7 +47,9 @@ def straightest(
     return shortest(graph, one, other, np.where(tube, costs, _FORBIDDEN))
 
 
-def turned(graph: Graph, one: int, other: int, costs: Array, turn: float = TURN) -> Ints | None:
+def turned(
+    graph: Graph, one: int, other: int, costs: FloatArray, turn: float = TURN
+) -> IntArray | None:
     """The path on which lengths and turns together cost least.
 
     A heading is part of the state of the search: one of 16 around the circle, in the plane that
@@ -70,10 +69,25 @@ def turned(graph: Graph, one: int, other: int, costs: Array, turn: float = TURN)
     met, states = np.empty(room, np.int32), room * HEADINGS
     before, heap, place = (np.empty(states, np.int32) for _ in range(3))
     state = least_turning(
-        graph.places, graph.flat, graph.starts, graph.near, costs, one, other, rest,
-        turn * graph.usual_arc / (HEADINGS / 4), HEADINGS, np.cos(np.radians(WIDEST_DEG)),
-        np.full(n, -1, np.int32), met, np.empty(states), before, np.empty(states), heap, place,
-    )  # fmt: skip
+        graph.places,
+        graph.flat,
+        graph.starts,
+        graph.near,
+        costs,
+        one,
+        other,
+        rest,
+        turn * graph.usual_arc / (HEADINGS / 4),
+        HEADINGS,
+        np.cos(np.radians(WIDEST_DEG)),
+        np.full(n, -1, np.int32),
+        met,
+        np.empty(states),
+        before,
+        np.empty(states),
+        heap,
+        place,
+    )
     if state == -2:
         return _back(back[1], other, one)[::-1]
     if state < 0:
@@ -86,28 +100,38 @@ def turned(graph: Graph, one: int, other: int, costs: Array, turn: float = TURN)
 
 
 def _searched(
-    graph: Graph, one: int, other: int, costs: Array, least: float
-) -> tuple[Array, npt.NDArray[np.int32]] | None:
+    graph: Graph, one: int, other: int, costs: FloatArray, least: float
+) -> tuple[FloatArray, Int32Array] | None:
     """What it costs to each node that was reached, and from where; None where there is no way."""
     from vomstudio.extraction.path_kernels import least_cost
 
     n = len(graph.places)
     distance, before, heap = np.full(n, np.inf), np.empty(n, np.int32), np.empty(n, np.int32)
     met = least_cost(
-        graph.places, graph.starts, graph.near, costs, one, other, least, distance, before,
-        np.empty(n), heap, np.full(n, -1, np.int32),
-    )  # fmt: skip
+        graph.places,
+        graph.starts,
+        graph.near,
+        costs,
+        one,
+        other,
+        least,
+        distance,
+        before,
+        np.empty(n),
+        heap,
+        np.full(n, -1, np.int32),
+    )
     return (distance, before) if met else None
 
 
-def _back(before: npt.NDArray[np.int32], one: int, other: int) -> Ints:
+def _back(before: Int32Array, one: int, other: int) -> IntArray:
     path = [other]
     while path[-1] != one:
         path.append(int(before[path[-1]]))
     return np.array(path[::-1], np.int64)
 
 
-def _beside(graph: Graph, path: Ints) -> npt.NDArray[np.bool_]:
+def _beside(graph: Graph, path: IntArray) -> BoolArray:
     """(n,) the nodes that are at most some arcs from a path."""
     near_it = np.zeros(len(graph.places), np.bool_)
     near_it[path] = True

@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, Float32Array, FloatArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
@@ -23,9 +23,6 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.point_grid import LocalPlanes, PointGrid
 from vomstudio.geometry.patches import face_areas
 from vomstudio.registration.surface_points import points_of, surface_points
-
-Array = npt.NDArray[np.float64]
-Values = npt.NDArray[np.float32]
 
 _SPACINGS = 6.0
 """Of the radius, the farthest that points of large faces may be apart."""
@@ -52,46 +49,60 @@ class FieldKind:
 
 KINDS: dict[str, FieldKind] = {
     "dip": FieldKind(
-        to_translate("Dip"), "dip", "°",
+        to_translate("Dip"),
+        "dip",
+        "°",
         to_translate("Dip of the plane through the points within the radius, 0 to 90°."),
     ),
     "dip_direction": FieldKind(
-        to_translate("Dip direction"), "dip direction", "°",
+        to_translate("Dip direction"),
+        "dip direction",
+        "°",
         to_translate("Dip direction of that plane; grey where it is level within 1°."),
     ),
     "steepness": FieldKind(
-        to_translate("Steepness, with overhangs"), "steepness", "°",
+        to_translate("Steepness, with overhangs"),
+        "steepness",
+        "°",
         to_translate(
             "Angle between up and the normal that points out of the rock: 0° level, 90° vertical, "
             "more where the face overhangs."
         ),
     ),
     "curvature": FieldKind(
-        to_translate("Curvature"), "curvature", "1/m",
+        to_translate("Curvature"),
+        "curvature",
+        "1/m",
         to_translate(
             "Mean curvature of the quadric through the points within the radius: positive on "
             "edges and noses, negative in notches. One over the radius of a ball that bends alike."
         ),
     ),
     "roughness": FieldKind(
-        to_translate("Roughness"), "roughness", "m",
+        to_translate("Roughness"),
+        "roughness",
+        "m",
         to_translate("Standard deviation of the points within the radius from their plane."),
     ),
     "coplanarity": FieldKind(
-        to_translate("Coplanarity M"), "coplanarity M", "",
+        to_translate("Coplanarity M"),
+        "coplanarity M",
+        "",
         to_translate(
             "M = ln(λ1/λ3) of the points within the radius: the larger, the more planar; above 4 "
             "is wanted of a plane (Fernández 2005)."
         ),
     ),
     "collinearity": FieldKind(
-        to_translate("Collinearity K"), "collinearity K", "",
+        to_translate("Collinearity K"),
+        "collinearity K",
+        "",
         to_translate(
             "K = ln(λ1/λ2)/ln(λ2/λ3) of the points within the radius: the larger, the more they "
             "lie along a line; below 0.8 is wanted of a plane (Fernández 2005)."
         ),
     ),
-}  # fmt: skip
+}
 """By the name in which a project keeps them, in the order of lists."""
 
 _LEVEL_DEG = 1.0
@@ -111,7 +122,7 @@ class SurfaceFields:
     there is none. typical_count : points within the radius (median)"""
 
     radius_m: float
-    values: Mapping[str, Values]
+    values: Mapping[str, Float32Array]
     typical_count: int
     warnings: tuple[Finding, ...]
 
@@ -179,11 +190,11 @@ def _refused_or_told(data: Mesh | PointCloud, radius_m: float) -> tuple[Finding,
     return ()
 
 
-def _kept(values: Array, enough: npt.NDArray[np.bool_]) -> Values:
+def _kept(values: FloatArray, enough: BoolArray) -> Float32Array:
     return np.where(enough, values, np.nan).astype(np.float32)
 
 
-def _attitudes(normals: Array) -> dict[str, Array]:
+def _attitudes(normals: FloatArray) -> dict[str, FloatArray]:
     """Of unit normals (n, 3) that point out of the rock."""
     x, y, z = normals.T
     up = np.where(z < 0.0, -1.0, 1.0)
@@ -196,7 +207,7 @@ def _attitudes(normals: Array) -> dict[str, Array]:
     }
 
 
-def _shapes(planes: LocalPlanes) -> dict[str, Array]:
+def _shapes(planes: LocalPlanes) -> dict[str, FloatArray]:
     third, second, first = planes.spread.T
     # A perfect plane has a third eigenvalue of rounding errors.
     third = np.maximum(third, 1e-12 * first)
@@ -208,7 +219,7 @@ def _shapes(planes: LocalPlanes) -> dict[str, Array]:
         }
 
 
-def _evenly(points: Array, cell: float) -> Array:
+def _evenly(points: FloatArray, cell: float) -> FloatArray:
     """At most _IN_CELL points of each cell, chosen at random and unmoved: a mean would be smoother
     than the rock, and one of each of many small cells would count what lies off the surface
     more."""
@@ -224,13 +235,15 @@ def _evenly(points: Array, cell: float) -> Array:
     return points[np.sort(order[np.arange(len(order)) - first < _IN_CELL])]
 
 
-def _outward(data: Mesh | PointCloud, normals: Array) -> tuple[Array, tuple[Finding, ...]]:
+def _outward(
+    data: Mesh | PointCloud, normals: FloatArray
+) -> tuple[FloatArray, tuple[Finding, ...]]:
     """Orient normals out of the rock, by the faces of a mesh or the normals of a cloud.
 
     Without either they are turned upward, and a warning is returned.
     """
     if isinstance(data, Mesh) and len(data.faces):
-        sides: Array | None = _vertex_normals(data)
+        sides: FloatArray | None = _vertex_normals(data)
     elif isinstance(data, PointCloud) and data.normals is not None:
         sides = np.asarray(data.normals, np.float64)
     else:
@@ -242,12 +255,12 @@ def _outward(data: Mesh | PointCloud, normals: Array) -> tuple[Array, tuple[Find
     return _turned(normals, sides), ()
 
 
-def _turned(normals: Array, sides: Array) -> Array:
+def _turned(normals: FloatArray, sides: FloatArray) -> FloatArray:
     along = np.einsum("ij,ij->i", normals, np.nan_to_num(sides))
     return normals * np.where(along < 0.0, -1.0, 1.0)[:, None]
 
 
-def _vertex_normals(mesh: Mesh) -> Array:
+def _vertex_normals(mesh: Mesh) -> FloatArray:
     """(n, 3) sums of the normals of the faces around each place, by area; those of one place are
     one, whatever the seams of the texture."""
     vertices = np.asarray(mesh.vertices, np.float64)

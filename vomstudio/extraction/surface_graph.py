@@ -14,8 +14,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, Int32Array, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.extraction.texture_colours import TextureColours
@@ -26,8 +26,6 @@ from vomstudio.geometry.mesh import Mesh
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 NEIGHBOURS = 10
 # A neighbour farther off than this many usual distances is across a gap.
@@ -51,21 +49,21 @@ class Graph:
     radians on a mesh and the surface variation of a cloud; row (n,) of the point or vertex of the
     model, -1 for places within faces."""
 
-    places: Array
-    starts: Ints
-    near: npt.NDArray[np.int32]
-    colours: Array | None
-    fields: Mapping[str, Array]
-    rough: Callable[[], Array]
-    row: Ints
+    places: FloatArray
+    starts: IntArray
+    near: Int32Array
+    colours: FloatArray | None
+    fields: Mapping[str, FloatArray]
+    rough: Callable[[], FloatArray]
+    row: IntArray
 
     @cached_property
-    def roughness(self) -> Array:
+    def roughness(self) -> FloatArray:
         """(n,)"""
         return self.rough()
 
     @cached_property
-    def flat(self) -> Array:
+    def flat(self) -> FloatArray:
         """(n, 2) the places in the plane that fits them best."""
         off = self.places - self.places.mean(axis=0)
         _, ways = np.linalg.eigh(off.T @ off)
@@ -97,16 +95,16 @@ class SurfaceGraph:
         rows = np.flatnonzero(sound)
         if len(rows) < 2 or not np.ptp(points[rows], axis=0).any():
             raise GeometryError(Finding("path.no-surface"))
-        self.origin: Array = np.floor(points[rows].min(axis=0))
+        self.origin: FloatArray = np.floor(points[rows].min(axis=0))
         local = points[rows] - self.origin
         which = welded(local)
         first = np.full(int(which.max()) + 1, -1, np.int64)
         first[which[::-1]] = np.arange(len(which))[::-1]
-        self.places: Array = np.ascontiguousarray(local[first], np.float64)
-        self.row: Ints = rows[first]
+        self.places: FloatArray = np.ascontiguousarray(local[first], np.float64)
+        self.row: IntArray = rows[first]
         self._node = np.full(len(points), -1, np.int64)
         self._node[rows] = which
-        self.kept_costs: dict[str, tuple[bytes, Array]] = {}
+        self.kept_costs: dict[str, tuple[bytes, FloatArray]] = {}
         """Of a metre at each node of `whole`, by what is looked for: the colours that they are for,
         and the costs (n,)."""
         self._scratch = np.full(len(self.places), -1, np.int64), np.empty(len(rows), np.int64)
@@ -168,7 +166,9 @@ class SurfaceGraph:
         colours = self.textures.at(extra[:, :2], triangles, material, 0)
         return self._welded_graph(places, triangles, colours, extra[:, 2:], row)
 
-    def _longest_edge(self, places: Array, uv: Array, triangles: Ints, material: Ints) -> float:
+    def _longest_edge(
+        self, places: FloatArray, uv: FloatArray, triangles: IntArray, material: IntArray
+    ) -> float:
         """To which edges are divided."""
         assert self.textures is not None
         a, b, c = (places[triangles[:, i]] for i in range(3))
@@ -180,18 +180,18 @@ class SurfaceGraph:
         return max(float(np.sqrt(4.5 * area / MOST_FINEST)), _PIXELS_AN_EDGE * pixel)
 
     @cached_property
-    def _faces(self) -> Ints:
+    def _faces(self) -> IntArray:
         """Faces of a mesh by nodes, those that are none left out."""
         faces = self._node[np.asarray(self.data.faces, np.int64)]  # type: ignore[union-attr]
         return np.asarray(faces)
 
     @cached_property
-    def _sound_faces(self) -> npt.NDArray[np.bool_]:
+    def _sound_faces(self) -> BoolArray:
         a, b, c = self._faces.T
         return np.asarray((self._faces >= 0).all(axis=1) & (a != b) & (b != c) & (c != a))
 
     @cached_property
-    def _neighbours(self) -> tuple[Ints, npt.NDArray[np.int32]]:
+    def _neighbours(self) -> tuple[IntArray, Int32Array]:
         """Of each node: starts (n + 1,), and the nodes."""
         from vomstudio.extraction.path_kernels import without_repeats
 
@@ -205,7 +205,7 @@ class SurfaceGraph:
         return starts, near[: without_repeats(starts, near)].copy()
 
     @cached_property
-    def _faces_of(self) -> tuple[Ints, Ints]:
+    def _faces_of(self) -> tuple[IntArray, IntArray]:
         """Faces at each node: rows into one array, and its starts."""
         rows = np.flatnonzero(self._sound_faces)
         nodes = self._faces[rows].ravel()
@@ -214,7 +214,7 @@ class SurfaceGraph:
         return rows[order // 3], starts
 
     @cached_property
-    def _near(self) -> npt.NDArray[np.int32]:
+    def _near(self) -> Int32Array:
         """(n, k) neighbours of a cloud's nodes, -1 for those across a gap."""
         n = len(self.places)
         k = min(NEIGHBOURS, n - 1)
@@ -228,7 +228,7 @@ class SurfaceGraph:
         near[far > _GAP * own[:, None]] = -1
         return near
 
-    def snapped(self, places: Array) -> Array:
+    def snapped(self, places: FloatArray) -> FloatArray:
         """(w,) distance of places (w, 3), in the frame of the data, from its nearest point."""
         given = np.asarray(places, np.float64).reshape(-1, 3) - self.origin
         return np.asarray(self.tree.query(given)[0], np.float64)
@@ -239,7 +239,7 @@ class SurfaceGraph:
         _ = self._faces_of if self.refines else self._neighbours
 
     # --- a part ------------------------------------------------------------------------------
-    def world(self, graph: Graph, nodes: Ints) -> Array:
+    def world(self, graph: Graph, nodes: IntArray) -> FloatArray:
         """(k, 3) places of a graph's nodes in the frame of the data, its own points to the bit."""
         points = self.data.vertices if isinstance(self.data, Mesh) else self.data.points
         found = graph.places[nodes] + self.origin
@@ -252,7 +252,7 @@ class SurfaceGraph:
         """The faces of corridors are divided to the pixels of textures."""
         return self.is_mesh and self.textures is not None
 
-    def corridor(self, one: Array, other: Array, stretch: float, margin: float) -> Graph:
+    def corridor(self, one: FloatArray, other: FloatArray, stretch: float, margin: float) -> Graph:
         """What lies within an ellipse around two places (3,), from the origin on: all paths from
         one to the other that are at most `stretch` times as long as the straight line, and a
         margin. Of points and vertices what hangs together with the first place."""
@@ -265,7 +265,7 @@ class SurfaceGraph:
         ends = np.asarray(self.tree.query(np.stack([one, other]))[1], np.int64)
         return self._refined(np.append(rows[inside], ends))
 
-    def _corridor_of_nodes(self, one: Array, other: Array, reach: float) -> Graph:
+    def _corridor_of_nodes(self, one: FloatArray, other: FloatArray, reach: float) -> Graph:
         from vomstudio.extraction.path_kernels import inside, together, within
 
         starts, near = self._neighbours
@@ -289,14 +289,21 @@ class SurfaceGraph:
                 part = _part(found, starts, near, number)
         return self._graph(found, self.places[found], *part)
 
-    def _graph(self, rows: Ints, places: Array, starts: Ints, near: npt.NDArray[np.int32]) -> Graph:
+    def _graph(
+        self, rows: IntArray, places: FloatArray, starts: IntArray, near: Int32Array
+    ) -> Graph:
         row = self.row[rows]
         return Graph(
-            places, starts, near, self._colours_of(row), self._fields_of(row),
-            lambda: self._roughness(rows, places), row,
-        )  # fmt: skip
+            places,
+            starts,
+            near,
+            self._colours_of(row),
+            self._fields_of(row),
+            lambda: self._roughness(rows, places),
+            row,
+        )
 
-    def _refined(self, rows: Ints) -> Graph:
+    def _refined(self, rows: IntArray) -> Graph:
         """The faces at these nodes, divided until an edge is some pixels long."""
         assert isinstance(self.data, Mesh)
         assert self.textures is not None
@@ -323,7 +330,12 @@ class SurfaceGraph:
         return self._welded_graph(places, triangles, colours, extra[:, 2:], row)
 
     def _welded_graph(
-        self, places: Array, triangles: Ints, colours: Array, extra: Array, row: Ints
+        self,
+        places: FloatArray,
+        triangles: IntArray,
+        colours: FloatArray,
+        extra: FloatArray,
+        row: IntArray,
     ) -> Graph:
         node = welded(places)
         n = int(node.max()) + 1
@@ -341,7 +353,9 @@ class SurfaceGraph:
             row[first],
         )
 
-    def _level(self, places: Array, uv: Array, triangles: Ints, material: Ints) -> int:
+    def _level(
+        self, places: FloatArray, uv: FloatArray, triangles: IntArray, material: IntArray
+    ) -> int:
         """How often to divide the faces: to some pixels an edge, while the nodes stay few."""
         assert self.textures is not None
         pixels = self.textures.edge_pixels(uv, triangles, material)
@@ -350,20 +364,20 @@ class SurfaceGraph:
             level -= 1
         return level
 
-    def _colours_of(self, row: Ints) -> Array | None:
+    def _colours_of(self, row: IntArray) -> FloatArray | None:
         if self.data.colors is not None:
             return np.asarray(self.data.colors[row], np.float64)
         if self.textures is not None:
             return self.textures.of_vertices[row]
         return None
 
-    def _fields_of(self, row: Ints) -> dict[str, Array]:
+    def _fields_of(self, row: IntArray) -> dict[str, FloatArray]:
         return {
             name: np.asarray(values[row], np.float64) for name, values in self.data.fields.items()
         }
 
     @cached_property
-    def _vertex_roughness(self) -> Array:
+    def _vertex_roughness(self) -> FloatArray:
         """Of a mesh's nodes: the widest angle between the normals of faces at them, radians."""
         rows = np.flatnonzero(self._sound_faces)
         faces = self._faces[rows]
@@ -383,7 +397,7 @@ class SurfaceGraph:
             np.maximum.at(angle, end, np.arccos(cosine))
         return angle
 
-    def _roughness(self, rows: Ints, places: Array) -> Array:
+    def _roughness(self, rows: IntArray, places: FloatArray) -> FloatArray:
         if self.is_mesh:
             return self._vertex_roughness[rows]
         from vomstudio.extraction.kernels import local_planes
@@ -394,7 +408,7 @@ class SurfaceGraph:
         return np.nan_to_num(found[1])
 
 
-def neighbours_of(first: Ints, second: Ints, n: int) -> tuple[Ints, npt.NDArray[np.int32]]:
+def neighbours_of(first: IntArray, second: IntArray, n: int) -> tuple[IntArray, Int32Array]:
     """Lists of neighbours of n nodes, as a Graph has them, from the ends of each arc."""
     from vomstudio.extraction.path_kernels import neighbours
 
@@ -404,8 +418,8 @@ def neighbours_of(first: Ints, second: Ints, n: int) -> tuple[Ints, npt.NDArray[
 
 
 def _part(
-    rows: Ints, starts: Ints, near: npt.NDArray[np.int32], number: Ints
-) -> tuple[Ints, npt.NDArray[np.int32]]:
+    rows: IntArray, starts: IntArray, near: Int32Array, number: IntArray
+) -> tuple[IntArray, Int32Array]:
     """Lists of neighbours of some nodes alone. number (n,) is -1 on the way in and out."""
     from vomstudio.extraction.path_kernels import part_of
 
@@ -417,14 +431,16 @@ def _part(
     return own_starts, own_near[:length]
 
 
-def _edges(faces: Ints, n: int) -> tuple[Ints, Ints]:
+def _edges(faces: IntArray, n: int) -> tuple[IntArray, IntArray]:
     """(first, second) node of each edge of faces (m, 3), once."""
     ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
     key = np.unique(ends.min(axis=1) * n + ends.max(axis=1))
     return key // n, key % n
 
 
-def _divided(places: Array, extra: Array, triangles: Ints) -> tuple[Array, Array, Ints, int]:
+def _divided(
+    places: FloatArray, extra: FloatArray, triangles: IntArray
+) -> tuple[FloatArray, FloatArray, IntArray, int]:
     """Every triangle in four, with nodes at the middles of its edges; how many these are."""
     n = len(places)
     ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
@@ -450,8 +466,8 @@ def _divided(places: Array, extra: Array, triangles: Ints) -> tuple[Array, Array
 
 
 def _divided_where_long(
-    places: Array, extra: Array, triangles: Ints, longest: float
-) -> tuple[Array, Array, Ints, Ints]:
+    places: FloatArray, extra: FloatArray, triangles: IntArray, longest: float
+) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
     """Edges that are longer have a node in their middle, and triangles are divided in two, three or
     four by these; parent : (m,) the triangle that each comes from."""
     n = len(places)
@@ -468,8 +484,8 @@ def _divided_where_long(
     order = (first[:, None] + np.arange(3)) % 3
     a, b, c = np.take_along_axis(triangles, order, axis=1).T
     ab, bc, ca = np.take_along_axis(middle, order, axis=1).T
-    pieces: list[Ints] = [triangles[count == 0]]
-    parents: list[Ints] = [rows[count == 0]]
+    pieces: list[IntArray] = [triangles[count == 0]]
+    parents: list[IntArray] = [rows[count == 0]]
     for wanted, corners in (
         (1, ((a, ab, c), (ab, b, c))),
         (2, ((ab, b, bc), (a, ab, bc), (a, bc, c))),

@@ -5,12 +5,9 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray, FloatArray, IntArray
 from vomstudio.geometry.mesh import Mesh
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 _GREY = 128.0
 
@@ -24,20 +21,20 @@ class TextureColours:
     def __init__(self, mesh: Mesh) -> None:
         self._mesh = mesh
         self.any = mesh.uv is not None and any(m.texture is not None for m in mesh.materials)
-        self.uv: Array = (
+        self.uv: FloatArray = (
             np.zeros((len(mesh.vertices), 2))
             if mesh.uv is None
             else np.asarray(mesh.uv, np.float64)
         )
-        self._pictures: dict[tuple[int, int], npt.NDArray[np.uint8] | None] = {}
+        self._pictures: dict[tuple[int, int], ByteArray | None] = {}
 
-    def material_of(self, faces: Ints) -> Ints:
+    def material_of(self, faces: IntArray) -> IntArray:
         """(k,) material of faces, -1 for none."""
         offsets = np.asarray(self._mesh.material_offsets, np.int64)
         found = np.searchsorted(offsets, faces, side="right") - 1
         return np.where(found < len(self._mesh.materials), found, -1)
 
-    def edge_pixels(self, uv: Array, triangles: Ints, material: Ints) -> float:
+    def edge_pixels(self, uv: FloatArray, triangles: IntArray, material: IntArray) -> float:
         """Pixels along an edge, at the median."""
         sizes = np.array([self._size(int(m)) for m in np.unique(material)], np.float64)
         scale = sizes[np.searchsorted(np.unique(material), material)]
@@ -46,7 +43,7 @@ class TextureColours:
         length = length[np.isfinite(length)]
         return float(np.median(length)) if len(length) else 1.0
 
-    def at(self, uv: Array, triangles: Ints, material: Ints, level: int) -> Array:
+    def at(self, uv: FloatArray, triangles: IntArray, material: IntArray, level: int) -> FloatArray:
         """(n, 3) colours of vertices with these coordinates, averaged over about half of an edge.
 
         level : how often the faces of the mesh were divided
@@ -64,7 +61,7 @@ class TextureColours:
         return colours
 
     @cached_property
-    def of_vertices(self) -> Array:
+    def of_vertices(self) -> FloatArray:
         """(n, 3) of the mesh's vertices, averaged over about half of an edge."""
         faces = np.arange(len(self._mesh.faces))
         return self.at(self.uv, np.asarray(self._mesh.faces, np.int64), self.material_of(faces), 0)
@@ -73,13 +70,13 @@ class TextureColours:
         picture = self._picture(material, 0)
         return (1, 1) if picture is None else (picture.shape[1], picture.shape[0])
 
-    def _picture(self, material: int, halvings: int) -> npt.NDArray[np.uint8] | None:
+    def _picture(self, material: int, halvings: int) -> ByteArray | None:
         key = (material, halvings)
         if key not in self._pictures:
             self._pictures[key] = self._read(material, halvings)
         return self._pictures[key]
 
-    def _read(self, material: int, halvings: int) -> npt.NDArray[np.uint8] | None:
+    def _read(self, material: int, halvings: int) -> ByteArray | None:
         if material < 0 or self._mesh.materials[material].texture is None:
             return None
         if halvings:
@@ -100,7 +97,7 @@ class TextureColours:
             return None
 
 
-def _bilinear(picture: npt.NDArray[np.uint8], uv: Array) -> Array:
+def _bilinear(picture: ByteArray, uv: FloatArray) -> FloatArray:
     """Colours at texture coordinates, origin at the lower left; the picture is repeated."""
     height, width = picture.shape[:2]
     known = np.asarray(np.isfinite(uv).all(axis=1))

@@ -16,8 +16,6 @@ from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.plane_bands import BandSet, PlaneBand, SetPrior, sets_in_band
 from vomstudio.geology.statistics import orientation_tensor, unit_vectors
 
-Array = npt.NDArray[np.float64]
-
 FEWEST = 3
 """Planes of a set that says what others are like."""
 # A concentration beyond this is no scatter of rock: planes alike to the digit.
@@ -59,10 +57,17 @@ def band_figures(band: PlaneBand, priors: Sequence[SetPrior] = ()) -> BandFigure
     low, high = band.dips_deg()
     best, line = band.best, band.line
     return BandFigures(
-        line.trend_deg, line.plunge_deg, band.half_width95_deg, band.turn95_deg,
-        None if best is None else best.dip_direction_deg, None if best is None else best.dip_deg,
-        low, high, found, none,
-    )  # fmt: skip
+        line.trend_deg,
+        line.plunge_deg,
+        band.half_width95_deg,
+        band.turn95_deg,
+        None if best is None else best.dip_direction_deg,
+        None if best is None else best.dip_deg,
+        low,
+        high,
+        found,
+        none,
+    )
 
 
 def prior_of(name: str, normals: npt.ArrayLike) -> SetPrior | None:

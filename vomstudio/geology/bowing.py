@@ -19,11 +19,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.serial_errors import correlation_of, whitened
-
-Array = npt.NDArray[np.float64]
 
 FEWEST = 6
 """Points: four unknowns, and two to judge them by."""
@@ -71,7 +69,7 @@ class Bowing:
         return abs(self.curvature_per_m) * self.reach_m**2
 
     @property
-    def edges_toward(self) -> Array:
+    def edges_toward(self) -> FloatArray:
         """(3,) unit vector, along which the edges are off the plane that touches the middle."""
         return np.array(self.normal) * (1.0 if self.curvature_per_m > 0.0 else -1.0)
 
@@ -125,14 +123,14 @@ class ShapeChange:
     model, 0 where it has no relief
     """
 
-    turn: Array
+    turn: FloatArray
     growth: float
-    shift: Array
+    shift: FloatArray
     curvature_per_m: float
     stretch: float
 
 
-def shape_change(places: Array, moves: Array) -> ShapeChange:
+def shape_change(places: FloatArray, moves: FloatArray) -> ShapeChange:
     """What small moves (n, 3) of the points (n, 3) of a model are as a whole, by least squares.
 
     Raises numpy.linalg.LinAlgError for what is not finite.
@@ -155,11 +153,11 @@ def shape_change(places: Array, moves: Array) -> ShapeChange:
 
 
 def bowing_of(
-    places: Array,
-    residuals: Array,
-    sigma: Array | None = None,
-    extent: Array | None = None,
-    normal: Array | None = None,
+    places: FloatArray,
+    residuals: FloatArray,
+    sigma: FloatArray | None = None,
+    extent: FloatArray | None = None,
+    normal: FloatArray | None = None,
 ) -> Bowing | None:
     """The bowing that residuals show; None where too few points, or points on a line, or all at one
     distance from the middle, tell nothing of it.
@@ -203,7 +201,7 @@ def bowing_of(
     return _bowing(n, bend / size**2, error / size**2, reach, normal)
 
 
-def _drift(columns: Array, residuals: Array) -> float:
+def _drift(columns: FloatArray, residuals: FloatArray) -> float:
     """The correlation of neighbours among what the columns (n, k) leave of residuals (n, 3)."""
     left = residuals - columns @ np.linalg.lstsq(columns, residuals, rcond=None)[0]
     sizes = np.sqrt((left**2).mean(axis=0))
@@ -217,7 +215,7 @@ def _drift(columns: Array, residuals: Array) -> float:
 
 
 def bowing_of_turns(
-    places: Array, turns: Array, cameras: Array, extent: Array | None = None
+    places: FloatArray, turns: FloatArray, cameras: FloatArray, extent: FloatArray | None = None
 ) -> Bowing | None:
     """The bowing that the verticals of photos show; None where too few photos, or photos all at one
     place along the model, tell nothing of it.
@@ -253,7 +251,7 @@ def bowing_of_turns(
     return _bowing(n, bend / size, error / size, reach, axes[2])
 
 
-def model_shape(points: Array) -> tuple[Array, Array, float]:
+def model_shape(points: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     """Of points (m, 3) all over a model: its middle (3,), axes (3, 3) in rows, the last one the
     normal that points up and all of them right-handed, and its reach: the distance from the middle,
     along its mean plane, to its edge, beyond which one point in a thousand lies."""
@@ -266,17 +264,17 @@ def model_shape(points: Array) -> tuple[Array, Array, float]:
     return middle, axes, float(np.quantile(away, _EDGE, method="higher"))
 
 
-def _bowing(n: int, curvature: float, error: float, reach: float, normal: Array) -> Bowing:
+def _bowing(n: int, curvature: float, error: float, reach: float, normal: FloatArray) -> Bowing:
     x, y, z = (float(v) for v in normal)
     return Bowing(n, curvature, error, reach, abs(curvature) > error, (x, y, z))
 
 
-def _shape(places: Array, extent: Array | None) -> tuple[Array, Array, float]:
+def _shape(places: FloatArray, extent: FloatArray | None) -> tuple[FloatArray, FloatArray, float]:
     """`model_shape` of the model, or, where that is not known, of the places."""
     return model_shape(places if extent is None or len(extent) < FEWEST else extent)
 
 
-def _last_of(rows: Array, out: Array, rest: Array) -> tuple[float, float]:
+def _last_of(rows: FloatArray, out: FloatArray, rest: FloatArray) -> tuple[float, float]:
     """The last unknown of a regression, and its 95 % error by what is left over. rest : what the
     other columns leave of the last one"""
     from scipy.special import stdtrit

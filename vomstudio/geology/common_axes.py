@@ -15,6 +15,7 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.common_rotation_errors import Moved, Turns, joined, moved, principal_axis
@@ -28,7 +29,7 @@ from vomstudio.geology.folding.verdicts import (
 )
 from vomstudio.geology.folds import MIN_ARC, FoldAxis, axis_of
 from vomstudio.geology.intersections import UncertainPlane, intersection_line, mean_plane
-from vomstudio.geology.orientation import Array, planes_to_poles
+from vomstudio.geology.orientation import planes_to_poles
 from vomstudio.geology.populations.distributions import f95
 from vomstudio.geology.populations.probabilities import chi2_tail, f_tail
 from vomstudio.geology.statistics import flip_to, orientation_tensor, unit_vectors
@@ -57,7 +58,7 @@ def common_axis(
     if len(sets) < 2:
         raise GeometryError(Finding("fold.too-few-sets"))
     names = list(sets)
-    members: list[Array] = []
+    members: list[FloatArray] = []
     for name in names:
         poles = planes_to_poles(*sets[name]).reshape(-1, 3)
         if len(poles) == 0:
@@ -90,7 +91,9 @@ def common_axis(
     return replace(axis, pairs=pairs)
 
 
-def _strays(members: Sequence[Array], means: Array, beta: Array) -> tuple[Array, int]:
+def _strays(
+    members: Sequence[FloatArray], means: FloatArray, beta: FloatArray
+) -> tuple[FloatArray, int]:
     """Variance of each mean along beta, radians squared, and the degrees of freedom behind them.
     A single plane strays as those of the other sets do, or by `NATURAL_SCATTER_DEG`."""
     squares = [
@@ -108,8 +111,8 @@ def _strays(members: Sequence[Array], means: Array, beta: Array) -> tuple[Array,
 
 
 def _region_of(
-    means: Array, axes: Array, strays: Array, smallest: int
-) -> tuple[tuple[float, float] | None, Array]:
+    means: FloatArray, axes: FloatArray, strays: FloatArray, smallest: int
+) -> tuple[tuple[float, float] | None, FloatArray]:
     """Semi-axes of the joint 95 % region of beta, degrees, and the direction of the larger one."""
     if smallest < 2:
         return None, axes[1]
@@ -124,7 +127,7 @@ def _region_of(
     return (float(angles[1]), float(angles[0])), directions[:, 1] @ across
 
 
-def _chance(means: Array, axes: Array, strays: Array, free: int) -> float | None:
+def _chance(means: FloatArray, axes: FloatArray, strays: FloatArray, free: int) -> float | None:
     """Chance of means so far off a common plane where they share one; None of two, which always
     do."""
     k = len(means)
@@ -140,7 +143,7 @@ def _chance(means: Array, axes: Array, strays: Array, free: int) -> float | None
     return f_tail(k - 2, free, square / (k - 2))
 
 
-def _pairs(names: Sequence[str], members: Sequence[Array]) -> tuple[PairFigures, ...]:
+def _pairs(names: Sequence[str], members: Sequence[FloatArray]) -> tuple[PairFigures, ...]:
     """Where the mean planes of each two sets meet; parallel ones are left out."""
     planes = [mean_plane([UncertainPlane(pole, None) for pole in poles]) for poles in members]
     found = []
@@ -152,20 +155,28 @@ def _pairs(names: Sequence[str], members: Sequence[Array]) -> tuple[PairFigures,
         line = meeting.line
         found.append(
             PairFigures(
-                (names[i], names[j]), line.trend_deg, line.plunge_deg, meeting.angle_deg,
-                meeting.max_confidence95_deg, meeting.min_confidence95_deg,
+                (names[i], names[j]),
+                line.trend_deg,
+                line.plunge_deg,
+                meeting.angle_deg,
+                meeting.max_confidence95_deg,
+                meeting.min_confidence95_deg,
             )
-        )  # fmt: skip
+        )
     return tuple(found)
 
 
-def _supposed(members: Sequence[Array]) -> bool:
+def _supposed(members: Sequence[FloatArray]) -> bool:
     """Whether nothing but a supposition tells the scatter."""
     return all(len(poles) == 1 for poles in members)
 
 
 def _verdict(
-    names: Sequence[str], off: Array, p: float | None, error95_deg: float | None, supposed: bool
+    names: Sequence[str],
+    off: FloatArray,
+    p: float | None,
+    error95_deg: float | None,
+    supposed: bool,
 ) -> Verdict:
     if p is None:
         return _common([Finding("fold.two-sets")], error95_deg, [])
@@ -190,7 +201,10 @@ def _common(reasons: list[Finding], error95_deg: float | None, doubts: list[Find
 
 
 def _turned_axis(
-    members: Sequence[Moved], tensors: Sequence[tuple[Array, Array]], values: Array, axes: Array
+    members: Sequence[Moved],
+    tensors: Sequence[tuple[FloatArray, FloatArray]],
+    values: FloatArray,
+    axes: FloatArray,
 ) -> Moved:
     """The axis common to sets as the registrations of their planes move it."""
     parts = [principal_axis(own, *of, 0) for own, of in zip(members, tensors, strict=True)]

@@ -18,7 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.geology.orientation import Array, Line
+from vomstudio.core.arrays import FloatArray, IntArray
+from vomstudio.geology.orientation import Line
 from vomstudio.geometry.rotation_errors import CHI2_TWO, across
 
 NO_TURN = -1
@@ -35,8 +36,8 @@ class Turns:
         up
     """
 
-    group: npt.NDArray[np.int64]
-    rotations: Array
+    group: IntArray
+    rotations: FloatArray
 
     def __len__(self) -> int:
         return len(self.group)
@@ -51,11 +52,11 @@ class Turns:
         return Turns(self.group[np.asarray(chosen)], self.rotations)
 
 
-def together(rotations: Sequence[tuple[object, Array | None]]) -> Turns:
+def together(rotations: Sequence[tuple[object, FloatArray | None]]) -> Turns:
     """Of vectors with, each, what it was registered by (equal keys turn together) and the (3, 3)
     covariance of that; None where it is not known."""
     keys: dict[object, int] = {}
-    found: list[Array] = []
+    found: list[FloatArray] = []
     group = []
     for key, rotation in rotations:
         if rotation is None:
@@ -73,16 +74,16 @@ class Moved:
     """Vectors (n, 3) with what each registration does to them: (n, k, 3, 3) by a small turn about
     east, north, up."""
 
-    vectors: Array
-    by: Array
-    rotations: Array
+    vectors: FloatArray
+    by: FloatArray
+    rotations: FloatArray
 
-    def covariance(self) -> Array:
+    def covariance(self) -> FloatArray:
         """(n, 3, 3), radians squared."""
         turned = self.by @ self.rotations @ np.swapaxes(self.by, -1, -2)
         return np.asarray(turned.sum(axis=1))
 
-    def result(self, vector: Array, derivative: Array) -> Moved:
+    def result(self, vector: FloatArray, derivative: FloatArray) -> Moved:
         """A vector (3,) that moves by the sum of derivative[i] (3, 3) times the vectors' moves."""
         by = np.einsum("nij,nkjl->kil", derivative, self.by)
         return Moved(np.asarray(vector, np.float64)[None], by[None], self.rotations)
@@ -107,7 +108,7 @@ def joined(parts: Sequence[Moved]) -> Moved:
     )
 
 
-def principal_axis(given: Moved, values: Array, axes: Array, index: int) -> Moved:
+def principal_axis(given: Moved, values: FloatArray, axes: FloatArray, index: int) -> Moved:
     """One of the principal axes of the vectors' orientation tensor; values, axes as
     `statistics.orientation_tensor` gives them."""
     x, axis = given.vectors, axes[index]
@@ -122,7 +123,7 @@ def principal_axis(given: Moved, values: Array, axes: Array, index: int) -> Move
     return given.result(axis, derivative)
 
 
-def resultant(given: Moved, signs: Array | None = None) -> Moved:
+def resultant(given: Moved, signs: FloatArray | None = None) -> Moved:
     """The direction of the sum of the vectors; signs : (n,) by which each is turned round first."""
     s = np.ones(len(given.vectors)) if signs is None else signs
     total = s @ given.vectors
@@ -161,7 +162,7 @@ class Region:
 
     largest_deg: float
     smallest_deg: float
-    axis: Array
+    axis: FloatArray
 
     @property
     def line(self) -> Line:
@@ -192,8 +193,8 @@ def region(
 
 
 def squared_region(
-    vector: Array, largest_deg: float, smallest_deg: float, toward: npt.ArrayLike
-) -> Array:
+    vector: FloatArray, largest_deg: float, smallest_deg: float, toward: npt.ArrayLike
+) -> FloatArray:
     """Return the (3, 3) matrix whose eigenvalues are the squares of a region's half-angles.
 
     They are in radians squared, along `toward` (3,) and across it; the covariance of the vector is
@@ -222,12 +223,12 @@ def region_of_line(
     return region(vector, covariance, own)
 
 
-def cone(vector: npt.ArrayLike, half_angle_deg: float) -> tuple[float, float, Array]:
+def cone(vector: npt.ArrayLike, half_angle_deg: float) -> tuple[float, float, FloatArray]:
     """A round region, as `region` takes it."""
     return half_angle_deg, half_angle_deg, _across_basis(np.asarray(vector, np.float64))[0]
 
 
-def _across_basis(v: Array) -> Array:
+def _across_basis(v: FloatArray) -> FloatArray:
     """(2, 3) unit vectors at right angles to v and each other."""
     first = np.cross(v, np.eye(3)[int(np.argmin(np.abs(v)))])
     first = first / np.linalg.norm(first)

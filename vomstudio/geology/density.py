@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import to_translate
-from vomstudio.geology.orientation import Array
 from vomstudio.geology.stereonet import unproject
 
 DENSITY_METHODS = ("kamb", "exponential_kamb", "linear_kamb", "schmidt")
@@ -43,7 +43,7 @@ def density(
     at: npt.ArrayLike,
     method: str = "exponential_kamb",
     sigma: float = SIGMA,
-) -> Array:
+) -> FloatArray:
     """Density (m,) of axial data (n, 3) at unit vectors (m, 3).
 
     kamb: count in a circle whose area is sigma^2 / (n + sigma^2) of the hemisphere, in standard
@@ -94,7 +94,7 @@ class _Kernel:
         scale = math.sqrt(n * (steep / 2.0 - 1.0) / steep**2)
         return cls(method, cap, steep, scale, _opening(_NEGLIGIBLE / steep))
 
-    def count(self, cosine: Array) -> Array:
+    def count(self, cosine: FloatArray) -> FloatArray:
         """Counts (m,) by the cosines (m, k)."""
         if self.method in ("schmidt", "kamb"):
             return np.asarray((cosine >= 1.0 - self.cap).sum(axis=1), dtype=np.float64)
@@ -115,7 +115,7 @@ def _opening(cap: float) -> float:
     return math.degrees(math.acos(max(1.0 - cap, 0.0)))
 
 
-def _near(vectors: Array, block: Array, kernel: _Kernel) -> Array:
+def _near(vectors: FloatArray, block: FloatArray, kernel: _Kernel) -> FloatArray:
     """Those of the data (n, 3) that can count anywhere in a block of places (m, 3)."""
     middle = block.sum(axis=0)
     length = float(np.linalg.norm(middle))
@@ -135,7 +135,7 @@ def density_grid(
     projection: str = "area",
     size: int | None = None,
     sigma: float = SIGMA,
-) -> tuple[Array, Array, Array]:
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """x (size,), y (size,) and density (size, size), rows along y, over the square about the net.
 
     size : None for as many places as the counting circle of these data needs (`grid_size`).
@@ -180,7 +180,7 @@ def round_levels(top: float, method: str) -> list[float]:
 
 def densest(
     vectors: npt.ArrayLike, method: str = "exponential_kamb", sigma: float = SIGMA
-) -> tuple[Array, float]:
+) -> tuple[FloatArray, float]:
     """Where axial data (n, 3) lie densest: a unit vector (3,) that points down, and the density
     there. Of a place that all around is as dense (the counts of Kamb and Schmidt have steps), the
     middle, where that is as dense too."""
@@ -203,7 +203,7 @@ def densest(
     return (-best if best[2] > 0 else best), top
 
 
-def _lattice(n: int) -> Array:
+def _lattice(n: int) -> FloatArray:
     """n unit vectors (n, 3), spread evenly over the lower hemisphere along a spiral."""
     i = np.arange(n) + 0.5
     z, turn = -i / n, np.pi * (1.0 + math.sqrt(5.0)) * i
@@ -211,7 +211,7 @@ def _lattice(n: int) -> Array:
     return np.stack([h * np.cos(turn), h * np.sin(turn), z], axis=-1)
 
 
-def _side_by_side(places: Array) -> Array:
+def _side_by_side(places: FloatArray) -> FloatArray:
     """Axes (n, 3) in an order in which most of a block lie together on the net."""
     down = np.where(places[:, 2:] > 0.0, -places, places)
     flat = down[:, :2] / np.sqrt(1.0 - np.minimum(down[:, 2:], 0.0))
@@ -219,7 +219,7 @@ def _side_by_side(places: Array) -> Array:
     return np.asarray(down[np.lexsort((row, column))])
 
 
-def _climbed(vectors: Array, start: Array, kernel: _Kernel) -> Array:
+def _climbed(vectors: FloatArray, start: FloatArray, kernel: _Kernel) -> FloatArray:
     """The top of the hill of density that a unit vector stands on. Both smooth kernels are convex
     in the place, so that the sum of the data, each by its kernel's slope, never leads down."""
     place = start

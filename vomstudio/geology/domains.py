@@ -16,6 +16,7 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.words import tr
@@ -23,7 +24,7 @@ from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.folding.figures import AxisFigures
 from vomstudio.geology.folds import FoldAxis, fold_axis
 from vomstudio.geology.notation import format_line
-from vomstudio.geology.orientation import Array, Line, angle_between_lines, planes_to_poles
+from vomstudio.geology.orientation import Line, angle_between_lines, planes_to_poles
 from vomstudio.geology.populations.probabilities import f_tail
 from vomstudio.geology.statistics import flip_to, orientation_tensor
 
@@ -192,7 +193,7 @@ def _own_axis(
         return None, cause_of(error)
 
 
-def _square(along: Array) -> float:
+def _square(along: FloatArray) -> float:
     return float(np.sum(np.arcsin(np.clip(along, -1.0, 1.0)) ** 2))
 
 

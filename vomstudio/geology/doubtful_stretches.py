@@ -6,14 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.quality import total_error_deg
 from vomstudio.geometry.planes import PlaneFit, fit_planes
 
-Array = npt.NDArray[np.float64]
 Range = tuple[int, int]
 """First and last vertex of a stretch, from 0."""
 
@@ -41,7 +40,7 @@ class Rest:
     stretches: tuple[DoubtfulStretch, ...]
 
     def error95_deg(
-        self, fit: PlaneFit, resolution_m: float | None, outcrop_normal: Array | None = None
+        self, fit: PlaneFit, resolution_m: float | None, outcrop_normal: FloatArray | None = None
     ) -> float:
         """Half-angle of 95 % of the plane of all points, if the plane of the rest is right."""
         if self.fit is None:
@@ -66,7 +65,7 @@ class Rest:
         ]
 
 
-def rest_of(points: Array, ranges: Sequence[Range]) -> Rest | None:
+def rest_of(points: FloatArray, ranges: Sequence[Range]) -> Rest | None:
     """Fit a plane to the points of a trace (n, 3) outside of some stretches; None without such.
 
     Ranges that are not of these points are left out.
@@ -86,7 +85,7 @@ def rest_of(points: Array, ranges: Sequence[Range]) -> Rest | None:
     return Rest(fit, stretches)
 
 
-def offset(points: Array, stretch: Range, fit: PlaneFit | None) -> float:
+def offset(points: FloatArray, stretch: Range, fit: PlaneFit | None) -> float:
     """Distance of a stretch's middle from a plane; 0 without one."""
     if fit is None:
         return 0.0

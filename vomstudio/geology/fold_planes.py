@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vomstudio.core.arrays import BoolArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
@@ -61,7 +61,7 @@ class ChosenPlanes:
         Planes in use whose verdict is not good; None if none of them has a verdict.
     """
 
-    use: NDArray[np.bool_]
+    use: BoolArray
     left_out: tuple[LeftOut, ...]
     not_good: int | None
 
@@ -89,7 +89,7 @@ def choose_planes(
     use = np.ones(len(verdict), bool)
     left_out = []
 
-    def leave_out(bad: NDArray[np.bool_], what: str, reason: Finding) -> None:
+    def leave_out(bad: BoolArray, what: str, reason: Finding) -> None:
         nonlocal use
         if count := int((use & bad).sum()):
             left_out.append(LeftOut(what, count, reason))

@@ -26,6 +26,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.common_rotation_errors import (
@@ -58,14 +59,7 @@ from vomstudio.geology.folding.findings import (
 from vomstudio.geology.folding.limbs import lone_limb
 from vomstudio.geology.folding.shapes import Shape, shape_of, strays_of
 from vomstudio.geology.folding.verdicts import FEW_PLANES, WEAK_AXIS_DEG, Verdict, verdict_of
-from vomstudio.geology.orientation import (
-    Array,
-    Line,
-    Plane,
-    angle_between_lines,
-    planes_to_poles,
-    rake_of,
-)
+from vomstudio.geology.orientation import Line, Plane, angle_between_lines, planes_to_poles, rake_of
 from vomstudio.geology.populations.distributions import LineFigures, f95, uniformity
 from vomstudio.geology.statistics import orientation_tensor, unit_vectors
 
@@ -232,7 +226,7 @@ def fold_axis(
     )
 
 
-def _semi_axes(values: Array, n: int) -> tuple[float, float] | None:
+def _semi_axes(values: FloatArray, n: int) -> tuple[float, float] | None:
     """Degrees, of the joint 95 % region of beta by the eigenvalues of the tensor of n poles, the
     larger first; None where they have no redundancy."""
     if n < 3:
@@ -245,7 +239,7 @@ def _semi_axes(values: Array, n: int) -> tuple[float, float] | None:
 
 def _on_many(
     verdict: Verdict,
-    poles: Array,
+    poles: FloatArray,
     shape: Shape,
     leave_one_out: LeaveOneOut,
     most_deg: float,
@@ -281,7 +275,7 @@ def _on_many(
 
 
 def _decisive(
-    verdict: Verdict, poles: Array, shape: Shape, turns_most: int, waviness_deg: float | None
+    verdict: Verdict, poles: FloatArray, shape: Shape, turns_most: int, waviness_deg: float | None
 ) -> tuple[int | None, Verdict | None]:
     """Find the plane without which the others have another verdict.
 
@@ -307,7 +301,9 @@ def _decisive(
     return None, None
 
 
-def _verdict_without(poles: Array, row: int, waviness_deg: float | None, *, two: bool) -> Verdict:
+def _verdict_without(
+    poles: FloatArray, row: int, waviness_deg: float | None, *, two: bool
+) -> Verdict:
     """Of all planes but one, as if they were as many: errors that are larger and an arc that is
     shorter only since there is one plane fewer say nothing of that plane."""
     n, others = len(poles), np.delete(poles, row, axis=0)
@@ -322,11 +318,11 @@ def _verdict_without(poles: Array, row: int, waviness_deg: float | None, *, two:
 
 
 def axis_of(
-    poles: Array,
-    values: Array,
-    axes: Array,
+    poles: FloatArray,
+    values: FloatArray,
+    axes: FloatArray,
     semi_axes: tuple[float, float] | None,
-    swing: Array,
+    swing: FloatArray,
     judged: Callable[[float | None], Verdict],
     turned: Moved | None,
     counted: Sequence[Finding],
@@ -420,12 +416,17 @@ def _limbs(shape: Shape) -> LimbFigures | None:
     axial = Plane.from_normal(first - second)
     angle_error, axial_error = limbs.errors95_deg(shape.axes[2])
     return LimbFigures(
-        (planes[0], planes[1]), limbs.counts, 180.0 - apart, plane_figures(axial),
-        angle_error, axial_error, limbs.overturned,
-    )  # fmt: skip
+        (planes[0], planes[1]),
+        limbs.counts,
+        180.0 - apart,
+        plane_figures(axial),
+        angle_error,
+        axial_error,
+        limbs.overturned,
+    )
 
 
-def _leave_one_out(poles: Array, beta: Array) -> LeaveOneOut | None:
+def _leave_one_out(poles: FloatArray, beta: FloatArray) -> LeaveOneOut | None:
     """Which of the poles turns beta most."""
     total = poles.T @ poles
     without = total - poles[:, :, None] * poles[:, None, :]

@@ -16,13 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Line
 from vomstudio.geology.statistics import flip_to, orientation_tensor
 from vomstudio.geometry.plane_errors import LEVEL, joint_quantile
-
-Floats = npt.NDArray[np.float64]
 
 PARALLEL_DEG = 0.01
 
@@ -37,8 +36,8 @@ class UncertainPlane:
     the degrees of freedom of the variance behind it. roughness: standard deviation of its points
     from it, m."""
 
-    normal: Floats
-    spread95: Floats | None
+    normal: FloatArray
+    spread95: FloatArray | None
     free: float = math.inf
     roughness: float = 0.0
 
@@ -53,7 +52,7 @@ class IntersectionLine:
     angle_deg: float
     max_confidence95_deg: float | None
     min_confidence95_deg: float | None
-    confidence_axis: Floats | None
+    confidence_axis: FloatArray | None
 
 
 def uncertain_plane(

@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.geology.orientation import Array, sin_cos_deg
+from vomstudio.core.arrays import FloatArray
+from vomstudio.geology.orientation import sin_cos_deg
 
 FLAT_DEG, STEEP_DEG = 0.5, 89.5
 """A dip that is written 0 or 90 is drawn so."""
@@ -27,7 +28,7 @@ def strike_and_dip(
     dip_deg: float,
     size: float,
     overturned: bool = False,
-) -> list[Array]:
+) -> list[FloatArray]:
     """Polylines (k, 3) of a symbol whose bar is `size` long, at a place (3,), World. overturned :
     the bed's younger side is below: a half circle stands up the dip, whose ends are on the bar"""
     at = np.asarray(centre, np.float64)
@@ -47,7 +48,7 @@ def strike_and_dip(
 
 def trend_arrow(
     centre: npt.ArrayLike, trend_deg: float, plunge_deg: float, size: float
-) -> list[Array]:
+) -> list[FloatArray]:
     """Polylines (k, 3) of an arrow `size` long that begins at a place (3,) and points along the
     trend; a horizontal line has a head at both ends."""
     at = np.asarray(centre, np.float64)
@@ -61,7 +62,7 @@ def trend_arrow(
     return parts
 
 
-def _head(tip: Array, ahead: Array, aside: Array) -> Array:
+def _head(tip: FloatArray, ahead: FloatArray, aside: FloatArray) -> FloatArray:
     back = tip - 0.25 * ahead
     return np.array([back + 0.12 * aside, tip, back - 0.12 * aside])
 

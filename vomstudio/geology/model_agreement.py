@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.results import Result
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,8 +20,8 @@ class OrientedPlane:
 
     name: str
     kind: str
-    normal: Array
-    place: Array | None
+    normal: FloatArray
+    place: FloatArray | None
     extent_m: float | None
     error95_deg: float | None
 
@@ -114,10 +112,13 @@ def _nearest(
     found = []
     for kind in {first[i].kind for i in left}:
         sides = [
-            [(k, place) for k in rows if planes[k].kind == kind
-             and (place := planes[k].place) is not None]
+            [
+                (k, place)
+                for k in rows
+                if planes[k].kind == kind and (place := planes[k].place) is not None
+            ]
             for planes, rows in ((first, left), (second, right))
-        ]  # fmt: skip
+        ]
         if not (sides[0] and sides[1]):
             continue
         places = [np.array([place for _, place in side]) for side in sides]

@@ -31,24 +31,62 @@ PAIR_MEANINGS = (*NOTATIONS, "strike/dip lhr")
 """What `parse_plane` can be told that two bare numbers mean."""
 
 _WINDS = {
-    "N": 0.0, "NNE": 22.5, "NE": 45.0, "ENE": 67.5, "E": 90.0, "ESE": 112.5, "SE": 135.0,
-    "SSE": 157.5, "S": 180.0, "SSW": 202.5, "SW": 225.0, "WSW": 247.5, "W": 270.0,
-    "WNW": 292.5, "NW": 315.0, "NNW": 337.5,
-}  # fmt: skip
+    "N": 0.0,
+    "NNE": 22.5,
+    "NE": 45.0,
+    "ENE": 67.5,
+    "E": 90.0,
+    "ESE": 112.5,
+    "SE": 135.0,
+    "SSE": 157.5,
+    "S": 180.0,
+    "SSW": 202.5,
+    "SW": 225.0,
+    "WSW": 247.5,
+    "W": 270.0,
+    "WNW": 292.5,
+    "NW": 315.0,
+    "NNW": 337.5,
+}
 _SIDES = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 _LABELS = {
-    "STRIKE": "strike", "STR": "strike", "DIP": "dip", "DIPDIR": "dipdir", "DD": "dipdir",
-    "DIPDIRECTION": "dipdir", "TREND": "trend", "AZIMUTH": "azimuth", "PLUNGE": "plunge",
-}  # fmt: skip
+    "STRIKE": "strike",
+    "STR": "strike",
+    "DIP": "dip",
+    "DIPDIR": "dipdir",
+    "DD": "dipdir",
+    "DIPDIRECTION": "dipdir",
+    "TREND": "trend",
+    "AZIMUTH": "azimuth",
+    "PLUNGE": "plunge",
+}
 _RULES = {"RHR": "RHR", "RH": "RHR", "LHR": "LHR", "LH": "LHR"}
 _ARROWS = {"->", "→", "=>", "⇒", "TO", "TOWARD", "TOWARDS"}
 _FILLERS = {"AT", "AND", "DEG", "DEGREES", "DEGREE"}
 
 _SAME = str.maketrans(
-    {"º": "°", "˚": "°", "∘": "°", "′": "'", "’": "'", "`": "'", "″": '"', "”": '"',
-     "–": "-", "—": "-", "−": "-", "‐": "-", "‑": "-", "\u00a0": " ", "\u202f": " ",
-     "(": " ", ")": " ", "[": " ", "]": " "}
-)  # fmt: skip
+    {
+        "º": "°",
+        "˚": "°",
+        "∘": "°",
+        "′": "'",
+        "’": "'",
+        "`": "'",
+        "″": '"',
+        "”": '"',
+        "–": "-",
+        "—": "-",
+        "−": "-",
+        "‐": "-",
+        "‑": "-",
+        "\u00a0": " ",
+        "\u202f": " ",
+        "(": " ",
+        ")": " ",
+        "[": " ",
+        "]": " ",
+    }
+)
 
 _TOKEN = re.compile(
     r"(?P<number>(?:\d+(?:[.,]\d+)?|[.]\d+))(?P<degree>\s*°)?"

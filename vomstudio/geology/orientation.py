@@ -18,12 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.vectors import wrap360
-
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 
 ANGLE_TOLERANCE_DEG = 1e-7
 """A dip under this has no dip direction, a plunge within this of 90 has no trend, and a plane or
@@ -34,7 +32,7 @@ equivalent directions must be made. Far below any measurement, far above roundin
 # Angles --------------------------------------------------------------------------------------
 
 
-def sin_cos_deg(angle_deg: float | Array) -> tuple[Array, Array]:
+def sin_cos_deg(angle_deg: float | FloatArray) -> tuple[FloatArray, FloatArray]:
     """Sine and cosine of degrees, exact at every multiple of 90."""
     angle = np.asarray(angle_deg, dtype=np.float64)
     quadrant = np.round(angle / 90.0)
@@ -56,28 +54,28 @@ def _finite(value: float, name: str) -> float:
 # Arrays --------------------------------------------------------------------------------------
 
 
-def lines_to_vectors(trend_deg: npt.ArrayLike, plunge_deg: npt.ArrayLike) -> Array:
+def lines_to_vectors(trend_deg: npt.ArrayLike, plunge_deg: npt.ArrayLike) -> FloatArray:
     """Unit vectors (n, 3), World, of n lines; a plunge over 90 is not refused here."""
     sin_t, cos_t = sin_cos_deg(np.asarray(trend_deg, dtype=np.float64))
     sin_p, cos_p = sin_cos_deg(np.asarray(plunge_deg, dtype=np.float64))
     return np.stack(np.broadcast_arrays(sin_t * cos_p, cos_t * cos_p, 0.0 - sin_p), axis=-1)
 
 
-def planes_to_normals(dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike) -> Array:
+def planes_to_normals(dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike) -> FloatArray:
     """Upward unit normals (n, 3), World, of n planes."""
     sin_a, cos_a = sin_cos_deg(np.asarray(dip_direction_deg, dtype=np.float64))
     sin_d, cos_d = sin_cos_deg(np.asarray(dip_deg, dtype=np.float64))
     return np.stack(np.broadcast_arrays(sin_a * sin_d, cos_a * sin_d, cos_d), axis=-1)
 
 
-def planes_to_poles(dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike) -> Array:
+def planes_to_poles(dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike) -> FloatArray:
     """Downward unit normals (n, 3), World, of n planes."""
     return 0.0 - planes_to_normals(dip_direction_deg, dip_deg)
 
 
 def vectors_to_lines(
     vectors: npt.ArrayLike, *, directed: bool = False
-) -> tuple[Array, Array, Flags]:
+) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Trend, plunge and "trend undefined" (n,) of vectors (n, 3) of any length but zero.
 
     Axial (default): plunge in [0, 90]; a horizontal line takes the trend in [0, 180).
@@ -108,7 +106,7 @@ def vectors_to_lines(
     )
 
 
-def normals_to_planes(normals: npt.ArrayLike) -> tuple[Array, Array, Flags]:
+def normals_to_planes(normals: npt.ArrayLike) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Dip direction, dip and "dip direction undefined" (n,) of normals (n, 3), either sign, any
     length but zero.
 
@@ -135,7 +133,7 @@ def normals_to_planes(normals: npt.ArrayLike) -> tuple[Array, Array, Flags]:
     )
 
 
-def _half_turn(azimuth_deg: Array) -> Array:
+def _half_turn(azimuth_deg: FloatArray) -> FloatArray:
     """An azimuth in [0, 360) taken modulo 180; one a rounding error below 180 or 360 is 0, so that
     the two readings of the same horizontal line agree."""
     half = np.where(azimuth_deg >= 180.0, azimuth_deg - 180.0, azimuth_deg)
@@ -170,7 +168,7 @@ class Line:
         """True where the line is vertical, so that its trend means nothing."""
         return 90.0 - abs(self.plunge_deg) < ANGLE_TOLERANCE_DEG
 
-    def vector(self) -> Array:
+    def vector(self) -> FloatArray:
         """Unit vector (3,), World."""
         return lines_to_vectors(self.trend_deg, self.plunge_deg)
 
@@ -251,7 +249,7 @@ class Plane:
         azimuth, dip, _ = normals_to_planes(rows)
         return [cls(*pair) for pair in zip(azimuth.tolist(), dip.tolist(), strict=True)]
 
-    def normal(self) -> Array:
+    def normal(self) -> FloatArray:
         """Upward unit normal (3,), World."""
         return planes_to_normals(self.dip_direction_deg, self.dip_deg)
 
@@ -269,12 +267,12 @@ class Plane:
         """The downward normal as a line."""
         return Line(self.pole_trend_deg, self.pole_plunge_deg)
 
-    def strike_vector(self) -> Array:
+    def strike_vector(self) -> FloatArray:
         """Horizontal unit vector (3,) along the strike that rakes are counted from: right-hand
         rule, but in [0, 180) on a vertical plane."""
         return lines_to_vectors(self._rake_strike_deg(), 0.0)
 
-    def dip_vector(self) -> Array:
+    def dip_vector(self) -> FloatArray:
         """Unit vector (3,) down dip."""
         return lines_to_vectors(self._rake_strike_deg() + 90.0, self.dip_deg)
 
@@ -283,7 +281,7 @@ class Plane:
         return float(_half_turn(np.asarray(strike))) if self.vertical else strike
 
 
-def _vector3(vector: npt.ArrayLike, name: str) -> Array:
+def _vector3(vector: npt.ArrayLike, name: str) -> FloatArray:
     v = np.asarray(vector, dtype=np.float64)
     if v.shape != (3,) or not np.isfinite(v).all() or not v.any():
         raise GeometryError(Finding("vector.invalid", name=name))
@@ -293,7 +291,7 @@ def _vector3(vector: npt.ArrayLike, name: str) -> Array:
 # Angles between ------------------------------------------------------------------------------
 
 
-def _angle_deg(a: Array, b: Array, *, axial: bool) -> float:
+def _angle_deg(a: FloatArray, b: FloatArray, *, axial: bool) -> float:
     across = float(np.linalg.norm(np.cross(a, b)))
     along = float(a @ b)
     return math.degrees(math.atan2(across, abs(along) if axial else along))

@@ -5,13 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.geology.common_rotation_errors import Turns
-
-Floats = NDArray[np.float64]
 
 
 class OrientationRows(Protocol):
@@ -30,15 +26,15 @@ class OrientationRows(Protocol):
     @property
     def path(self) -> Path: ...
     @property
-    def is_plane(self) -> NDArray[np.bool_]: ...
+    def is_plane(self) -> BoolArray: ...
     @property
-    def dip_direction_deg(self) -> Floats: ...
+    def dip_direction_deg(self) -> FloatArray: ...
     @property
-    def dip_deg(self) -> Floats: ...
+    def dip_deg(self) -> FloatArray: ...
     @property
-    def trend_deg(self) -> Floats: ...
+    def trend_deg(self) -> FloatArray: ...
     @property
-    def plunge_deg(self) -> Floats: ...
+    def plunge_deg(self) -> FloatArray: ...
     @property
     def ids(self) -> tuple[str, ...]: ...
     @property
@@ -65,5 +61,5 @@ class OrientationRows(Protocol):
     def column(self, key: str) -> list[str]:
         """(n,) the words of the column that the user calls `key`. Raises UsageError."""
 
-    def vectors(self) -> Floats:
+    def vectors(self) -> FloatArray:
         """(n, 3) unit vectors, World: downward poles of the planes, and the lines as directed."""

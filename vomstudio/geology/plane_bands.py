@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Line, Plane
@@ -24,8 +25,6 @@ from vomstudio.geology.profiles import DEFAULTS
 from vomstudio.geology.quality import is_within_wander, resolution_tilt_deg, wider_of
 from vomstudio.geometry.plane_errors import joint_quantile
 from vomstudio.geometry.planes import PlaneFit
-
-Array = npt.NDArray[np.float64]
 
 NARROW_DEG = 10.0
 """Ours: a band whose half-width is larger is no band: the points are a blob."""
@@ -49,7 +48,7 @@ class PlaneBand:
     free : degrees of freedom of the errors
     """
 
-    axes: Array
+    axes: FloatArray
     widths_rad: tuple[float, float]
     turn_rad: float
     free: float
@@ -74,17 +73,17 @@ class PlaneBand:
         """The plane in the middle of the band; None where all turns are alike."""
         return None if self.turn_rad >= np.pi / 2 else Plane.from_normal(self.axes[2])
 
-    def widths_at_rad(self, turn: Array) -> Array:
+    def widths_at_rad(self, turn: FloatArray) -> FloatArray:
         """(k,) half-widths where the normal is turned about the line by so much from the third."""
         second, third = np.tan(self.widths_rad)
         return np.asarray(np.arctan(np.hypot(second * np.sin(turn), third * np.cos(turn))))
 
-    def normals(self, turn: Array, along: Array) -> Array:
+    def normals(self, turn: FloatArray, along: FloatArray) -> FloatArray:
         """(k, 3) unit normals, turned about the line and tilted along it (radians)."""
         across = np.sin(turn)[:, None] * self.axes[1] + np.cos(turn)[:, None] * self.axes[2]
         return np.asarray(np.cos(along)[:, None] * across + np.sin(along)[:, None] * self.axes[0])
 
-    def misfit(self, normals: npt.ArrayLike) -> Array:
+    def misfit(self, normals: npt.ArrayLike) -> FloatArray:
         """(k,) squared distance of unit normals (k, 3) from the best one, 1 on the band's edge."""
         own = np.atleast_2d(np.asarray(normals, np.float64)) @ self.axes.T
         turn = np.arctan2(own[:, 1], own[:, 2])
@@ -94,7 +93,7 @@ class PlaneBand:
             off += ((np.abs((turn + np.pi / 2) % np.pi - np.pi / 2)) / self.turn_rad) ** 2
         return np.asarray(off)
 
-    def holds(self, normals: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+    def holds(self, normals: npt.ArrayLike) -> BoolArray:
         """(k,) whether unit normals (k, 3) are inside the band."""
         return np.asarray(self.misfit(normals) <= 1.0)
 
@@ -108,18 +107,18 @@ class PlaneBand:
             dips.append(np.degrees(np.arccos(np.clip(up, 0.0, 1.0))))
         return float(np.min(dips)), float(np.max(dips))
 
-    def outline(self, count: int = 181) -> tuple[Array, Array]:
+    def outline(self, count: int = 181) -> tuple[FloatArray, FloatArray]:
         """The two edges (count, 3) of the band of normals."""
         turn = np.linspace(-self.turn_rad, self.turn_rad, count)
         width = self.widths_at_rad(turn)
         return self.normals(turn, width), self.normals(turn, -width)
 
-    def likelihood(self, normals: Array) -> Array:
+    def likelihood(self, normals: FloatArray) -> FloatArray:
         """(k,) of unit normals (k, 3): Student's law in two dimensions, whose 95 % is the band."""
         quantile = float(joint_quantile(np.array([self.free]))[0])
         return np.asarray((1.0 + self.misfit(normals) * quantile) ** (-(self.free + 2.0) / 2.0))
 
-    def sigma_rad(self, turn: Array) -> Array:
+    def sigma_rad(self, turn: FloatArray) -> FloatArray:
         """(k,) scale of the error along the line, where the normal is turned by so much."""
         quantile = float(joint_quantile(np.array([self.free]))[0])
         scale = self.widths_at_rad(turn) / np.sqrt(self.free * quantile)
@@ -164,9 +163,11 @@ def band_of(
         return None
     turn = np.pi / 2 if largest >= 89.999 else float(np.hypot(np.radians(largest), turned))
     return PlaneBand(
-        np.asarray(fit.axes), (max(widths[0], _LEAST), max(widths[1], _LEAST)),
-        min(turn, np.pi / 2), max(fit.n_effective - 3.0, 1.0),
-    )  # fmt: skip
+        np.asarray(fit.axes),
+        (max(widths[0], _LEAST), max(widths[1], _LEAST)),
+        min(turn, np.pi / 2),
+        max(fit.n_effective - 3.0, 1.0),
+    )
 
 
 @dataclass(frozen=True)
@@ -232,10 +233,17 @@ def sets_in_band(band: PlaneBand, sets: Sequence[SetPrior]) -> tuple[tuple[BandS
             plane, largest, smallest = Plane.from_normal(np.asarray(each.normal)), 90.0, 90.0
         told.append(
             BandSet(
-                each.name, each.n, p, p >= LEVEL, evidence / everything,
-                plane.dip_direction_deg, plane.dip_deg, largest, smallest,
+                each.name,
+                each.n,
+                p,
+                p >= LEVEL,
+                evidence / everything,
+                plane.dip_direction_deg,
+                plane.dip_deg,
+                largest,
+                smallest,
             )
-        )  # fmt: skip
+        )
     told.sort(key=lambda each: -each.probability)
     return tuple(told), none / everything
 
@@ -259,9 +267,7 @@ def crossing_plane(one: PlaneBand, other: PlaneBand) -> CrossingPlane:
     first, second = one.axes[0], other.axes[0]
     angle = float(np.degrees(np.arcsin(min(float(np.linalg.norm(np.cross(first, second))), 1.0))))
     if angle < _CROSSING_DEG:
-        raise GeometryError(
-            Finding("plane.parallel-traces", angle_deg=angle)
-        )  # fmt: skip
+        raise GeometryError(Finding("plane.parallel-traces", angle_deg=angle))
     normal = np.cross(first, second)
     normal /= np.linalg.norm(normal)
     basis = np.stack([first, np.cross(normal, first)])
@@ -276,19 +282,23 @@ def crossing_plane(one: PlaneBand, other: PlaneBand) -> CrossingPlane:
     plane = Plane.from_normal(normal)
     x, y, z = plane.normal().tolist()
     return CrossingPlane(
-        plane.dip_direction_deg, plane.dip_deg, (x, y, z), float(np.degrees(np.arctan(large))),
-        float(np.degrees(np.arctan(small))), angle,
-    )  # fmt: skip
+        plane.dip_direction_deg,
+        plane.dip_deg,
+        (x, y, z),
+        float(np.degrees(np.arctan(large))),
+        float(np.degrees(np.arctan(small))),
+        angle,
+    )
 
 
 # ----------------------------------------------------------------------------------------------
-def _scale(band: PlaneBand, normal: Array) -> float:
+def _scale(band: PlaneBand, normal: FloatArray) -> float:
     """Of the error along the line, where the plane's normal is this."""
     own = band.axes @ normal
     return float(band.sigma_rad(np.array([np.arctan2(own[1], own[2])]))[0])
 
 
-def _grid(band: PlaneBand) -> tuple[Array, Array]:
+def _grid(band: PlaneBand) -> tuple[FloatArray, FloatArray]:
     """Normals (k, 3) all over the band and beyond its edges, and the area of each."""
     turn = (np.arange(_TURNS) + 0.5) * np.pi / _TURNS - np.pi / 2
     share = np.linspace(-_REACH, _REACH, _ACROSS)
@@ -299,7 +309,7 @@ def _grid(band: PlaneBand) -> tuple[Array, Array]:
     return normals, np.repeat(step, _ACROSS) * np.cos(along.ravel())
 
 
-def _fisher(kappa: float, cosine: Array) -> Array:
+def _fisher(kappa: float, cosine: FloatArray) -> FloatArray:
     """Density of an axial Fisher law on the sphere at the cosines from its mean."""
     c = np.abs(cosine)
     both = np.exp(kappa * (c - 1.0)) + np.exp(-kappa * (c + 1.0))
@@ -318,7 +328,7 @@ def _p(band: PlaneBand, prior: SetPrior) -> float:
     return f_tail(1.0, free, off**2 / both)
 
 
-def _plane(normals: Array, weights: Array) -> tuple[Plane, float, float]:
+def _plane(normals: FloatArray, weights: FloatArray) -> tuple[Plane, float, float]:
     """The axis about which weighted normals lie, and the semi-axes of their 95 % ellipse."""
     share = weights / weights.sum()
     tensor = (normals * share[:, None]).T @ normals

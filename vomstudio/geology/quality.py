@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
 from vomstudio.geometry.lines import LineFit
@@ -469,7 +470,7 @@ def judge_line(
     return Verdict(quality, tuple(reasons), limits=t)
 
 
-def _axial_angle_deg(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> float | None:
+def _axial_angle_deg(a: FloatArray, b: FloatArray) -> float | None:
     """Angle between two axes, 0 to 90; None where one has no direction."""
     # By hand: with vectors as small as these NumPy takes ten times as long.
     (x, y, z), (u, v, w) = a.tolist(), b.tolist()

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.geology.orientation import Array
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.rose_options import check_bins
 
@@ -41,7 +41,7 @@ class Rose:
     axial: bool
     n: int
     total: float
-    shares: Array
+    shares: FloatArray
     mean_deg: float | None
     resultant: float
     rayleigh_p: float | None = None
@@ -65,7 +65,7 @@ class Histogram:
     bin_deg: float
     n: int
     total: float
-    shares: Array
+    shares: FloatArray
     mean_deg: float | None
     std_deg: float | None
     left_out: int = 0
@@ -93,7 +93,9 @@ def histogram_of(
     return Histogram(bin_deg, len(a), total, counted / total, mean, std, left_out)
 
 
-def _counted(values: Array, weights: npt.ArrayLike | None) -> tuple[Array, Array, int]:
+def _counted(
+    values: FloatArray, weights: npt.ArrayLike | None
+) -> tuple[FloatArray, FloatArray, int]:
     """Values and weights of the rows that have both, and how many have not. Raises UsageError."""
     w = np.ones_like(values) if weights is None else np.asarray(weights, dtype=np.float64).ravel()
     sound = np.isfinite(values) & np.isfinite(w)
@@ -165,7 +167,7 @@ def bins_of(bin_deg: float) -> int:
     return 2 * round(180.0 / bin_deg)
 
 
-def azimuths_of(table: OrientationRows, of: str) -> Array:
+def azimuths_of(table: OrientationRows, of: str) -> FloatArray:
     """(n,) strikes (right-hand rule), dip directions, trends, dips or plunges; NaN in rows of the
     other geometry, and azimuths of horizontal planes and of vertical lines."""
     lines = of in LINES_HAVE
@@ -175,7 +177,7 @@ def azimuths_of(table: OrientationRows, of: str) -> Array:
     return np.where(table.is_plane != lines, angles_of(azimuth, angle, of), np.nan)
 
 
-def angles_of(azimuth_deg: Array, angle_deg: Array, of: str) -> Array:
+def angles_of(azimuth_deg: FloatArray, angle_deg: FloatArray, of: str) -> FloatArray:
     """(n,) what is counted, of dip directions and dips of planes, or trends and plunges of lines;
     NaN for azimuths of horizontal planes and of vertical lines."""
     if of not in (*ROSE_OF, *HISTOGRAM_OF):
@@ -191,7 +193,7 @@ def angles_of(azimuth_deg: Array, angle_deg: Array, of: str) -> Array:
     return np.asarray((found - 90.0) % 360.0 if of == "strike" else found)
 
 
-def weights_of(table: OrientationRows, column: str) -> Array:
+def weights_of(table: OrientationRows, column: str) -> FloatArray:
     """(n,) the numbers of a column, NaN where it is empty. Raises UsageError for words that are no
     numbers, and for a column that is not there."""
     found = np.full(len(table), np.nan)
@@ -202,6 +204,7 @@ def weights_of(table: OrientationRows, column: str) -> Array:
             except ValueError:
                 raise UsageError(
                     Finding("table.not-a-number", cell=word, column=column),
-                    file=str(table.path), field="--weight",
-                ) from None  # fmt: skip
+                    file=str(table.path),
+                    field="--weight",
+                ) from None
     return found

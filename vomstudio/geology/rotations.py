@@ -10,10 +10,11 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.geology.orientation import Array, Line, Plane, sin_cos_deg
+from vomstudio.core.arrays import FloatArray
+from vomstudio.geology.orientation import Line, Plane, sin_cos_deg
 
 
-def turned(vectors: npt.ArrayLike, axis: Line, angle_deg: float) -> Array:
+def turned(vectors: npt.ArrayLike, axis: Line, angle_deg: float) -> FloatArray:
     """Vectors (n, 3) turned about an axis, clockwise as seen along its downward end (right-hand
     rule), by Rodrigues' formula."""
     v = np.asarray(vectors, dtype=np.float64)
@@ -23,7 +24,7 @@ def turned(vectors: npt.ArrayLike, axis: Line, angle_deg: float) -> Array:
     return np.asarray(v * cosine + np.cross(k, v) * sine + along * (1.0 - cosine))
 
 
-def untilted(vectors: npt.ArrayLike, plane: Plane) -> Array:
+def untilted(vectors: npt.ArrayLike, plane: Plane) -> FloatArray:
     """Vectors (n, 3) after the plane has been turned to the horizontal about its strike."""
     if plane.undefined:
         return np.array(vectors, dtype=np.float64)
@@ -31,7 +32,7 @@ def untilted(vectors: npt.ArrayLike, plane: Plane) -> Array:
     return turned(vectors, Line(plane.strike_rhr_deg, 0.0), -plane.dip_deg)
 
 
-def meetings(poles: npt.ArrayLike, least_deg: float = 1.0) -> Array:
+def meetings(poles: npt.ArrayLike, least_deg: float = 1.0) -> FloatArray:
     """Lines (m, 3), pointing down, in which each two of n planes meet, by their poles (n, 3); pairs
     that are parallel within `least_deg` are left out, for their line is chance."""
     p = np.asarray(poles, dtype=np.float64)

@@ -8,9 +8,8 @@ makes them look less alike than the errors are, and the likelihood of the residu
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from vomstudio.core.arrays import FloatArray
 
 FEWEST = 10
 _TRIED = np.array([0.0, 0.2, 0.4, 0.6, 0.8, 0.94])
@@ -25,7 +24,7 @@ _MOST_TAKEN = 25.0
 _SURE = 5.41
 
 
-def correlation_of(moves: Array, misses: Array) -> float:
+def correlation_of(moves: FloatArray, misses: FloatArray) -> float:
     """Of the errors of neighbours, 0 where that is no more than chance or they are too few.
 
     moves : (n, d, k) derivatives of d coordinates by k unknowns, in order; misses : (n, d), both
@@ -45,7 +44,7 @@ def correlation_of(moves: Array, misses: Array) -> float:
     return best if 2.0 * (gain[best] - gain[0.0]) > _SURE else 0.0
 
 
-def whitened(values: Array, rho: float) -> Array:
+def whitened(values: FloatArray, rho: float) -> FloatArray:
     """(n, ...) in order, made independent where their errors have this correlation."""
     if not rho > 0.0:
         return values
@@ -53,7 +52,7 @@ def whitened(values: Array, rho: float) -> Array:
     return np.concatenate([values[:1], rest])
 
 
-def correlated(values: Array, rho: float) -> Array:
+def correlated(values: FloatArray, rho: float) -> FloatArray:
     """(n, ...) in order, times the matrix of the correlations rho^|i - j|."""
     from scipy.signal import lfilter
 
@@ -70,7 +69,7 @@ def independent_share(rho: float) -> float:
     return (1.0 - rho**2) / (1.0 + rho**2)
 
 
-def more_taken(own: Array, following: Array, count: int) -> float:
+def more_taken(own: FloatArray, following: FloatArray, count: int) -> float:
     """By how much a variance is larger than `count` residuals show, since a fit takes more out of
     errors that follow each other. own, following : (k, k) the covariance by the weights of the fit
     times the information of these residuals, and times that with the correlations"""
@@ -79,7 +78,7 @@ def more_taken(own: Array, following: Array, count: int) -> float:
     return float(np.clip(alone / max(left, 1e-300), 1.0, _MOST_TAKEN))
 
 
-def _restricted(moves: Array, misses: Array, rho: float) -> float:
+def _restricted(moves: FloatArray, misses: FloatArray, rho: float) -> float:
     """The logarithm of the restricted likelihood, but for a constant."""
     n, d, k = moves.shape
     x = whitened(moves, rho).reshape(n * d, k)

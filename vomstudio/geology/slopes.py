@@ -30,13 +30,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
-from vomstudio.geology.orientation import ANGLE_TOLERANCE_DEG, Array, Flags, Plane, sin_cos_deg
+from vomstudio.geology.orientation import ANGLE_TOLERANCE_DEG, Plane, sin_cos_deg
 from vomstudio.geology.slope_options import SlopeOptions
-
-Ints = npt.NDArray[np.int64]
 
 _EPS = 1e-10
 """Sine by which a limit may be missed through rounding."""
@@ -63,7 +62,7 @@ class SlopeFace:
         if self.plane.undefined:
             raise UsageError(Finding("slope.horizontal-face"), field="--face")
 
-    def axes(self) -> Array:
+    def axes(self) -> FloatArray:
         """(3, 3) rows: out of the face, along its strike, up; World."""
         sin_a, cos_a = sin_cos_deg(self.plane.dip_direction_deg)
         return np.array([[sin_a, cos_a, 0.0], [-cos_a, sin_a, 0.0], [0.0, 0.0, 1.0]])
@@ -78,16 +77,16 @@ class Zones(NamedTuple):
     """Which of n are in the critical zone, and which in the secondary one: planes outside the
     lateral limits; wedges that would slide on one of their planes; oblique toppling."""
 
-    critical: Flags
-    secondary: Flags
+    critical: BoolArray
+    secondary: BoolArray
 
 
 class Margins(NamedTuple):
     """By how much, as a sine, the conditions of a zone are met, and the lateral limits: negative
     outside. They are smooth, so that a zone's edge is where they are 0."""
 
-    zone: Array
-    lateral: Array
+    zone: FloatArray
+    lateral: FloatArray
 
     def zones(self) -> Zones:
         """Inside both, and inside the zone but outside the lateral limits."""
@@ -95,12 +94,12 @@ class Margins(NamedTuple):
         return Zones(inside & within, inside & ~within)
 
 
-def in_face_frame(face: SlopeFace, normals: npt.ArrayLike) -> Array:
+def in_face_frame(face: SlopeFace, normals: npt.ArrayLike) -> FloatArray:
     """Upward unit normals (..., 3), World, in the frame of the face."""
     return np.asarray(np.asarray(normals, np.float64) @ face.axes().T)
 
 
-def planar_margins(face: SlopeFace, normals: Array) -> Margins:
+def planar_margins(face: SlopeFace, normals: FloatArray) -> Margins:
     """Of `planar_sliding`."""
     x, y, z = np.moveaxis(normals, -1, 0)
     flat = np.hypot(x, y)
@@ -113,13 +112,13 @@ def planar_margins(face: SlopeFace, normals: Array) -> Margins:
     return Margins(np.minimum(daylight, slide), _lateral(face, x, y))
 
 
-def planar_sliding(face: SlopeFace, normals: Array) -> Zones:
+def planar_sliding(face: SlopeFace, normals: FloatArray) -> Zones:
     """Planes on which a block slides, of upward normals (..., 3) in the frame of the face. A
     horizontal plane, which has no dip direction, never slides."""
     return planar_margins(face, normals).zones()
 
 
-def flexural_margins(face: SlopeFace, normals: Array) -> Margins:
+def flexural_margins(face: SlopeFace, normals: FloatArray) -> Margins:
     """Of `flexural_toppling`."""
     x, y, z = np.moveaxis(normals, -1, 0)
     # Of the pole, which points down: into the face, where the plane dips away from it.
@@ -131,13 +130,13 @@ def flexural_margins(face: SlopeFace, normals: Array) -> Margins:
     return Margins(sin_l * out - cos_l * z, _lateral(face, out, y))
 
 
-def flexural_toppling(face: SlopeFace, normals: Array) -> Zones:
+def flexural_toppling(face: SlopeFace, normals: FloatArray) -> Zones:
     """Planes that slip on each other and topple, of upward normals (..., 3) in the frame of the
     face. Both ends of the pole of a vertical plane count."""
     return flexural_margins(face, normals).zones()
 
 
-def wedge_margins(face: SlopeFace, lines: Array) -> Margins:
+def wedge_margins(face: SlopeFace, lines: FloatArray) -> Margins:
     """Of `wedge_sliding`, which has no lateral limits."""
     x, _, z = np.moveaxis(lines, -1, 0)
     sin_f, _ = _sin_cos(face.options.friction_deg)
@@ -146,7 +145,7 @@ def wedge_margins(face: SlopeFace, lines: Array) -> Margins:
     return Margins(np.minimum(daylight, -z - sin_f), np.ones(x.shape))
 
 
-def wedge_sliding(face: SlopeFace, lines: Array) -> Zones:
+def wedge_sliding(face: SlopeFace, lines: FloatArray) -> Zones:
     """Intersections along which a wedge slides, of downward unit vectors (..., 3) in the frame of
     the face; the secondary zone is that between the great circle of the friction angle and its
     cone, in which a wedge can slide on one of its planes."""
@@ -159,7 +158,7 @@ def wedge_sliding(face: SlopeFace, lines: Array) -> Zones:
     return Zones(steep & daylights, ~steep & daylights & beyond)
 
 
-def direct_margins(face: SlopeFace, lines: Array) -> Margins:
+def direct_margins(face: SlopeFace, lines: FloatArray) -> Margins:
     """Of the critical zone of `direct_toppling`."""
     x, y, z = np.moveaxis(lines, -1, 0)
     _, cos_d = _sin_cos(face.plane.dip_deg)
@@ -168,7 +167,7 @@ def direct_margins(face: SlopeFace, lines: Array) -> Margins:
     return Margins(-z - cos_d, into * sin_l - np.abs(y) * cos_l)
 
 
-def direct_toppling(face: SlopeFace, lines: Array) -> Zones:
+def direct_toppling(face: SlopeFace, lines: FloatArray) -> Zones:
     """Intersections about which blocks topple, of downward unit vectors (..., 3) in the frame of
     the face; the secondary zone is that of oblique toppling: within the friction angle of vertical,
     into the face, outside the lateral limits. Of downward poles the same zones tell which planes
@@ -185,19 +184,19 @@ class PairCounts(NamedTuple):
     """Intersections of all pairs: how many, and how many of them are in the zones; one number for
     each of k drawings of the planes. parallel : pairs that do not meet"""
 
-    of: Ints
-    parallel: Ints
-    wedge: Ints
-    wedge_secondary: Ints
-    toppling: Ints
-    oblique: Ints
+    of: IntArray
+    parallel: IntArray
+    wedge: IntArray
+    wedge_secondary: IntArray
+    toppling: IntArray
+    oblique: IntArray
 
 
 def count_pairs(
     face: SlopeFace,
-    normals: Array,
+    normals: FloatArray,
     progress: Progress | None = None,
-    sets: Ints | None = None,
+    sets: IntArray | None = None,
 ) -> PairCounts:
     """Count the intersections in each zone, of upward normals (k, n, 3) in the frame of the face.
 
@@ -217,7 +216,7 @@ def count_pairs(
     return PairCounts(*counts)
 
 
-def critical_lines(faces: Sequence[SlopeFace], lines: Array) -> Ints:
+def critical_lines(faces: Sequence[SlopeFace], lines: FloatArray) -> IntArray:
     """(faces, 2): how many of downward unit vectors (m, 3), World, are critical at each face, by
     `wedge_sliding` and by `direct_toppling`. The faces have the same friction and limits; all are
     looked at together, as products of matrices, for there may be thousands of them."""
@@ -246,11 +245,11 @@ def critical_lines(faces: Sequence[SlopeFace], lines: Array) -> Ints:
 class PairMembers(NamedTuple):
     """In how many critical intersections each of n planes takes part."""
 
-    wedge: Ints
-    toppling: Ints
+    wedge: IntArray
+    toppling: IntArray
 
 
-def pair_members(face: SlopeFace, normals: Array, sets: Ints | None = None) -> PairMembers:
+def pair_members(face: SlopeFace, normals: FloatArray, sets: IntArray | None = None) -> PairMembers:
     """Count the critical intersections of each plane, of upward normals (n, 3) in the frame of the
     face. `intersections` defines `sets`."""
     n = len(normals)
@@ -262,7 +261,7 @@ def pair_members(face: SlopeFace, normals: Array, sets: Ints | None = None) -> P
     return PairMembers(*counts)
 
 
-def pairs_of_sets(n: int, sets: Ints | None) -> int:
+def pairs_of_sets(n: int, sets: IntArray | None) -> int:
     """Return the number of pairs of n planes that can meet: those not of one set."""
     total = n * (n - 1) // 2
     if sets is None:
@@ -271,7 +270,9 @@ def pairs_of_sets(n: int, sets: Ints | None) -> int:
     return total - int(np.sum(sizes * (sizes - 1) // 2))
 
 
-def intersections(normals: Array, sets: Ints | None = None) -> Iterator[tuple[Array, Flags, Ints]]:
+def intersections(
+    normals: FloatArray, sets: IntArray | None = None
+) -> Iterator[tuple[FloatArray, BoolArray, IntArray]]:
     """Compute the intersections of all pairs of planes, in portions.
 
     Two planes of one set do not form a wedge: where they meet follows from their scatter about the
@@ -317,7 +318,7 @@ def intersections(normals: Array, sets: Ints | None = None) -> Iterator[tuple[Ar
         yield np.stack([x * scale, y * scale, z * scale], axis=-1), sound, np.stack([a, b])
 
 
-def _lateral(face: SlopeFace, out: Array, along: Array) -> Array:
+def _lateral(face: SlopeFace, out: FloatArray, along: FloatArray) -> FloatArray:
     """Margin of the lateral limits, of a unit vector's parts out of (or into) the face and along
     it."""
     sin_l, cos_l = _sin_cos(face.options.lateral_deg)

@@ -14,9 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.geology.orientation import Array, Line
+from vomstudio.geology.orientation import Line
 
 ZERO_EIGENVALUE = 1e-20
 """S3 below this is a set that lies exactly in a plane: orientations equal to 1e-10 rad."""
@@ -29,7 +30,7 @@ Research Methodology 15, 99, on few studies of unlike precision): what one or tw
 no region that can be relied on."""
 
 
-def unit_vectors(vectors: npt.ArrayLike) -> Array:
+def unit_vectors(vectors: npt.ArrayLike) -> FloatArray:
     """(n, 3) unit vectors. Raises GeometryError for an empty set, zero or non-finite vectors."""
     v = np.atleast_2d(np.asarray(vectors, dtype=np.float64))
     if v.ndim != 2 or v.shape[1] != 3 or len(v) == 0:
@@ -43,7 +44,9 @@ def unit_vectors(vectors: npt.ArrayLike) -> Array:
     return np.asarray(v / length[:, None])
 
 
-def orientation_tensor(vectors: npt.ArrayLike, weights: Array | None = None) -> tuple[Array, Array]:
+def orientation_tensor(
+    vectors: npt.ArrayLike, weights: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Eigenvalues (3,) S1 >= S2 >= S3 with sum 1, and axes (3, 3): row i is the unit eigenvector
     of S(i+1), pointing down (toward the trend in [0, 180) where horizontal). weights : (n,).
 
@@ -91,7 +94,7 @@ def axial_mean(vectors: npt.ArrayLike) -> Line:
     return Line.from_vector(axes[0])
 
 
-def flip_to(vectors: npt.ArrayLike, axis: npt.ArrayLike) -> Array:
+def flip_to(vectors: npt.ArrayLike, axis: npt.ArrayLike) -> FloatArray:
     """(n, 3) the same axes, each pointing into the hemisphere of `axis`."""
     v = unit_vectors(vectors)
     return np.where((v @ np.asarray(axis, dtype=np.float64) < 0)[:, None], -v, v)
@@ -114,7 +117,7 @@ class Fisher:
     alpha95_deg: float | None
 
 
-def fisher(vectors: npt.ArrayLike, directed: bool, weights: Array | None = None) -> Fisher:
+def fisher(vectors: npt.ArrayLike, directed: bool, weights: FloatArray | None = None) -> Fisher:
     """Fisher's statistics of unit vectors (n, 3); axial data are first flipped into the hemisphere
     of the tensor's first axis. Whether axial data are clustered enough for that is
     `no_fisher_reason`'s question. weights : (n,) with mean 1, as the inverse variances of the

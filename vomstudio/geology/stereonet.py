@@ -13,9 +13,10 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.geology.orientation import Array, Line, Plane, sin_cos_deg
+from vomstudio.geology.orientation import Line, Plane, sin_cos_deg
 
 PROJECTIONS = ("area", "angle")
 
@@ -25,7 +26,7 @@ def _check(projection: str) -> None:
         raise ValueError(f"unknown projection {projection!r}; use one of {PROJECTIONS}")
 
 
-def project(vectors: npt.ArrayLike, projection: str = "area", *, flip: bool = True) -> Array:
+def project(vectors: npt.ArrayLike, projection: str = "area", *, flip: bool = True) -> FloatArray:
     """Net positions (n, 2) of vectors (n, 3) of any length but zero (those give NaN).
 
     flip: vectors that point up are taken as axes and shown by their lower end. Without it they
@@ -44,7 +45,7 @@ def project(vectors: npt.ArrayLike, projection: str = "area", *, flip: bool = Tr
         return np.stack([x * scale, y * scale], axis=-1) + 0.0
 
 
-def unproject(points: npt.ArrayLike, projection: str = "area") -> Array:
+def unproject(points: npt.ArrayLike, projection: str = "area") -> FloatArray:
     """Unit vectors (n, 3), pointing down, of net positions (n, 2); positions outside the
     primitive circle give NaN."""
     _check(projection)
@@ -70,7 +71,7 @@ def great_circles(
     dip_deg: npt.ArrayLike,
     projection: str = "area",
     n: int = 91,
-) -> Array:
+) -> FloatArray:
     """Lower-hemisphere arcs (m, n, 2) of m planes, from the strike over the dip to the far end of
     the strike: the arc of a vertical plane is a diameter, of a horizontal one half the primitive
     circle (`great_circle` closes that)."""
@@ -86,7 +87,7 @@ def great_circles(
     return project(arcs, projection, flip=False)
 
 
-def great_circle(plane: Plane, projection: str = "area", n: int = 91) -> Array:
+def great_circle(plane: Plane, projection: str = "area", n: int = 91) -> FloatArray:
     """Arc (n, 2) of one plane; the whole primitive circle for a horizontal one."""
     if plane.undefined:
         sin_a, cos_a = sin_cos_deg(np.linspace(0.0, 360.0, n))
@@ -101,7 +102,7 @@ def confidence_ellipse(
     min_angle_deg: float,
     projection: str = "area",
     n: int = 181,
-) -> list[Array]:
+) -> list[FloatArray]:
     """Elliptical cone of confidence about an axis (3,) (a plane's pole, a fold axis): half-angle
     max_angle_deg toward `major` (3,), min_angle_deg across, as polylines split at the primitive
     circle. `major` need not be exactly perpendicular to the axis."""
@@ -123,7 +124,7 @@ def pole_ellipse(
     rake_deg: float,
     projection: str = "area",
     n: int = 181,
-) -> list[Array]:
+) -> list[FloatArray]:
     """Confidence ellipse of a plane's pole from the figures of a fit: semi-axes and the rake (0 to
     180, from the strike) of the direction in which the plane tilts most."""
     sin_r, cos_r = sin_cos_deg(rake_deg)
@@ -132,14 +133,14 @@ def pole_ellipse(
 
 
 def cone_curve(
-    axis: Array,
-    first: Array,
-    second: Array,
+    axis: FloatArray,
+    first: FloatArray,
+    second: FloatArray,
     first_angle_deg: float,
     second_angle_deg: float,
     projection: str,
     n: int,
-) -> list[Array]:
+) -> list[FloatArray]:
     """Closed elliptical cone about an orthonormal frame (axis, first, second), as polylines.
 
     The ellipse is one of directions on the sphere: at the position angle t the half-angle is the
@@ -158,13 +159,13 @@ def cone_curve(
     return split_at_primitive(curve, projection)
 
 
-def split_at_primitive(curve: npt.ArrayLike, projection: str = "area") -> list[Array]:
+def split_at_primitive(curve: npt.ArrayLike, projection: str = "area") -> list[FloatArray]:
     """Polylines (k, 2) of a curve (n, 3) on the sphere: the parts that point up are shown by their
     lower end, and each part ends exactly on the primitive circle where the curve crosses it."""
     c = np.asarray(curve, dtype=np.float64)
     up = c[:, 2] > 1e-12
-    parts: list[Array] = []
-    start: list[Array] = []
+    parts: list[FloatArray] = []
+    start: list[FloatArray] = []
     for i in range(len(c)):
         if i and up[i] != up[i - 1]:
             weight = c[i - 1, 2] / (c[i - 1, 2] - c[i, 2])

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.reprs import Shown
@@ -24,7 +24,7 @@ from vomstudio.geology.fold_options import FoldOptions
 from vomstudio.geology.fold_planes import FoldFilter, LeftOut, choose_planes, verdict_in
 from vomstudio.geology.folding.figures import AxisFigures
 from vomstudio.geology.folds import FoldAxis, fold_axis
-from vomstudio.geology.orientation import Array, normals_to_planes, planes_to_normals
+from vomstudio.geology.orientation import normals_to_planes, planes_to_normals
 from vomstudio.geology.orientation_rows import OrientationRows
 
 DEFAULT_KIND = "bedding"
@@ -152,7 +152,9 @@ def set_names(text: str) -> list[str]:
 
 
 def fold_of_table(
-    table: OrientationRows, which: FoldFilter, turn: Callable[[Array], Array] | None = None
+    table: OrientationRows,
+    which: FoldFilter,
+    turn: Callable[[FloatArray], FloatArray] | None = None,
 ) -> tuple[FoldAxis, int | None]:
     """Return the fold axis that `table_fold` describes, and how many of its planes are not good.
 
@@ -183,7 +185,7 @@ class _Choice:
 
     def __init__(self, table: OrientationRows) -> None:
         self.table = table
-        self.use: NDArray[np.bool_] = np.ones(len(table), dtype=bool)
+        self.use: BoolArray = np.ones(len(table), dtype=bool)
         self.left_out: list[LeftOut] = []
         self.not_good: int | None = None
 
@@ -193,7 +195,7 @@ class _Choice:
         sets: Sequence[str] | None,
         waviness_deg: float | None,
         which: FoldFilter,
-        turn: Callable[[Array], Array] | None = None,
+        turn: Callable[[FloatArray], FloatArray] | None = None,
     ) -> FoldAxis:
         """Return the axis of the planes, or of the named sets."""
         self.planes_only()
@@ -228,7 +230,7 @@ class _Choice:
             finding = Finding("fold.none-good-enough", quality=which.min_quality)
             raise self._error(finding, "--quality")
 
-    def _judged(self, use: NDArray[np.bool_]) -> tuple[list[str], list[str]]:
+    def _judged(self, use: BoolArray) -> tuple[list[str], list[str]]:
         """Verdicts and sets of these rows, "" for none."""
         table, rows = self.table, np.flatnonzero(use)
         try:
@@ -264,7 +266,7 @@ class _Choice:
                 self.left_out.append(LeftOut(what, n, Finding("fold.only-kind", kind=name)))
 
     def axis(
-        self, waviness_deg: float | None, turn: Callable[[Array], Array] | None = None
+        self, waviness_deg: float | None, turn: Callable[[FloatArray], FloatArray] | None = None
     ) -> FoldAxis:
         turns = None if self.table.turns is None else self.table.turns.of(self.use)
         azimuth, dip = self.table.dip_direction_deg[self.use], self.table.dip_deg[self.use]
@@ -281,7 +283,7 @@ class _Choice:
             self._overturned(),
         )
 
-    def _overturned(self) -> NDArray[np.bool_] | None:
+    def _overturned(self) -> BoolArray | None:
         """Of the planes used; None where the table says nothing of it."""
         flags = self.table.overturned
         if flags is None:
@@ -295,7 +297,7 @@ class _Choice:
             finding = Finding("fold.no-column", columns=("set", "kind"), option="--sets")
             raise self._error(finding, "--sets")
         present = Counter(name for name, use in zip(given, self.use, strict=True) if use)
-        chosen: dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
+        chosen: dict[str, tuple[FloatArray, FloatArray]] = {}
         turns: dict[str, Turns] = {}
         used = np.zeros(len(self.table), dtype=bool)
         for name in names:

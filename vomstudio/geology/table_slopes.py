@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.progress import Ahead, Progress, Silent
@@ -144,11 +144,15 @@ def table_slope(
     expected = _expected(face, planes, sets, progress)
     of_planes = [
         PlanesMode(
-            int(zone.critical.sum()), len(rows), float(zone.critical.mean()), share,
-            int(zone.secondary.sum()), tuple(ids[i] for i in np.flatnonzero(zone.critical)),
+            int(zone.critical.sum()),
+            len(rows),
+            float(zone.critical.mean()),
+            share,
+            int(zone.secondary.sum()),
+            tuple(ids[i] for i in np.flatnonzero(zone.critical)),
         )
         for zone, share in zip(zones, expected.planes, strict=True)
-    ]  # fmt: skip
+    ]
     planar, flexural, bases = of_planes
     of, parallel = int(pairs.of[0]), int(pairs.parallel[0])
     same_set = pairs_of_sets(len(rows), None) - meeting
@@ -157,21 +161,30 @@ def table_slope(
     return TableSlope(
         n=len(rows),
         left_out=len(table) - len(rows),
-        face=Face(
-            face.plane.dip_direction_deg, face.plane.dip_deg, face.plane.strike_rhr_deg
-        ),
+        face=Face(face.plane.dip_direction_deg, face.plane.dip_deg, face.plane.strike_rhr_deg),
         friction_deg=float(face.options.friction_deg),
         lateral_deg=float(face.options.lateral_deg),
         limits=face.options.limits,
         planar=planar,
         wedge=PairsMode(
-            wedge, of, _share(wedge, of), expected.pairs[0], int(pairs.wedge_secondary[0]),
-            parallel, same_set,
+            wedge,
+            of,
+            _share(wedge, of),
+            expected.pairs[0],
+            int(pairs.wedge_secondary[0]),
+            parallel,
+            same_set,
         ),
         flexural_toppling=flexural,
         direct_toppling=TopplingMode(
-            topple, of, _share(topple, of), expected.pairs[1], int(pairs.oblique[0]), parallel,
-            same_set, bases,
+            topple,
+            of,
+            _share(topple, of),
+            expected.pairs[1],
+            int(pairs.oblique[0]),
+            parallel,
+            same_set,
+            bases,
         ),
         with_error=known,
         draws=expected.draws,
@@ -181,10 +194,10 @@ def table_slope(
             *table.warnings,
             *_noticed(face, len(rows), len(table), known, of, parallel, same_set),
         ),
-    )  # fmt: skip
+    )
 
 
-def set_numbers(table: OrientationRows) -> npt.NDArray[np.int64] | None:
+def set_numbers(table: OrientationRows) -> IntArray | None:
     """Return the number of the set of each plane (n,), -1 for none; None without sets."""
     if table.sets is None:
         return None
@@ -224,7 +237,7 @@ def critical_planes(
     return critical
 
 
-def _plane_zones(face: SlopeFace, normals: npt.NDArray[np.float64]) -> tuple[Zones, Zones, Zones]:
+def _plane_zones(face: SlopeFace, normals: FloatArray) -> tuple[Zones, Zones, Zones]:
     """Planar sliding, flexural toppling, bases of direct toppling."""
     return (
         planar_sliding(face, normals),
@@ -249,7 +262,7 @@ class _Expected:
 def _expected(
     face: SlopeFace,
     planes: TiltedPlanes,
-    sets: npt.NDArray[np.int64] | None,
+    sets: IntArray | None,
     progress: Progress,
 ) -> _Expected:
     """By drawing the planes with their errors, with a fixed seed: many times where they are few.

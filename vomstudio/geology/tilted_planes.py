@@ -12,11 +12,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import UsageError
 from vomstudio.geology.common_rotation_errors import Turns
-from vomstudio.geology.orientation import Array, Flags, planes_to_normals, sin_cos_deg
+from vomstudio.geology.orientation import planes_to_normals, sin_cos_deg
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geometry.rotation_errors import CHI2_TWO, enlarged_semi_axes
 
@@ -32,17 +32,17 @@ class TiltedPlanes:
     OrientationRows, of these planes
     """
 
-    normals: Array
-    axes: Array
+    normals: FloatArray
+    axes: FloatArray
     turns: Turns | None = None
 
     @property
-    def known(self) -> Flags:
+    def known(self) -> BoolArray:
         """(n,) whether any error is known."""
         own = np.asarray(self.axes.any(axis=(1, 2)))
         return own if self.turns is None else own | (self.turns.group >= 0)
 
-    def drawn(self, draws: int, generator: np.random.Generator) -> Array:
+    def drawn(self, draws: int, generator: np.random.Generator) -> FloatArray:
         """(draws, n, 3) upward unit normals."""
         n = len(self.normals)
         move = np.einsum("knj,njc->knc", generator.standard_normal((draws, n, 2)), self.axes)
@@ -59,7 +59,7 @@ class TiltedPlanes:
         return np.asarray(np.where(moved[..., 2:] < 0.0, -moved, moved))
 
 
-def tilted_planes(table: OrientationRows, rows: npt.NDArray[np.int64]) -> TiltedPlanes:
+def tilted_planes(table: OrientationRows, rows: IntArray) -> TiltedPlanes:
     """Those rows of a table, which are planes, with the errors that stand in its columns
     `max_confidence95_deg`, `min_confidence95_deg`, `error_rake_deg` and `total95_deg`; without a
     rake the larger one in all directions; without these `dip_error_deg` and
@@ -75,14 +75,14 @@ def tilted_planes(table: OrientationRows, rows: npt.NDArray[np.int64]) -> Tilted
     return TiltedPlanes(planes_to_normals(azimuth, dip), axes, turns)
 
 
-def axes_without_registration(table: OrientationRows, rows: npt.NDArray[np.int64]) -> Array:
+def axes_without_registration(table: OrientationRows, rows: IntArray) -> FloatArray:
     """(n, 2, 3) as those of TiltedPlanes, of each plane by itself: what its model's registration
     adds to `total95_deg` is taken out."""
     registration = np.nan_to_num(cells_of(table, rows, "registration_error_deg"))
     return _axes(table, rows, registration)
 
 
-def _axes(table: OrientationRows, rows: npt.NDArray[np.int64], turned: Array) -> Array:
+def _axes(table: OrientationRows, rows: IntArray, turned: FloatArray) -> FloatArray:
     """turned : (n,) 95 % half-angles that are taken out of the total error, degrees"""
     azimuth, dip = table.dip_direction_deg[rows], table.dip_deg[rows]
     largest, smallest, total, rake = (
@@ -111,7 +111,7 @@ def _axes(table: OrientationRows, rows: npt.NDArray[np.int64], turned: Array) ->
     return np.asarray(sigma[..., None] * _frames(azimuth, dip, np.nan_to_num(rake)))
 
 
-def _frames(azimuth_deg: Array, dip_deg: Array, rake_deg: Array) -> Array:
+def _frames(azimuth_deg: FloatArray, dip_deg: FloatArray, rake_deg: FloatArray) -> FloatArray:
     """(n, 2, 3) unit vectors in the planes: with this rake, and across it."""
     strike_deg = np.where(dip_deg >= 90.0, np.mod(azimuth_deg - 90.0, 180.0), azimuth_deg - 90.0)
     sin_s, cos_s = sin_cos_deg(strike_deg)
@@ -123,7 +123,7 @@ def _frames(azimuth_deg: Array, dip_deg: Array, rake_deg: Array) -> Array:
     return np.stack([cos_r * strike + sin_r * down, cos_r * down - sin_r * strike], axis=1)
 
 
-def cells_of(table: OrientationRows, rows: npt.NDArray[np.int64], name: str) -> Array:
+def cells_of(table: OrientationRows, rows: IntArray, name: str) -> FloatArray:
     """Numbers of a column, NaN where there is none; half-angles and rakes are never negative."""
     try:
         cells = table.column(name)
@@ -140,7 +140,7 @@ def _number(cell: str) -> float:
     return value if 0.0 <= value <= 180.0 else math.nan
 
 
-def _root(covariance: Array) -> Array:
+def _root(covariance: FloatArray) -> FloatArray:
     """A matrix whose product with its transpose is the covariance."""
     values, axes = np.linalg.eigh(covariance)
     return np.asarray(axes * np.sqrt(np.maximum(values, 0.0)))

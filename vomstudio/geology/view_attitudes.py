@@ -11,13 +11,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from vomstudio.core.arrays import FloatArray
 
 # From the vertical: nearer to it the azimuth of a view means nothing.
 _STEEP = 1e-9
 
 
-def camera_rotations(angles: npt.ArrayLike) -> Array:
+def camera_rotations(angles: npt.ArrayLike) -> FloatArray:
     """(n, 3, 3) rotations from cameras to World; angles : (n, 3) yaw, pitch, roll."""
     yaw, pitch, roll = np.radians(np.asarray(angles, np.float64).reshape(-1, 3)).T
     forward = np.column_stack(
@@ -30,7 +30,7 @@ def camera_rotations(angles: npt.ArrayLike) -> Array:
     return np.stack([right, down, forward], axis=2)
 
 
-def error_axes(angles: npt.ArrayLike) -> Array:
+def error_axes(angles: npt.ArrayLike) -> FloatArray:
     """(n, 3, 3) the axes, as columns, about which errors of yaw, pitch and roll turn a camera:
     down, its level side, and what is level ahead of it.
 
@@ -46,7 +46,7 @@ def error_axes(angles: npt.ArrayLike) -> Array:
     return np.stack([down, level, ahead], axis=2)
 
 
-def view_angles(rotations: npt.ArrayLike) -> Array:
+def view_angles(rotations: npt.ArrayLike) -> FloatArray:
     """(n, 3) yaw, pitch, roll of rotations (n, 3, 3) from cameras to World; a view straight up or
     down has roll 0."""
     right, down, forward = np.moveaxis(np.asarray(rotations, np.float64).reshape(-1, 3, 3), 2, 0)
@@ -65,7 +65,7 @@ def view_angles(rotations: npt.ArrayLike) -> Array:
     return np.asarray(np.degrees(angles), np.float64)
 
 
-def of_nadir_body(angles: npt.ArrayLike) -> Array:
+def of_nadir_body(angles: npt.ArrayLike) -> FloatArray:
     """(n, 3) yaw, pitch, roll of views from those of an aircraft below which the camera looks
     straight down with the photo's top ahead, as Pix4D and OpenDroneMap have it: turns about down,
     then right, then ahead (R = Rz Ry Rx in north, east, down; Pix4D, "Yaw, Pitch, Roll and Omega,
@@ -79,7 +79,7 @@ def of_nadir_body(angles: npt.ArrayLike) -> Array:
     return view_angles(to_world @ cameras)
 
 
-def from_down_and_azimuth(down: npt.ArrayLike, azimuth_deg: npt.ArrayLike) -> Array:
+def from_down_and_azimuth(down: npt.ArrayLike, azimuth_deg: npt.ArrayLike) -> FloatArray:
     """(n, 3, 3) rotations from cameras to World, from the direction in which things fall, in the
     frame of each camera (n, 3), and the azimuth of its view (n,). Views straight up or down have
     none."""

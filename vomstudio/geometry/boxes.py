@@ -7,19 +7,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.results import Result
 from vomstudio.geometry.coordinate_limits import no_places
-
-Array = npt.NDArray[np.float64]
 
 FACES = tuple((axis, side) for axis in range(3) for side in range(2))
 """(axis, 0 for the low or 1 for the high side), in the order of the handles."""
 
-EDGES = tuple(
-    (a, b) for a in range(8) for b in range(a + 1, 8) if bin(a ^ b).count("1") == 1
-)  # fmt: skip
+EDGES = tuple((a, b) for a in range(8) for b in range(a + 1, 8) if bin(a ^ b).count("1") == 1)
 """Pairs of rows of `ClipBox.corners`."""
 
 
@@ -31,7 +27,7 @@ class ClipBox(Result):
     high: tuple[float, float, float]
 
     @classmethod
-    def around(cls, points: Array) -> ClipBox:
+    def around(cls, points: FloatArray) -> ClipBox:
         """The box of World points (n, 3)."""
         low, high = points.min(axis=0), points.max(axis=0)
         flat = high - low < 1e-3
@@ -51,13 +47,13 @@ class ClipBox(Result):
             raise ValueError(f"not a clipping box: {values!r}")
         return cls(_triple(low), _triple(high))
 
-    def corners(self) -> Array:
+    def corners(self) -> FloatArray:
         """(8, 3)."""
         both = np.array([self.low, self.high])
         return np.array([[both[k >> a & 1, a] for a in range(3)] for k in range(8)])
 
-    def face_centre(self, axis: int, side: int) -> Array:
-        centre: Array = (np.array(self.low) + np.array(self.high)) / 2.0
+    def face_centre(self, axis: int, side: int) -> FloatArray:
+        centre: FloatArray = (np.array(self.low) + np.array(self.high)) / 2.0
         centre[axis] = (self.low, self.high)[side][axis]
         return centre
 
@@ -78,18 +74,18 @@ class ClipBox(Result):
             (np.array(mine[0]) <= theirs[1]).all() and (np.array(theirs[0]) <= mine[1]).all()
         )
 
-    def holds(self, points: Array) -> npt.NDArray[np.bool_]:
+    def holds(self, points: FloatArray) -> BoolArray:
         """Whether World points (n, 3) lie inside."""
         points = np.asarray(points, float).reshape(-1, 3)
         return np.asarray(((points >= self.low) & (points <= self.high)).all(axis=1))
 
-    def meets_balls(self, centres: Array, radii: Array) -> npt.NDArray[np.bool_]:
+    def meets_balls(self, centres: FloatArray, radii: FloatArray) -> BoolArray:
         """Whether balls in World, (n, 3) and (n,), have a part inside."""
         off = np.maximum(np.maximum(self.low - centres, centres - self.high), 0.0)
         return np.asarray(np.einsum("ij,ij->i", off, off) <= radii * radii)
 
     def stretch(
-        self, origin: Array, direction: Array, reach: float = 0.0
+        self, origin: FloatArray, direction: FloatArray, reach: float = 0.0
     ) -> tuple[float, float] | None:
         """From where to where a World ray is inside, or within `reach` along each axis, ahead of
         its origin; None where nowhere."""
@@ -99,11 +95,13 @@ class ClipBox(Result):
         return (first, last) if last >= first else None
 
 
-def _triple(values: Array) -> tuple[float, float, float]:
+def _triple(values: FloatArray) -> tuple[float, float, float]:
     return float(values[0]), float(values[1]), float(values[2])
 
 
-def box_range(low: Array, high: Array, origin: Array, direction: Array) -> tuple[Array, Array]:
+def box_range(
+    low: FloatArray, high: FloatArray, origin: FloatArray, direction: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Where a ray enters and leaves each box (n, 3) .. (n, 3); it misses where leave < enter."""
     enter, leave = np.full(len(low), -np.inf), np.full(len(low), np.inf)
     # Column by column: a reduction along rows of three is four times slower.
@@ -118,7 +116,9 @@ def box_range(low: Array, high: Array, origin: Array, direction: Array) -> tuple
     return enter, leave
 
 
-def box_hit(low: Array, high: Array, origin: Array, direction: Array, pad: float = 0.0) -> bool:
+def box_hit(
+    low: FloatArray, high: FloatArray, origin: FloatArray, direction: FloatArray, pad: float = 0.0
+) -> bool:
     """Whether a ray meets one box (3,) .. (3,), larger by `pad` on every side, ahead of its origin.
     In plain numbers, since for a single box NumPy takes ten times as long."""
     enter, leave = 0.0, math.inf
@@ -136,7 +136,9 @@ def box_hit(low: Array, high: Array, origin: Array, direction: Array, pad: float
     return leave >= enter
 
 
-def boxes_hit(low: Array, high: Array, origin: Array, direction: Array) -> npt.NDArray[np.bool_]:
+def boxes_hit(
+    low: FloatArray, high: FloatArray, origin: FloatArray, direction: FloatArray
+) -> BoolArray:
     """Which boxes (n, 3) .. (n, 3) a ray meets ahead of its origin."""
     enter, leave = box_range(low, high, origin, direction)
     return np.asarray(leave >= np.maximum(enter, 0.0))

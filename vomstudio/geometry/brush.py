@@ -13,15 +13,13 @@ from typing import Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, Int32Array, IntArray, IntegerArray
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import place_keys, welded
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.outlines.surface_area import area_inside, part_inside
 from vomstudio.geometry.patches import face_areas, face_points
 from vomstudio.geometry.surface import Surface, VertexSurface
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # Random points on a surface hang together where about 4.5 of them lie within the reach of each
 # (continuum percolation); 1.8 mean spacings have 10, and reach the diagonal neighbour of a grid.
@@ -46,30 +44,30 @@ class PaintSurface(Surface, Protocol):
     def extent(self) -> float:
         """Its size."""
 
-    def within(self, index: int, centre: npt.ArrayLike, radius: float) -> Ints:
+    def within(self, index: int, centre: npt.ArrayLike, radius: float) -> IntArray:
         """Sorted ids of the faces whose centre of gravity, or of the points that, lie in the ball
         and can be reached from `index` without leaving it. `index` itself is always one of them."""
 
-    def weighted(self, ids: Ints) -> tuple[Array, Array | None]:
+    def weighted(self, ids: IntArray) -> tuple[FloatArray, FloatArray | None]:
         """Points (k, 3) of the chosen ones, and the area each stands for; None where all count
         the same."""
 
-    def area_of(self, ids: Ints) -> float | None: ...
+    def area_of(self, ids: IntArray) -> float | None: ...
 
-    def corners(self, ids: Ints) -> Array:
+    def corners(self, ids: IntArray) -> FloatArray:
         """(k, 3, 3) corners of faces, or (k, 3) points."""
 
-    def border(self, ids: Ints) -> Array:
+    def border(self, ids: IntArray) -> FloatArray:
         """(k, 2, 3) edges of the chosen faces that only one of them has; none for points."""
 
     def area_inside(self, ring: npt.ArrayLike) -> float | None:
         """Area of the surface that a ring (n, 3) on it encloses, as in
         `outlines.surface_area.area_inside`; None for points."""
 
-    def part_inside(self, ring: npt.ArrayLike) -> Array | None:
+    def part_inside(self, ring: npt.ArrayLike) -> FloatArray | None:
         """(k, 3, 3) triangles of that part; None for points, and where there is none."""
 
-    def normal_near(self, index: int, centre: npt.ArrayLike, radius: float) -> Array | None:
+    def normal_near(self, index: int, centre: npt.ArrayLike, radius: float) -> FloatArray | None:
         """Unit normal (3,) of the surface inside the ball, of either sense; None where nothing is
         known yet."""
 
@@ -82,10 +80,10 @@ class MeshSurface(VertexSurface):
     def __init__(self, mesh: Mesh) -> None:
         super().__init__(mesh.vertices, lambda: mesh.undivided.vertices)
         self._mesh = mesh
-        self._faces_of: tuple[npt.NDArray[np.int32], npt.NDArray[np.integer]] | None = None
+        self._faces_of: tuple[Int32Array, IntegerArray] | None = None
         # Place of each vertex among those that are being looked at, -1 for the others.
-        self._place: npt.NDArray[np.int32] | None = None
-        self._lengths: tuple[float, Ints] | None = None
+        self._place: Int32Array | None = None
+        self._lengths: tuple[float, IntArray] | None = None
 
     @property
     def count(self) -> int:
@@ -104,7 +102,7 @@ class MeshSurface(VertexSurface):
         self._faces_of = (columns.indices, columns.indptr)
         self._long_faces()
 
-    def within(self, index: int, centre: npt.ArrayLike, radius: float) -> Ints:
+    def within(self, index: int, centre: npt.ArrayLike, radius: float) -> IntArray:
         centre = np.asarray(centre, dtype=np.float64)
         place = self._places()
         own = self.corners(np.array([index]))[0]
@@ -130,16 +128,16 @@ class MeshSurface(VertexSurface):
             place[known] = -1
         return kept[_reached(nodes, int(np.searchsorted(kept, index)))]
 
-    def weighted(self, ids: Ints) -> tuple[Array, Array | None]:
+    def weighted(self, ids: IntArray) -> tuple[FloatArray, FloatArray | None]:
         return face_points(self._mesh, ids)
 
-    def area_of(self, ids: Ints) -> float | None:
+    def area_of(self, ids: IntArray) -> float | None:
         return float(face_areas(self._mesh, ids).sum())
 
-    def corners(self, ids: Ints) -> Array:
+    def corners(self, ids: IntArray) -> FloatArray:
         return np.asarray(self._vertices[self._mesh.faces[ids]], dtype=np.float64)
 
-    def border(self, ids: Ints) -> Array:
+    def border(self, ids: IntArray) -> FloatArray:
         if not len(ids):
             return np.zeros((0, 2, 3))
         corners = self.corners(ids)
@@ -154,7 +152,7 @@ class MeshSurface(VertexSurface):
         edges = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2, 3)
         return np.asarray(edges[single])
 
-    def normal_near(self, index: int, centre: npt.ArrayLike, radius: float) -> Array | None:
+    def normal_near(self, index: int, centre: npt.ArrayLike, radius: float) -> FloatArray | None:
         a, b, c = self.corners(np.array([index]))[0]
         own = np.cross(b - a, c - a)
         size = float(np.linalg.norm(own))
@@ -167,11 +165,11 @@ class MeshSurface(VertexSurface):
         around = self._around(ring)
         return None if around is None else area_inside(around, ring)
 
-    def part_inside(self, ring: npt.ArrayLike) -> Array | None:
+    def part_inside(self, ring: npt.ArrayLike) -> FloatArray | None:
         around = self._around(ring)
         return None if around is None else part_inside(around, ring)
 
-    def _around(self, ring: npt.ArrayLike) -> Array | None:
+    def _around(self, ring: npt.ArrayLike) -> FloatArray | None:
         """Corners of all the faces that an outline may enclose."""
         xyz = np.asarray(ring, np.float64).reshape(-1, 3)
         if len(xyz) < 3 or not self.count:
@@ -183,7 +181,7 @@ class MeshSurface(VertexSurface):
         near = self._faces_at(self._in_ball(middle, radius + usual))
         return self.corners(_join(near, long))
 
-    def _long_faces(self) -> tuple[float, Ints]:
+    def _long_faces(self) -> tuple[float, IntArray]:
         """Length that most faces' edges do not surpass, and the sorted ids of those that do."""
         if self._lengths is None:
             longest = np.empty(self.count)
@@ -195,12 +193,12 @@ class MeshSurface(VertexSurface):
             self._lengths = usual, np.flatnonzero(longest > usual)
         return self._lengths
 
-    def _places(self) -> npt.NDArray[np.int32]:
+    def _places(self) -> Int32Array:
         if self._place is None:
             self._place = np.full(len(self._vertices), -1, np.int32)
         return self._place
 
-    def _at(self, points: Array) -> Ints:
+    def _at(self, points: FloatArray) -> IntArray:
         """Ids of all the vertices at the places of `points` (k, 3)."""
         if self._tree is not None:
             found = self._tree.query_ball_point(points, 0.0)
@@ -213,7 +211,7 @@ class MeshSurface(VertexSurface):
             hits.append(start + near[np.isin(place_keys(part[near]), wanted)])
         return np.concatenate(hits)
 
-    def _faces_at(self, vertices: Ints) -> Ints:
+    def _faces_at(self, vertices: IntArray) -> IntArray:
         """Sorted ids of the faces that have one of these vertices."""
         if self._faces_of is not None:
             faces, starts = self._faces_of
@@ -229,7 +227,7 @@ class MeshSurface(VertexSurface):
             hits.append(start + np.flatnonzero(marked[a] | marked[b] | marked[c]))
         return np.concatenate(hits)
 
-    def _inside(self, faces: Ints, index: int, centre: Array, radius: float) -> Ints:
+    def _inside(self, faces: IntArray, index: int, centre: FloatArray, radius: float) -> IntArray:
         off = self.corners(faces).mean(axis=1) - centre
         inside = np.einsum("ij,ij->i", off, off) <= radius**2
         return np.asarray(faces[inside | (faces == index)])
@@ -249,7 +247,7 @@ class CloudSurface(VertexSurface):
         super().build()
         import scipy.sparse.csgraph  # noqa: F401 - as above
 
-    def within(self, index: int, centre: npt.ArrayLike, radius: float) -> Ints:
+    def within(self, index: int, centre: npt.ArrayLike, radius: float) -> IntArray:
         from scipy.spatial import cKDTree
 
         ids = np.sort(self._in_ball(np.asarray(centre, dtype=np.float64), radius))
@@ -266,33 +264,33 @@ class CloudSurface(VertexSurface):
         pairs = tree.query_pairs(reach, output_type="ndarray")
         return ids[_linked(pairs, len(ids), at)]
 
-    def weighted(self, ids: Ints) -> tuple[Array, Array | None]:
+    def weighted(self, ids: IntArray) -> tuple[FloatArray, FloatArray | None]:
         return self.corners(ids), None
 
-    def area_of(self, ids: Ints) -> float | None:
+    def area_of(self, ids: IntArray) -> float | None:
         return None
 
-    def corners(self, ids: Ints) -> Array:
+    def corners(self, ids: IntArray) -> FloatArray:
         return np.asarray(self._vertices[ids], dtype=np.float64)
 
-    def border(self, ids: Ints) -> Array:
+    def border(self, ids: IntArray) -> FloatArray:
         return np.zeros((0, 2, 3))
 
     def area_inside(self, ring: npt.ArrayLike) -> float | None:
         return None
 
-    def part_inside(self, ring: npt.ArrayLike) -> Array | None:
+    def part_inside(self, ring: npt.ArrayLike) -> FloatArray | None:
         return None
 
-    def normal_near(self, index: int, centre: npt.ArrayLike, radius: float) -> Array | None:
+    def normal_near(self, index: int, centre: npt.ArrayLike, radius: float) -> FloatArray | None:
         return self._normal(np.asarray(centre, dtype=np.float64), radius)
 
 
-def _join(a: Ints, b: Ints) -> Ints:
+def _join(a: IntArray, b: IntArray) -> IntArray:
     return _distinct(np.concatenate([a, b]))
 
 
-def _distinct(ids: npt.NDArray[np.integer]) -> Ints:
+def _distinct(ids: IntegerArray) -> IntArray:
     """Sorted and once each: several times as fast as numpy's, which builds a hash table."""
     ids = np.sort(ids)
     new = np.ones(len(ids), np.bool_)
@@ -300,7 +298,7 @@ def _distinct(ids: npt.NDArray[np.integer]) -> Ints:
     return ids[new].astype(np.int64)
 
 
-def _reached(nodes: Ints, start: int) -> npt.NDArray[np.bool_]:
+def _reached(nodes: IntArray, start: int) -> BoolArray:
     """Which faces (k, 3 nodes) hang together with the face `start`."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
@@ -314,7 +312,7 @@ def _reached(nodes: Ints, start: int) -> npt.NDArray[np.bool_]:
     return np.asarray(label == label[start])
 
 
-def _linked(pairs: Ints, count: int, start: int) -> npt.NDArray[np.bool_]:
+def _linked(pairs: IntArray, count: int, start: int) -> BoolArray:
     """Which of `count` points hang together with the point `start`."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components

@@ -13,10 +13,9 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-
-Array = npt.NDArray[np.float64]
 
 MODELS: dict[str, tuple[str, ...]] = {
     "SIMPLE_PINHOLE": ("f", "cx", "cy"),
@@ -85,7 +84,7 @@ class Intrinsics:
         return self._named["cx"], self._named["cy"]
 
     @property
-    def matrix(self) -> Array:
+    def matrix(self) -> FloatArray:
         """(3, 3) calibration matrix, without the distortion."""
         (fx, fy), (cx, cy) = self.focal, self.centre
         return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
@@ -97,7 +96,7 @@ class Intrinsics:
             value != 0.0 for name, value in named.items() if name[0] in "kp"
         )
 
-    def project(self, points: npt.ArrayLike) -> Array:
+    def project(self, points: npt.ArrayLike) -> FloatArray:
         """Pixels (n, 2) of points (n, 3) in the camera frame; NaN behind the camera and beyond the
         radius from which the lens's polynomial turns back (no light comes from there)."""
         xyz = np.asarray(points, np.float64).reshape(-1, 3)
@@ -107,7 +106,7 @@ class Intrinsics:
             bent = self._bend(flat)
         return bent * self.focal + self.centre
 
-    def rays(self, pixels: npt.ArrayLike) -> Array:
+    def rays(self, pixels: npt.ArrayLike) -> FloatArray:
         """Directions (n, 3) in the camera frame, z = 1, seen at pixels (n, 2); NaN where the lens
         shows nothing."""
         wanted = (np.asarray(pixels, np.float64).reshape(-1, 2) - self.centre) / self.focal
@@ -126,7 +125,7 @@ class Intrinsics:
         return Intrinsics(self.model, width, height, tuple(named[n] for n in MODELS[self.model]))
 
     # ------------------------------------------------------------------------------------------
-    def _bend(self, flat: Array) -> Array:
+    def _bend(self, flat: FloatArray) -> FloatArray:
         """Ideal to real image coordinates, (n, 2) in units of the focal length."""
         named = self._named
         r2 = (flat**2).sum(1)
@@ -144,13 +143,13 @@ class Intrinsics:
             )
         return bent
 
-    def _factor(self, r2: Array) -> Array:
+    def _factor(self, r2: FloatArray) -> FloatArray:
         get = self._named.get
         above = 1 + r2 * (get("k1", 0.0) + r2 * (get("k2", 0.0) + r2 * get("k3", 0.0)))
         below = 1 + r2 * (get("k4", 0.0) + r2 * (get("k5", 0.0) + r2 * get("k6", 0.0)))
         return above / below
 
-    def _radius(self, r: Array) -> Array:
+    def _radius(self, r: FloatArray) -> FloatArray:
         """Real radius of an ideal one."""
         if self.model != "OPENCV_FISHEYE":
             return r * self._factor(r * r)
@@ -170,12 +169,12 @@ class Intrinsics:
         falling = np.flatnonzero(~(np.diff(real) > 0))
         return float(r[falling[0]]) if len(falling) else np.inf
 
-    def _straighten(self, wanted: Array) -> Array:
+    def _straighten(self, wanted: FloatArray) -> FloatArray:
         """Invert `_bend` by Newton's method on the radius, then for what is not radial."""
         edge = min(self._edge, _WIDEST)
         r = np.linspace(0.0, edge, 2000)
         real = self._radius(r)
-        asked: Array = np.hypot(wanted[:, 0], wanted[:, 1])
+        asked: FloatArray = np.hypot(wanted[:, 0], wanted[:, 1])
         first = np.interp(asked, real, r)
         with np.errstate(divide="ignore", invalid="ignore"):
             flat = np.where(
@@ -212,42 +211,42 @@ class View:
 
     name: str
     intrinsics: Intrinsics
-    rotation: Array
-    translation: Array
+    rotation: FloatArray
+    translation: FloatArray
 
     @property
-    def centre(self) -> Array:
+    def centre(self) -> FloatArray:
         """(3,) the projection centre in the scene."""
         return np.asarray(-self.rotation.T @ self.translation)
 
     @property
-    def direction(self) -> Array:
+    def direction(self) -> FloatArray:
         """(3,) unit vector along the optical axis, in the scene."""
         return np.asarray(self.rotation[2])
 
-    def depths(self, points: npt.ArrayLike) -> Array:
+    def depths(self, points: npt.ArrayLike) -> FloatArray:
         """(n,) distances along the optical axis of scene points (n, 3)."""
         along = np.asarray(points, np.float64) @ self.rotation[2]
         return np.asarray(along + self.translation[2])
 
-    def project(self, points: npt.ArrayLike) -> Array:
+    def project(self, points: npt.ArrayLike) -> FloatArray:
         """Pixels (n, 2) of scene points (n, 3); NaN as in `Intrinsics.project`. Pixels outside the
         photo are given too."""
         xyz = np.asarray(points, np.float64).reshape(-1, 3)
         return self.intrinsics.project(xyz @ self.rotation.T + self.translation)
 
-    def rays(self, pixels: npt.ArrayLike) -> Array:
+    def rays(self, pixels: npt.ArrayLike) -> FloatArray:
         """Unit directions (n, 3) in the scene, from `centre` through pixels (n, 2)."""
         rays = self.intrinsics.rays(pixels) @ self.rotation
         return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))
 
-    def contains(self, pixels: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+    def contains(self, pixels: npt.ArrayLike) -> BoolArray:
         """Which pixels (n, 2) lie on the photo."""
         x, y = np.asarray(pixels, np.float64).reshape(-1, 2).T
         width, height = self.intrinsics.width, self.intrinsics.height
         return np.asarray((x >= 0) & (x <= width) & (y >= 0) & (y <= height))
 
-    def moved(self, scale: float, rotation: Array, translation: Array) -> View:
+    def moved(self, scale: float, rotation: FloatArray, translation: FloatArray) -> View:
         """The same photo once the scene is moved: x' = scale * rotation @ x + translation."""
         turned = self.rotation @ rotation.T
         return View(

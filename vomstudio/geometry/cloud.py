@@ -7,8 +7,15 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import (
+    BoolArray,
+    ByteArray,
+    Float32Array,
+    FloatArray,
+    GenericArray,
+    IntArray,
+)
 from vomstudio.geometry.progressive_order import Arrangement
 
 
@@ -23,14 +30,14 @@ class PointCloud:
     arrangement : the order in which the points are drawn, where it is known
     """
 
-    points: npt.NDArray[np.float64]
-    colors: npt.NDArray[np.uint8] | None = None
-    normals: npt.NDArray[np.float32] | None = None
-    fields: Mapping[str, npt.NDArray[np.generic]] = field(default_factory=dict)
+    points: FloatArray
+    colors: ByteArray | None = None
+    normals: Float32Array | None = None
+    fields: Mapping[str, GenericArray] = field(default_factory=dict)
     arrangement: Arrangement | None = None
 
     @cached_property
-    def bounds(self) -> npt.NDArray[np.float64]:
+    def bounds(self) -> FloatArray:
         """(2, 3) lowest and highest corner; worked out once."""
         if self.arrangement is not None and len(self.arrangement):
             boxes = self.arrangement.bounds
@@ -44,7 +51,7 @@ class PointCloud:
         """Points of the whole file."""
         return len(self.points)
 
-    def of_rows(self, rows: npt.NDArray[np.int64] | npt.NDArray[np.bool_] | slice) -> PointCloud:
+    def of_rows(self, rows: IntArray | BoolArray | slice) -> PointCloud:
         """These points alone, with all their values; in no arrangement, which is of all."""
         return PointCloud(
             self.points[rows],
@@ -53,6 +60,6 @@ class PointCloud:
             {name: values[rows] for name, values in self.fields.items()},
         )
 
-    def position(self, row: int) -> npt.NDArray[np.float64]:
+    def position(self, row: int) -> FloatArray:
         """(3,) of a point by its row in the file."""
         return np.asarray(self.points[row], np.float64)

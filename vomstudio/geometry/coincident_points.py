@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray, UInt64Array
 
-def place_keys(points: npt.NDArray[np.float32 | np.float64]) -> npt.NDArray[np.uint64]:
+
+def place_keys(points: npt.NDArray[np.float32 | np.float64]) -> UInt64Array:
     """A number per point (k, 3): the same for the same coordinates, and for others with a chance of
     1 in 1e19 a pair."""
     # -0.0 and 0.0 are one place.
@@ -18,7 +20,7 @@ def place_keys(points: npt.NDArray[np.float32 | np.float64]) -> npt.NDArray[np.u
     return key
 
 
-def welded(points: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
+def welded(points: FloatArray) -> IntArray:
     """(k,) number of the place of each point (k, 3), from 0 on."""
     keys = place_keys(points)
     order = np.argsort(keys)

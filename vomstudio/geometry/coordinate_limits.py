@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.findings import Finding
 
 FARTHEST_M = 1e12
@@ -32,7 +32,7 @@ def why_no_error(value: float) -> Finding | None:
     return Finding("accuracy.out-of-range", value=value, minimum=LEAST_ERROR, maximum=LARGEST_ERROR)
 
 
-def no_places(points: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+def no_places(points: FloatArray) -> BoolArray:
     """(n,) which of the points (n, 3) are not finite, or no metres on Earth."""
     return np.asarray(~(np.abs(points) <= FARTHEST_M).all(axis=1))
 
@@ -45,7 +45,7 @@ def why_no_coordinate(values: Iterable[float]) -> Finding | None:
     return None
 
 
-def why_not_at(point: Sequence[float], bounds: npt.NDArray[np.float64]) -> Finding | None:
+def why_not_at(point: Sequence[float], bounds: FloatArray) -> Finding | None:
     """Return a finding if a point is too far from a model to be a place on it.
 
     point : (3,) and bounds : (2, 3) lowest and highest corner of the model, in the same frame

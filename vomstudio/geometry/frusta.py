@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry.cameras import View
-
-Array = npt.NDArray[np.float64]
 
 SHARE_OF_SPACING = 0.35
 SHARE_OF_DISTANCE = 0.2
@@ -26,21 +25,21 @@ class Frustum:
     """
 
     name: str
-    tip: Array
-    corners: Array
-    outline: Array
+    tip: FloatArray
+    corners: FloatArray
+    outline: FloatArray
 
     def moved(self, matrix: npt.ArrayLike, origin: npt.ArrayLike = (0, 0, 0)) -> Frustum:
         """In another frame: matrix (4, 4) applied to what lies at `origin` plus its positions."""
         m, shift = np.asarray(matrix, np.float64), np.asarray(origin, np.float64)
 
-        def move(points: Array) -> Array:
+        def move(points: FloatArray) -> FloatArray:
             return np.asarray((points + shift) @ m[:3, :3].T + m[:3, 3])
 
         return Frustum(self.name, move(self.tip), move(self.corners), move(self.outline))
 
 
-def edge(width: int, height: int, steps: int) -> Array:
+def edge(width: int, height: int, steps: int) -> FloatArray:
     """(4 * steps, 2) pixels around a photo, clockwise from its top left corner; every `steps`th is
     a corner."""
     corners = np.array([[0, 0], [width, 0], [width, height], [0, height]], np.float64)
@@ -93,7 +92,9 @@ def frusta(views: Sequence[View], target: npt.ArrayLike) -> list[Frustum]:
     return [frustum(view, size) for view in views]
 
 
-def frustum_at(tips: Array, corners: Array, x: float, y: float, reach: float) -> int | None:
+def frustum_at(
+    tips: FloatArray, corners: FloatArray, x: float, y: float, reach: float
+) -> int | None:
     """The camera under a pixel: the one whose tip is nearest within `reach` pixels, else the
     smallest whose photo's outline holds it.
 

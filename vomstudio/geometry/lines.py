@@ -9,12 +9,11 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.plane_errors import joint_quantile
 from vomstudio.geometry.plane_limits import LARGEST, ROUNDINGS
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,8 +23,8 @@ class LineFit:
     95 % cone; None for two points, which leave no redundancy."""
 
     n: int
-    centroid: Floats
-    direction: Floats
+    centroid: FloatArray
+    direction: FloatArray
     length: float
     rms: float
     confidence95_deg: float | None
@@ -77,7 +76,7 @@ def path_length(points: npt.ArrayLike) -> float:
     return float(np.linalg.norm(np.diff(xyz, axis=0), axis=1).sum())
 
 
-def path_lengths(lines: Sequence[Floats]) -> Floats:
+def path_lengths(lines: Sequence[FloatArray]) -> FloatArray:
     """(m,) lengths of polylines, each (n, 3), in their unit."""
     counts = np.array([len(line) for line in lines], np.int64)
     if not counts.sum():
@@ -96,7 +95,7 @@ class Approach:
     """Where two polylines come nearest: place (3,) on the second one, distance between them there,
     along : the length of the first one up to there."""
 
-    place: Floats
+    place: FloatArray
     distance: float
     along: float
 
@@ -126,8 +125,8 @@ def nearest_approach(line: npt.ArrayLike, other: npt.ArrayLike) -> Approach:
 
 
 def _nearest_of_segments(
-    start: Floats, step: Floats, starts: Floats, steps: Floats
-) -> tuple[Floats, Floats]:
+    start: FloatArray, step: FloatArray, starts: FloatArray, steps: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Parts from 0 to 1 of one segment, and of each of (k, 3) others, at which they are nearest."""
     between = start - starts
     a, e = float(step @ step), np.einsum("ij,ij->i", steps, steps)

@@ -8,7 +8,15 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
+
+from vomstudio.core.arrays import (
+    ByteArray,
+    Float32Array,
+    FloatArray,
+    GenericArray,
+    Int32Array,
+    IntArray,
+)
 
 
 @dataclass(frozen=True)
@@ -35,16 +43,16 @@ class Mesh:
     A vertex with two texture coordinates stands twice.
     """
 
-    vertices: npt.NDArray[np.float64]
-    faces: npt.NDArray[np.int32]
+    vertices: FloatArray
+    faces: Int32Array
     materials: tuple[Material, ...] = ()
-    material_offsets: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(1, np.int64))
-    uv: npt.NDArray[np.float32] | None = None
-    colors: npt.NDArray[np.uint8] | None = None
-    fields: Mapping[str, npt.NDArray[np.generic]] = field(default_factory=dict)
+    material_offsets: IntArray = field(default_factory=lambda: np.zeros(1, np.int64))
+    uv: Float32Array | None = None
+    colors: ByteArray | None = None
+    fields: Mapping[str, GenericArray] = field(default_factory=dict)
 
     @cached_property
-    def bounds(self) -> npt.NDArray[np.float64]:
+    def bounds(self) -> FloatArray:
         """(2, 3) lowest and highest corner; worked out once."""
         # Column by column: a reduction along rows of three is many times slower.
         columns = [self.vertices[:, axis] for axis in range(3)]

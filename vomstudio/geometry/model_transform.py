@@ -7,20 +7,20 @@ from dataclasses import replace
 from typing import overload
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry import transform
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
-Array = npt.NDArray[np.float64]
-
 
 @overload
-def moved(data: Mesh, rows: Sequence[Sequence[float]] | Array) -> Mesh: ...
+def moved(data: Mesh, rows: Sequence[Sequence[float]] | FloatArray) -> Mesh: ...
 @overload
-def moved(data: PointCloud, rows: Sequence[Sequence[float]] | Array) -> PointCloud: ...
-def moved(data: Mesh | PointCloud, rows: Sequence[Sequence[float]] | Array) -> Mesh | PointCloud:
+def moved(data: PointCloud, rows: Sequence[Sequence[float]] | FloatArray) -> PointCloud: ...
+def moved(
+    data: Mesh | PointCloud, rows: Sequence[Sequence[float]] | FloatArray
+) -> Mesh | PointCloud:
     """The model through a 4 x 4 similarity, in float64; itself where that changes nothing."""
     if np.array_equal(transform.matrix(rows), np.eye(4)):
         return data

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry import plane_errors
@@ -16,8 +17,6 @@ from vomstudio.geometry.plane_limits import (
 )
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.geometry.vectors import TILT_FLOOR, dip_of_normals, upward
-
-Floats = npt.NDArray[np.float64]
 
 
 def fit_moments(
@@ -99,5 +98,5 @@ def fit_moments(
     )
 
 
-def _known(value: Floats, known: bool) -> float | None:
+def _known(value: FloatArray, known: bool) -> float | None:
     return float(value[0]) if known and np.isfinite(value[0]) else None

@@ -18,14 +18,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, FloatArray, GenericArray, IntArray
 from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.kernels.jit import for_kernels, for_reading
 from vomstudio.geometry.kernels.patch_cells import cell_sums, turned, weighted_spread
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.plane_errors import LEVEL, joint_quantile
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 Triple = tuple[float, float, float]
 
 # Cells a side: 36 means still have 33 degrees of freedom. A mean of fewer points than this says
@@ -87,7 +86,7 @@ def moments(
     )
 
 
-def _many_moments(places: Floats, weight: Floats) -> Moments:
+def _many_moments(places: FloatArray, weight: FloatArray) -> Moments:
     """Of so many that it takes long to go over them time and again."""
     n, centre, scatter = len(places), places[0].copy(), np.zeros((3, 3))
     if float(np.ptp(weight)) == 0.0:
@@ -106,7 +105,7 @@ def _many_moments(places: Floats, weight: Floats) -> Moments:
     )
 
 
-def _effective(u: Floats, v: Floats, r: Floats) -> float:
+def _effective(u: FloatArray, v: FloatArray, r: FloatArray) -> float:
     """Number of independent points, from the scatter of the means of equal cells. u, v, r : (n,)
     places along the axes of the points, from the longest on."""
     n = len(u)
@@ -130,7 +129,7 @@ def _effective(u: Floats, v: Floats, r: Floats) -> float:
     return float(min(3.0 - 2.0 * np.log(LEVEL) / np.log1p(q), n))
 
 
-def _excesses(u: Floats, v: Floats, r: Floats, side: int) -> tuple[float, float]:
+def _excesses(u: FloatArray, v: FloatArray, r: FloatArray, side: int) -> tuple[float, float]:
     """Variance that one independent point must have for its means to scatter as those of the
     side x side cells of equal count do, and of cells twice as wide."""
     if len(u) > _MANY:
@@ -143,13 +142,13 @@ def _excesses(u: Floats, v: Floats, r: Floats, side: int) -> tuple[float, float]
     return of_fine, of_coarse
 
 
-def _excess(count: npt.NDArray[np.generic], sums: npt.NDArray[np.generic]) -> float:
+def _excess(count: GenericArray, sums: GenericArray) -> float:
     own = np.asarray(sums, np.float64)
     each = np.maximum(np.asarray(count, np.float64), 1.0)
     return float((own * own / each).sum()) / (len(own) - 3.0)
 
 
-def _leaning(u: Floats, v: Floats, r: Floats, side: int) -> float:
+def _leaning(u: FloatArray, v: FloatArray, r: FloatArray, side: int) -> float:
     """Variance across the plane that would tilt it to the attitude of its pieces, the median of the
     side x side cells, where these differ from it by more than they do from each other by chance;
     0 where they do not."""
@@ -177,8 +176,8 @@ def _leaning(u: Floats, v: Floats, r: Floats, side: int) -> float:
 
 
 def _products(
-    rows: Floats, columns: Floats, u: Floats, v: Floats, r: Floats, side: int
-) -> tuple[Floats, ...]:
+    rows: FloatArray, columns: FloatArray, u: FloatArray, v: FloatArray, r: FloatArray, side: int
+) -> tuple[FloatArray, ...]:
     """Of cells by rows and columns the sums of uu, uv, vv, ur and vr about their means."""
     if len(u) > _MANY:
         count, sums = _sums(rows, columns, u, v, r, side)
@@ -193,8 +192,8 @@ def _products(
 
 
 def _sums(
-    rows: Floats, columns: Floats, u: Floats, v: Floats, r: Floats, side: int
-) -> tuple[Ints, Floats]:
+    rows: FloatArray, columns: FloatArray, u: FloatArray, v: FloatArray, r: FloatArray, side: int
+) -> tuple[IntArray, FloatArray]:
     """Of side x side cells of nearly equal count, see `cell_sums`."""
     some = slice(None, None, max(1, len(u) // _BOUNDED))
     order = np.argsort(rows[some])
@@ -211,7 +210,7 @@ def _sums(
     return count, sums
 
 
-def equal_cells(u: npt.NDArray[Any], v: npt.NDArray[Any], side: int) -> Ints:
+def equal_cells(u: AnyArray, v: AnyArray, side: int) -> IntArray:
     """Which of side x side cells of equal count each point is in."""
     n = len(u)
     slab = np.empty(n, np.int16)
@@ -226,7 +225,7 @@ def equal_cells(u: npt.NDArray[Any], v: npt.NDArray[Any], side: int) -> Ints:
     return cell
 
 
-def _equal_parts(place: Ints, count: Any, parts: int) -> Ints:
+def _equal_parts(place: IntArray, count: Any, parts: int) -> IntArray:
     """Which of so many parts of nearly equal size, the larger ones first, a place among `count` is
     in."""
     size, more = np.divmod(count, parts)
@@ -253,7 +252,7 @@ def outline(points: npt.ArrayLike, normal: npt.ArrayLike) -> tuple[Triple, ...]:
     return tuple(_triple(xyz[i]) for i in hull.vertices)
 
 
-def face_points(mesh: Mesh, faces: npt.ArrayLike) -> tuple[Floats, Floats]:
+def face_points(mesh: Mesh, faces: npt.ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Vertices (k, 3) of the faces, file frame, and the area that each stands for: a third of each
     of its chosen faces."""
     corners = np.asarray(mesh.faces[np.asarray(faces, dtype=np.int64)], dtype=np.int64)
@@ -265,14 +264,14 @@ def face_points(mesh: Mesh, faces: npt.ArrayLike) -> tuple[Floats, Floats]:
     return points, np.maximum(weight, 1e-12 * max(float(weight.sum()), 1e-300))
 
 
-def face_areas(mesh: Mesh, faces: npt.ArrayLike) -> Floats:
+def face_areas(mesh: Mesh, faces: npt.ArrayLike) -> FloatArray:
     """(k,) areas of faces, in the file's unit squared."""
     corners = np.asarray(mesh.faces[np.asarray(faces, dtype=np.int64)], dtype=np.int64)
     a, b, c = (np.asarray(mesh.vertices[corners[:, i]], dtype=np.float64) for i in range(3))
     return triangle_areas(a, b, c)
 
 
-def triangle_areas(a: Floats, b: Floats, c: Floats) -> Floats:
+def triangle_areas(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     """(k,) areas of triangles with the corners a, b, c (k, 3)."""
     return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
 
@@ -291,7 +290,7 @@ def runs_of(ids: npt.ArrayLike) -> tuple[tuple[int, int], ...]:
     return tuple(zip(x[starts].tolist(), counts.tolist(), strict=True))
 
 
-def ids_of(runs: tuple[tuple[int, int], ...]) -> Ints:
+def ids_of(runs: tuple[tuple[int, int], ...]) -> IntArray:
     """The sorted ids of (first, count) runs."""
     if not runs:
         return np.zeros(0, np.int64)
@@ -306,5 +305,5 @@ def has_id(runs: tuple[tuple[int, int], ...], id_: int) -> bool:
     return at >= 0 and id_ < runs[at][0] + runs[at][1]
 
 
-def _triple(x: Floats) -> Triple:
+def _triple(x: FloatArray) -> Triple:
     return float(x[0]), float(x[1]), float(x[2])

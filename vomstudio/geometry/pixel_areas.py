@@ -11,8 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
+from vomstudio.core.arrays import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +20,7 @@ class Area:
 
     left: int
     top: int
-    inside: Flags
+    inside: BoolArray
 
     @property
     def window(self) -> tuple[slice, slice]:
@@ -88,19 +87,19 @@ class Change:
     bits: bytes
 
     @classmethod
-    def of(cls, area: Area, changed: Flags) -> Change:
+    def of(cls, area: Area, changed: BoolArray) -> Change:
         return cls(
             area.left, area.top, changed.shape, zlib.compress(np.packbits(changed).tobytes(), 1)
         )
 
-    def do(self, used: Flags) -> None:
+    def do(self, used: BoolArray) -> None:
         high, wide = self.shape
         bits = np.frombuffer(zlib.decompress(self.bits), np.uint8)
         changed = np.unpackbits(bits, count=high * wide).reshape(high, wide).astype(np.bool_)
         used[self.top : self.top + high, self.left : self.left + wide] ^= changed
 
 
-def changed_by(used: Flags, area: Area, hides: bool) -> Change | None:
+def changed_by(used: BoolArray, area: Area, hides: bool) -> Change | None:
     """Draw a shape into a mask; what that changed, or None."""
     region = used[area.window]
     changed = area.inside & (region if hides else ~region)
@@ -110,7 +109,7 @@ def changed_by(used: Flags, area: Area, hides: bool) -> Change | None:
     return Change.of(area, changed)
 
 
-def _box(points: Array, margin: float, width: int, height: int) -> tuple[int, int, int, int]:
+def _box(points: FloatArray, margin: float, width: int, height: int) -> tuple[int, int, int, int]:
     """Left, top, width and height of the pixels around points, within the picture."""
     if not len(points):
         return 0, 0, 0, 0

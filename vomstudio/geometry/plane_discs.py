@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry.planes import PlaneFit
 
 NOTHING_KNOWN_DEG = 45.0
@@ -19,7 +20,7 @@ def known_well_enough(fit: PlaneFit) -> bool:
     return fit.max_confidence95_deg is None or fit.max_confidence95_deg < NOTHING_KNOWN_DEG
 
 
-def disc_of_fit(fit: PlaneFit | None) -> npt.NDArray[np.float64] | None:
+def disc_of_fit(fit: PlaneFit | None) -> FloatArray | None:
     """(c, 3) the ring of a disc as wide as the points of a fit; None for no plane, one of no
     extent, or one that may as well stand across."""
     if fit is None or fit.extent is None or not known_well_enough(fit):
@@ -29,7 +30,7 @@ def disc_of_fit(fit: PlaneFit | None) -> npt.NDArray[np.float64] | None:
 
 def disc(
     centre: npt.ArrayLike, normal: npt.ArrayLike, radius: float, corners: int = 48
-) -> npt.NDArray[np.float64]:
+) -> FloatArray:
     """(corners, 3) ring of a disc, in the frame of `centre` and `normal` (unit vector), from whose
     tip it runs anticlockwise."""
     n = np.asarray(normal, dtype=np.float64)
@@ -50,7 +51,7 @@ def _cross(a: list[float], b: list[float]) -> list[float]:
 
 
 @lru_cache(maxsize=8)
-def _circle(corners: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def _circle(corners: int) -> tuple[FloatArray, FloatArray]:
     """(corners, 1) cosine and sine once round."""
     angle = np.linspace(0.0, 2.0 * np.pi, corners, endpoint=False)[:, None]
     return np.cos(angle), np.sin(angle)

@@ -8,19 +8,15 @@ axis `max` lies in the direction of e2 (the plane tilts about e1), `min` in the 
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.geometry import residual_correlation
 from vomstudio.geometry.vectors import strike_and_dip_lines
-
-Floats = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
-Ints = npt.NDArray[np.int64]
 
 LEVEL = 0.05
 
 
-def joint_quantile(dof: Floats) -> Floats:
+def joint_quantile(dof: FloatArray) -> FloatArray:
     """2 F / dof, with F the 95 % quantile of Fisher's law with 2 and `dof` degrees of freedom.
 
     With two degrees in the numerator it has a closed form: P(F > f) = (1 + 2 f / dof)^(-dof / 2).
@@ -29,7 +25,7 @@ def joint_quantile(dof: Floats) -> Floats:
         return np.asarray(np.expm1(-2.0 / dof * np.log(LEVEL)))
 
 
-def hyperbolic(n: npt.NDArray[np.int64], values: Floats) -> tuple[Floats, Floats, Bools]:
+def hyperbolic(n: IntArray, values: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Largest and smallest angular error of Quinn & Ehlmann (2019), degrees, and an overflow flag.
 
     n (m,) points per plane, at least 4; values (m, 3) eigenvalues of the covariance, in any unit.
@@ -51,7 +47,9 @@ def hyperbolic(n: npt.NDArray[np.int64], values: Floats) -> tuple[Floats, Floats
     return result[0], result[1], overflow
 
 
-def confidence_axes_rad(values: Floats, q1: Floats, q2: Floats) -> tuple[Floats, Floats]:
+def confidence_axes_rad(
+    values: FloatArray, q1: FloatArray, q2: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Semi-axes (largest, smallest) of the joint 95 % region of the normal, radians.
 
     A normal m is rejected where the residuals of its plane still lean on the in-plane coordinates:
@@ -72,14 +70,14 @@ def confidence_axes_rad(values: Floats, q1: Floats, q2: Floats) -> tuple[Floats,
 
 
 def quantiles(
-    u: Floats,
-    v: Floats,
-    r: Floats,
-    starts: npt.NDArray[np.int64],
-    counts: npt.NDArray[np.int64],
-    dof: Floats,
+    u: FloatArray,
+    v: FloatArray,
+    r: FloatArray,
+    starts: IntArray,
+    counts: IntArray,
+    dof: FloatArray,
     ordered: bool,
-) -> tuple[Floats, Floats, Floats, Bools]:
+) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
     """q along e1, q along e2, effective number of points, long roughness, each (m,).
 
     u, v, r (N,) coordinates along e1, e2, e3 of all points, plane after plane.
@@ -91,8 +89,8 @@ def quantiles(
 
 
 def regression_axes_rad(
-    leverage: Floats, normal: Floats, q: Floats
-) -> tuple[Floats, Floats, Floats, Floats]:
+    leverage: FloatArray, normal: FloatArray, q: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """e1, e2 (m, 3), largest and smallest semi-axis of a regression's region, radians.
 
     leverage (m, 3, 3) covariance of the normal's end per unit of q. The ellipse of the two slopes,
@@ -106,14 +104,14 @@ def regression_axes_rad(
 
 
 def split_rad(
-    e1: Floats,
-    e2: Floats,
-    dip_direction_deg: Floats,
-    dip_deg: Floats,
-    flat: Bools,
-    largest: Floats,
-    smallest: Floats,
-) -> tuple[Floats, Floats, Floats]:
+    e1: FloatArray,
+    e2: FloatArray,
+    dip_direction_deg: FloatArray,
+    dip_deg: FloatArray,
+    flat: BoolArray,
+    largest: FloatArray,
+    smallest: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Error of the dip, of the dip direction, and rake of the direction that tilts most, radians.
 
     The region is a cone of normals of elliptical section: in the plane tangent to the unit sphere
@@ -156,8 +154,11 @@ _STUDENT = np.array([1.960, 2.042, 2.306, 2.776, 3.182, 4.303, 12.706])
 
 
 def bow_tilt_rad(
-    along: tuple[Floats, Floats, Floats], starts: Ints, counts: Ints, values: Floats
-) -> Floats:
+    along: tuple[FloatArray, FloatArray, FloatArray],
+    starts: IntArray,
+    counts: IntArray,
+    values: FloatArray,
+) -> FloatArray:
     """Return by how much a bow along each trace may tilt its plane, 95 %, radians.
 
     A bow is a parabola along e1. Where the trace itself bends like that, the fit takes the bow for
@@ -175,7 +176,7 @@ def bow_tilt_rad(
     u, v, r = along
     n = counts.astype(np.float64)
 
-    def total(x: Floats) -> Floats:
+    def total(x: FloatArray) -> FloatArray:
         return np.asarray(np.add.reduceat(x, starts))
 
     low, high = np.minimum.reduceat(u, starts), np.maximum.reduceat(u, starts)

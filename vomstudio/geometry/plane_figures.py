@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
 from vomstudio.core.findings import Finding
 from vomstudio.geometry import plane_errors
 from vomstudio.geometry.plane_limits import (
@@ -18,15 +18,12 @@ from vomstudio.geometry.plane_limits import (
 )
 from vomstudio.geometry.vectors import TILT_FLOOR, dip_of_normals, upward
 
-Floats = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
-Ints = npt.NDArray[np.int64]
 Method = Literal["pca", "regression"]
 
 
 def figures(
-    xyz: Floats, counts: Ints, method: Method, axis: int, ordered: bool
-) -> tuple[dict[str, npt.NDArray[Any]], list[Finding | None]]:
+    xyz: FloatArray, counts: IntArray, method: Method, axis: int, ordered: bool
+) -> tuple[dict[str, AnyArray], list[Finding | None]]:
     """All figures of groups that lie one after the other in xyz, each of at least 3 points, under
     the names of `PlaneFits`; and why a group has none."""
     m = len(counts)
@@ -106,17 +103,19 @@ class _Scale:
     """Of each group: centroid (m, 3); its size; the unit by which its coordinates are divided;
     its largest coordinate; and what is rounding only, in that unit."""
 
-    centroid: Floats
-    size: Floats
-    unit: Floats
-    max_coordinate: Floats
-    rounding: Floats
+    centroid: FloatArray
+    size: FloatArray
+    unit: FloatArray
+    max_coordinate: FloatArray
+    rounding: FloatArray
 
 
-def _centred(xyz: Floats, starts: Ints, counts: Ints, n: Floats) -> tuple[list[Floats], _Scale]:
+def _centred(
+    xyz: FloatArray, starts: IntArray, counts: IntArray, n: FloatArray
+) -> tuple[list[FloatArray], _Scale]:
     """Coordinates x, y, z off the centroid of each group, divided by its size."""
 
-    def spread(x: Floats) -> Floats:
+    def spread(x: FloatArray) -> FloatArray:
         return np.repeat(x, counts)
 
     # Off the first point first: that difference is exact or nearly so, the mean then small.
@@ -136,7 +135,7 @@ def _centred(xyz: Floats, starts: Ints, counts: Ints, n: Floats) -> tuple[list[F
     return local, _Scale(centroid, size, unit, max_coordinate, rounding)
 
 
-def _indices(parts: Floats) -> dict[str, Floats]:
+def _indices(parts: FloatArray) -> dict[str, FloatArray]:
     """Of the three eigenvalues' parts of their sum (3, m)."""
     with np.errstate(divide="ignore", invalid="ignore"):
         l1, l2, l3 = parts
@@ -149,15 +148,15 @@ def _indices(parts: Floats) -> dict[str, Floats]:
         }
 
 
-def members(starts: Ints, counts: Ints) -> Ints:
+def members(starts: IntArray, counts: IntArray) -> IntArray:
     """Indices of all points of the groups, group after group."""
     shift = np.repeat(starts - (np.cumsum(counts) - counts), counts)
     return np.asarray(np.arange(len(shift)) + shift)
 
 
 def _sharpen(
-    axes: Floats, local: list[Floats], starts: Ints, counts: Ints, n: Floats
-) -> tuple[Floats, tuple[Floats, Floats, Floats], Floats]:
+    axes: FloatArray, local: list[FloatArray], starts: IntArray, counts: IntArray, n: FloatArray
+) -> tuple[FloatArray, tuple[FloatArray, FloatArray, FloatArray], FloatArray]:
     """Axes, coordinates along them and variances, free of the rounding of the covariance.
 
     The covariance of a long straight trace holds its thickness only to 1e-8 of its length. In the
@@ -178,8 +177,10 @@ def _sharpen(
     return frame, (u, v, r), values
 
 
-def _along(frame: Floats, local: list[Floats], counts: Ints) -> tuple[Floats, Floats, Floats]:
-    def component(k: int) -> Floats:
+def _along(
+    frame: FloatArray, local: list[FloatArray], counts: IntArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def component(k: int) -> FloatArray:
         return sum(
             (np.repeat(frame[:, k, i], counts) * local[i] for i in range(1, 3)),
             start=np.repeat(frame[:, k, 0], counts) * local[0],
@@ -188,7 +189,7 @@ def _along(frame: Floats, local: list[Floats], counts: Ints) -> tuple[Floats, Fl
     return component(0), component(1), component(2)
 
 
-def _distinct(xyz: Floats, starts: Ints, counts: Ints) -> Ints:
+def _distinct(xyz: FloatArray, starts: IntArray, counts: IntArray) -> IntArray:
     """Number of different points per group; a point clicked twice is no second witness."""
     distinct = counts.copy()
     short = counts <= COUNT_REPEATS_UP_TO
@@ -209,7 +210,7 @@ where the points scatter by a third of that angle. Planes that lie flatter than 
 the axis are not parallel to it, however much their points scatter."""
 
 
-def _parallel_within_scatter(sine: Floats, values: Floats) -> Bools:
+def _parallel_within_scatter(sine: FloatArray, values: FloatArray) -> BoolArray:
     """Whether the angle between plane and axis, by its sine (m,), is hardly larger than that by
     which the points scatter about the plane, by their variances (m, 3)."""
     scatter = _SCATTERS * np.sqrt(values[:, 2])
@@ -217,8 +218,8 @@ def _parallel_within_scatter(sine: Floats, values: Floats) -> Bools:
 
 
 def _regress(
-    covariance: Floats, axis: int, rounding: Floats
-) -> tuple[Floats, Floats, Bools, Floats]:
+    covariance: FloatArray, axis: int, rounding: FloatArray
+) -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
     """Upward normals of the regressions of one coordinate, their residual, where parallel, and the
     covariance (m, 3, 3) of the normal's end for residuals of variance n."""
     a, b = (i for i in range(3) if i != axis)
@@ -245,16 +246,16 @@ def _regress(
 
 
 def _errors(
-    along: tuple[Floats, Floats, Floats],
-    starts: Ints,
-    counts: Ints,
-    values: Floats,
-    axes: Floats,
-    attitude: tuple[Floats, Floats, Floats, Bools],
-    distinct: Ints,
+    along: tuple[FloatArray, FloatArray, FloatArray],
+    starts: IntArray,
+    counts: IntArray,
+    values: FloatArray,
+    axes: FloatArray,
+    attitude: tuple[FloatArray, FloatArray, FloatArray, BoolArray],
+    distinct: IntArray,
     ordered: bool,
-    regression: Floats | None,
-) -> dict[str, npt.NDArray[Any]]:
+    regression: FloatArray | None,
+) -> dict[str, AnyArray]:
     """Both angular errors and their split; NaN where fewer than 4 different points leave none.
 
     along : coordinates along the axes; attitude : normal, dip direction, dip, horizontal

@@ -16,14 +16,12 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.plane_figures import Method, figures, members
 from vomstudio.geometry.plane_limits import LARGEST, too_few_points
 
-Floats = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
-Ints = npt.NDArray[np.int64]
 Axis = Literal["auto", "x", "y", "z"]
 _AXES: tuple[Axis, Axis, Axis] = ("x", "y", "z")
 
@@ -33,10 +31,10 @@ class PlaneFit:
     """One fitted plane; None where a figure is undefined. Fields as in PlaneFits."""
 
     n: int
-    centroid: Floats
-    normal: Floats
-    eigenvalues: Floats
-    axes: Floats
+    centroid: FloatArray
+    normal: FloatArray
+    eigenvalues: FloatArray
+    axes: FloatArray
     trace: float | None
     rms: float | None
     residual: float | None
@@ -97,34 +95,34 @@ class PlaneFits:
     error : per plane, why there is none (its figures are then NaN), or None
     """
 
-    n: Ints
-    centroid: Floats
-    normal: Floats
-    eigenvalues: Floats
-    axes: Floats
-    trace: Floats
-    rms: Floats
-    residual: Floats
-    extent: Floats
-    max_coordinate: Floats
-    coplanarity: Floats
-    collinearity: Floats
-    M: Floats
-    K: Floats
-    max_angular_error_deg: Floats
-    min_angular_error_deg: Floats
-    hyperbolic_overflow: Bools
-    max_confidence95_deg: Floats
-    min_confidence95_deg: Floats
-    error_rake_deg: Floats
-    dip_error_deg: Floats
-    dip_direction_error_deg: Floats
-    n_effective: Floats
-    long_roughness: Bools
-    bow_tilt_deg: Floats
-    dip_direction_deg: Floats
-    dip_deg: Floats
-    undefined: Bools
+    n: IntArray
+    centroid: FloatArray
+    normal: FloatArray
+    eigenvalues: FloatArray
+    axes: FloatArray
+    trace: FloatArray
+    rms: FloatArray
+    residual: FloatArray
+    extent: FloatArray
+    max_coordinate: FloatArray
+    coplanarity: FloatArray
+    collinearity: FloatArray
+    M: FloatArray
+    K: FloatArray
+    max_angular_error_deg: FloatArray
+    min_angular_error_deg: FloatArray
+    hyperbolic_overflow: BoolArray
+    max_confidence95_deg: FloatArray
+    min_confidence95_deg: FloatArray
+    error_rake_deg: FloatArray
+    dip_error_deg: FloatArray
+    dip_direction_error_deg: FloatArray
+    n_effective: FloatArray
+    long_roughness: BoolArray
+    bow_tilt_deg: FloatArray
+    dip_direction_deg: FloatArray
+    dip_deg: FloatArray
+    undefined: BoolArray
     error: tuple[Finding | None, ...]
     method: str
     ordered: bool
@@ -246,7 +244,7 @@ def _axis_index(axis: Axis) -> int:
     return 2 if axis == "auto" else _AXES.index(axis)
 
 
-def _along_nearest_axes(xyz: Floats, cuts: Ints, ordered: bool) -> PlaneFits:
+def _along_nearest_axes(xyz: FloatArray, cuts: IntArray, ordered: bool) -> PlaneFits:
     """Regressions, each along the axis nearest the normal of its plane by inertia."""
     upright = fit_planes(xyz, cuts, ordered=ordered)
     nearest = np.abs(np.nan_to_num(upright.normal)).argmax(axis=1)
@@ -267,7 +265,7 @@ def _along_nearest_axes(xyz: Floats, cuts: Ints, ordered: bool) -> PlaneFits:
     return PlaneFits(n=counts, error=tuple(reasons), method="regression", ordered=ordered, **result)
 
 
-def _blank(counts: Ints, method: str, ordered: bool) -> dict[str, npt.NDArray[Any]]:
+def _blank(counts: IntArray, method: str, ordered: bool) -> dict[str, AnyArray]:
     shapes = {"centroid": (3,), "normal": (3,), "eigenvalues": (3,), "axes": (3, 3)}
     flags = ("hyperbolic_overflow", "long_roughness", "undefined")
     m = len(counts)
@@ -280,7 +278,9 @@ def _blank(counts: Ints, method: str, ordered: bool) -> dict[str, npt.NDArray[An
     }
 
 
-def _sound_groups(xyz: Floats, cuts: Ints, counts: Ints) -> tuple[list[Finding | None], Bools]:
+def _sound_groups(
+    xyz: FloatArray, cuts: IntArray, counts: IntArray
+) -> tuple[list[Finding | None], BoolArray]:
     """The reason against each group that cannot be fitted whatever its shape, and the others."""
     many = counts >= 3
     finite = np.ones(len(counts), bool)

@@ -12,12 +12,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray, FloatArray, IntArray, IntegerArray, UInt64Array
 from vomstudio.core.threads import PROCESSORS, thread_pool
-
-Array = npt.NDArray[np.float64]
-Codes = npt.NDArray[np.uint64]
 
 POINTS_PER_NODE = 50_000
 DEEPEST = 13
@@ -38,11 +35,11 @@ class Arrangement:
     parents : (k,) int64, the node above, -1 for none; it comes before
     """
 
-    rows: npt.NDArray[np.integer]
-    starts: npt.NDArray[np.int64]
-    bounds: Array
-    spacing: Array
-    parents: npt.NDArray[np.int64]
+    rows: IntegerArray
+    starts: IntArray
+    bounds: FloatArray
+    spacing: FloatArray
+    parents: IntArray
 
     def __len__(self) -> int:
         return len(self.spacing)
@@ -64,7 +61,7 @@ class Arrangement:
         )
 
 
-def arrange(points: Array, check: Callable[[], None] = lambda: None) -> Arrangement:
+def arrange(points: FloatArray, check: Callable[[], None] = lambda: None) -> Arrangement:
     """The arrangement of points (n, 3); `check` is called now and then and may raise to stop it.
 
     Takes some 0.08 s for a million points on two processors, and 20 bytes of memory for each.
@@ -102,7 +99,7 @@ def arrange(points: Array, check: Callable[[], None] = lambda: None) -> Arrangem
         order = np.argsort(levels, kind="stable")
         keys = keys.take(order)
         number = np.int32 if row_bits < 32 else np.int64
-        rows: npt.NDArray[np.integer] = (keys & np.uint64((1 << row_bits) - 1)).astype(number)
+        rows: IntegerArray = (keys & np.uint64((1 << row_bits) - 1)).astype(number)
         starts, level_of, parents = _cut(keys, np.bincount(levels, minlength=1))
         bounds = np.empty((len(parents), 2, 3))
 
@@ -124,7 +121,7 @@ def _depth(row_bits: int) -> int:
 _Each = Callable[[Callable[[slice], None], int], None]
 
 
-def _bounds(points: Array, each: _Each) -> tuple[Array, Array]:
+def _bounds(points: FloatArray, each: _Each) -> tuple[FloatArray, FloatArray]:
     """Not finite where a point is not."""
     lows, highs = [np.full(3, np.inf)], [np.full(3, -np.inf)]
 
@@ -137,7 +134,9 @@ def _bounds(points: Array, each: _Each) -> tuple[Array, Array]:
     return np.min(lows, axis=0), np.max(highs, axis=0)
 
 
-def _keys(points: Array, low: Array, side: float, depth: int, row_bits: int, each: _Each) -> Codes:
+def _keys(
+    points: FloatArray, low: FloatArray, side: float, depth: int, row_bits: int, each: _Each
+) -> UInt64Array:
     """Place along the curve and row in one number: sorting such is several times faster than
     finding an order."""
     keys = np.empty(len(points), np.uint64)
@@ -157,7 +156,7 @@ def _keys(points: Array, low: Array, side: float, depth: int, row_bits: int, eac
     return keys
 
 
-def _table(axis: int, depth: int) -> Codes:
+def _table(axis: int, depth: int) -> UInt64Array:
     """For each cell of an axis its bits in the place along the curve."""
     cells = np.arange(2**depth, dtype=np.uint64)
     out = np.zeros(2**depth, np.uint64)
@@ -166,7 +165,7 @@ def _table(axis: int, depth: int) -> Codes:
     return out
 
 
-def _shuffle(code: Codes, depth: int) -> None:
+def _shuffle(code: UInt64Array, depth: int) -> None:
     """Let another one of the eight come first in every cube, as if by chance: or the points of a
     level would all stand in the same corner of their cubes, which shows as a grid."""
     # The golden ratio spreads numbers that follow each other (D. E. Knuth, The art of computer
@@ -181,8 +180,8 @@ def _shuffle(code: Codes, depth: int) -> None:
 
 
 def _levels(
-    codes: Codes, side: float, depth: int, each: _Each
-) -> tuple[npt.NDArray[np.uint8], Array]:
+    codes: UInt64Array, side: float, depth: int, each: _Each
+) -> tuple[ByteArray, FloatArray]:
     """The level of each point along the curve, and the spacing at every level."""
     count = len(codes)
     # How many of the cubes around a point are those around the one before as well.
@@ -208,9 +207,7 @@ def _levels(
     return levels, side / 2.0**coarser * np.sqrt(filled[coarser] / np.maximum(so_far, 1))
 
 
-def _cut(
-    keys: Codes, counts: npt.NDArray[np.integer]
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+def _cut(keys: UInt64Array, counts: IntegerArray) -> tuple[IntArray, IntArray, IntArray]:
     """Levels (of so many points) as nodes that each lie along the same stretch of the curve as the
     one above: where each begins, its level, and the node above."""
     starts: list[int] = []

@@ -7,12 +7,11 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry import transform
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.matrices import IDENTITY, Matrix, Point
 from vomstudio.geometry.registrations import Registration, RegistrationPoint
-
-Array = npt.NDArray[np.float64]
 
 
 def change_world(registration: Registration, by: npt.ArrayLike, frame: Frame) -> Registration:
@@ -115,17 +114,17 @@ def is_same_registration(first: Registration, second: Registration) -> bool:
     return renamed == second
 
 
-def _rotated_sigma(sigma: Point, rotation: Array) -> Point:
+def _rotated_sigma(sigma: Point, rotation: FloatArray) -> Point:
     """Return one-sigma errors along rotated axes, of errors that are independent."""
     variances = np.einsum("ij,j->i", rotation**2, np.square(sigma))
     return _point(np.sqrt(variances))
 
 
-def _matrix(rows: Array) -> Matrix:
+def _matrix(rows: FloatArray) -> Matrix:
     a, b, c, d = ((row[0], row[1], row[2], row[3]) for row in rows.tolist())
     return (a, b, c, d)
 
 
-def _point(values: Array) -> Point:
+def _point(values: FloatArray) -> Point:
     x, y, z = (float(value) for value in values)
     return (x, y, z)

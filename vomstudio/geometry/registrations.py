@@ -9,8 +9,7 @@ from vomstudio.geometry.frames import UNDECLARED, Frame
 from vomstudio.geometry.matrices import IDENTITY, Matrix, Point
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
+    from vomstudio.core.arrays import FloatArray
 
 NorthKind = Literal["grid", "true", "magnetic"]
 Method = Literal["gps", "control", "local", "points", "attitudes", "lines", "reference"]
@@ -120,7 +119,7 @@ class Registration:
         """4x4 similarity from the file to World."""
         return self.matrix
 
-    def rotation_covariance(self) -> npt.NDArray[np.float64] | None:
+    def rotation_covariance(self) -> FloatArray | None:
         """(3, 3) radians squared, of turns about east, north and up; None where not known."""
         import numpy as np
 
@@ -131,7 +130,7 @@ class Registration:
         up, east, north = np.radians(self.rotation_error_deg)
         return np.diag([east**2, north**2, up**2])
 
-    def shape_covariance(self) -> npt.NDArray[np.float64] | None:
+    def shape_covariance(self) -> FloatArray | None:
         """(4, 4) of the same turns, radians, and of a relative change of scale; None where not
         known."""
         import numpy as np
@@ -145,7 +144,7 @@ class Registration:
         shape[:3, :3], shape[3, 3] = rotation, self.scale_error**2
         return shape
 
-    def placing_error_m(self, bounds: npt.NDArray[np.float64]) -> float | None:
+    def placing_error_m(self, bounds: FloatArray) -> float | None:
         """How far the model may be off because of it, one sigma along any direction, metres: the
         mean (RMS) over the corners of its box in World (2, 3), else that of check or control
         points; None where neither is known."""

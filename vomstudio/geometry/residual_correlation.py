@@ -22,11 +22,8 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 
 # Correlation lengths as fractions of the trace. The long ones cannot be told from the plane itself
 # by what the fit has left; they are there to be recognised, and with little weight.
@@ -64,7 +61,7 @@ LOG_LEVEL = np.log(0.05)
 TINY = float(np.finfo(np.float64).tiny)
 
 
-def _models() -> tuple[Floats, Floats, Bools, Floats]:
+def _models() -> tuple[FloatArray, FloatArray, BoolArray, FloatArray]:
     """Length, white share, smoothness and weight of every model but the white one."""
     rows: list[tuple[float, float, bool, float]] = []
     for smooth in (False, True):
@@ -83,7 +80,7 @@ PURE = np.concatenate([[True], WHITE == 0.0])
 IS_LONG = np.concatenate([[False], LENGTH > LONGER_THAN_A_TENTH])
 
 
-def _correlations(n: int, each: int) -> tuple[Floats, Floats]:
+def _correlations(n: int, each: int) -> tuple[FloatArray, FloatArray]:
     """Correlations (models, n) of the means of n pieces of `each` points, white noise left out, and
     the white share (models,) of the variance of these means; the white model is the first.
 
@@ -150,8 +147,14 @@ _library = lru_cache(maxsize=256)(_Library)
 
 
 def inflate(
-    u: Floats, v: Floats, r: Floats, starts: Ints, counts: Ints, dof: Floats, white: Floats
-) -> tuple[Floats, Floats, Floats, Bools]:
+    u: FloatArray,
+    v: FloatArray,
+    r: FloatArray,
+    starts: IntArray,
+    counts: IntArray,
+    dof: FloatArray,
+    white: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
     """See plane_errors.quantiles; `white` (m,) is the answer for independent points."""
     q1, q2 = white.copy(), white.copy()
     effective = dof + 3.0
@@ -188,18 +191,20 @@ def inflate(
     return q1, q2, effective, long
 
 
-def _places(u: Floats, v: Floats, starts: Ints, counts: Ints) -> Floats:
+def _places(u: FloatArray, v: FloatArray, starts: IntArray, counts: IntArray) -> FloatArray:
     """Place of every point along its trace, from 0 to 1."""
     step = np.hypot(np.diff(u, prepend=0.0), np.diff(v, prepend=0.0))
     step[starts] = 0.0
     place = np.cumsum(step)
     place -= np.repeat(place[starts], counts)
     length = np.maximum(place[starts + counts - 1], TINY)
-    result: Floats = place / np.repeat(length, counts)
+    result: FloatArray = place / np.repeat(length, counts)
     return result
 
 
-def _at_places(series: Floats, place: Floats, dof: Floats, models: _Library) -> Floats:
+def _at_places(
+    series: FloatArray, place: FloatArray, dof: FloatArray, models: _Library
+) -> FloatArray:
     """The inflation (2, k, models) as in _compare, with the points where they are on the trace.
 
     series (2, k, n), place (k, n) from 0 to 1. Points are gathered in as many pieces of equal
@@ -218,19 +223,21 @@ def _at_places(series: Floats, place: Floats, dof: Floats, models: _Library) -> 
     return np.asarray(np.maximum(lean[:2] * (dof[:, None] / remains), 1.0))
 
 
-def _block_means(series: Floats) -> tuple[Floats, Floats]:
+def _block_means(series: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Means over MOST pieces of long series (3, k, n), and the residuals' share of variance left.
 
     Tilts of the plane are slow along the trace, and only the slow part of the noise tilts it.
     """
     edges = np.linspace(0, series.shape[-1], MOST + 1).astype(np.int64)[:-1]
     sizes = np.diff(np.append(edges, series.shape[-1]))
-    means: Floats = np.add.reduceat(series, edges, axis=-1) / sizes
+    means: FloatArray = np.add.reduceat(series, edges, axis=-1) / sizes
     whole = np.maximum((series[2] ** 2).mean(axis=-1), TINY)
     return means, (means[2] ** 2).mean(axis=-1) / whole
 
 
-def _compare(series: Floats, dof: Floats, models: _Library) -> tuple[Floats, Floats, Floats, Bools]:
+def _compare(
+    series: FloatArray, dof: FloatArray, models: _Library
+) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
     """What every model says of k traces of n points.
 
     series : (3, k, n) coordinates along e1 and e2, residuals
@@ -263,13 +270,15 @@ def _compare(series: Floats, dof: Floats, models: _Library) -> tuple[Floats, Flo
     return g, freedom * share[:, None], weight, long
 
 
-def _normalised(logarithms: Floats) -> Floats:
+def _normalised(logarithms: FloatArray) -> FloatArray:
     weight = np.exp(logarithms - logarithms.max(axis=1, keepdims=True))
-    result: Floats = weight / weight.sum(axis=1, keepdims=True)
+    result: FloatArray = weight / weight.sum(axis=1, keepdims=True)
     return result
 
 
-def _mixture_quantile(g: Floats, freedom: Floats, weight: Floats, dof: Floats) -> Floats:
+def _mixture_quantile(
+    g: FloatArray, freedom: FloatArray, weight: FloatArray, dof: FloatArray
+) -> FloatArray:
     """q (2, k) with sum_j weight_j P(F_j > q) = 0.05, F_j Fisher's with 2, freedom_j degrees.
 
     Newton's steps on the logarithm of the tail against x = log(1 + q), kept between bounds, each
@@ -305,5 +314,5 @@ def _mixture_quantile(g: Floats, freedom: Floats, weight: Floats, dof: Floats) -
             break
         rows, x, low, high = rows[going], step[going], low[going], high[going]
         half, weight, rate = half[going], weight[going], rate[going]
-    result: Floats = np.expm1(found.reshape(2, k))
+    result: FloatArray = np.expm1(found.reshape(2, k))
     return result

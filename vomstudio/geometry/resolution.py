@@ -12,12 +12,10 @@ from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, FloatingArray, IntArray
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-
-Array = npt.NDArray[np.float64]
 
 COUNTS = (33, 129, 513, 2049)
 """Neighbours from which spacing and noise are taken; more where noise makes a ball of them."""
@@ -25,7 +23,7 @@ _SHEET = 0.2
 """Between a quarter and an eighth: noise of half the spacing makes 0.22, of twice it 0.13."""
 
 
-def resolving_points(data: Mesh | PointCloud) -> Array:
+def resolving_points(data: Mesh | PointCloud) -> FloatArray:
     """Return the points that count for the resolution: all of a cloud, of a mesh the vertices that
     do not follow from others by linear interpolation."""
     points = data.undivided.vertices if isinstance(data, Mesh) else data.points
@@ -37,30 +35,28 @@ class Tree(Protocol):
 
     n: int
 
-    def query(self, x: Array, k: int) -> tuple[Array, npt.NDArray[np.int64]]: ...
+    def query(self, x: FloatArray, k: int) -> tuple[FloatArray, IntArray]: ...
 
 
 class FewPoints:
     """A tree of few points without the import of scipy, which takes longer than the search."""
 
-    def __init__(self, points: Array) -> None:
+    def __init__(self, points: FloatArray) -> None:
         self._points, self.n = points, len(points)
 
-    def query(self, x: Array, k: int) -> tuple[Array, npt.NDArray[np.int64]]:
+    def query(self, x: FloatArray, k: int) -> tuple[FloatArray, IntArray]:
         off = x[:, None] - self._points[None]
         square = (off * off).sum(axis=2)
         rows = np.argsort(square, axis=1, kind="stable")[:, :k]
         return np.sqrt(np.take_along_axis(square, rows, axis=1)), rows
 
 
-def effective_resolution(
-    points: npt.NDArray[np.floating], tree: Tree, places: Array
-) -> float | None:
+def effective_resolution(points: FloatingArray, tree: Tree, places: FloatArray) -> float | None:
     """Typical resolution around places (q, 3) of a surface, in the unit of its points (n, 3); the
     tree is of these points. None where the points around stand at one place."""
     index = np.asarray(places, np.float64).reshape(-1, 3)
 
-    def neighbours(count: int) -> Array | None:
+    def neighbours(count: int) -> FloatArray | None:
         k = min(count, tree.n)
         if k < 2 or not len(index):
             return None
@@ -70,7 +66,7 @@ def effective_resolution(
     return resolution_by(neighbours)
 
 
-def resolution_by(neighbours: Callable[[int], Array | None]) -> float | None:
+def resolution_by(neighbours: Callable[[int], FloatArray | None]) -> float | None:
     """Typical resolution of places whose nearest points `neighbours` gives: (q, k, 3), fewer than
     it is asked for where there are no more, None where there are none.
 
@@ -78,7 +74,7 @@ def resolution_by(neighbours: Callable[[int], Array | None]) -> float | None:
     a quarter lie within half of it, at ledges and corners too, whose relief is no noise of the
     model. Noise makes a ball of neighbourhoods that are smaller than itself, with an eighth.
     """
-    found: tuple[Array, Array] | None = None
+    found: tuple[FloatArray, FloatArray] | None = None
     for count in COUNTS:
         near = neighbours(count)
         if near is None or near.shape[1] < 2:
@@ -89,13 +85,13 @@ def resolution_by(neighbours: Callable[[int], Array | None]) -> float | None:
     return None if found is None else _larger(*found)
 
 
-def _inner_share(near: Array) -> float:
+def _inner_share(near: FloatArray) -> float:
     """Of the neighbours (q, k, 3) of the first point of each row, nearest first."""
     distance = np.linalg.norm(near[:, 1:] - near[:, :1], axis=2)
     return float((distance < 0.5 * distance[:, -1:]).mean())
 
 
-def _larger(areas: Array, noises: Array) -> float | None:
+def _larger(areas: FloatArray, noises: FloatArray) -> float | None:
     """The larger of spacing and noise, each the median of what the places tell."""
     known = np.isfinite(areas) & (areas > 0)
     if not known.any():
@@ -103,7 +99,7 @@ def _larger(areas: Array, noises: Array) -> float | None:
     return float(max(np.sqrt(np.median(areas[known])), np.median(noises[known])))
 
 
-def of_neighbours(near: Array) -> tuple[Array, Array]:
+def of_neighbours(near: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Area that each point has for itself, and noise about the local plane, each (q,), for q places
     with their k nearest points (q, k, 3), nearest first.
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from vomstudio.core.arrays import FloatArray
 
 CHI2_TWO = 5.991464547107979
 """Of the 95 % region in two dimensions."""
@@ -20,7 +20,7 @@ Z95 = 1.959963984540054
 """Standard deviations either side that hold 95 % of one figure."""
 
 
-def across(directions: Array) -> Array:
+def across(directions: FloatArray) -> FloatArray:
     """(n, 3, 3) the matrices of the cross product with unit vectors (n, 3)."""
     x, y, z = directions.T
     zero = np.zeros_like(x)
@@ -34,14 +34,14 @@ def across(directions: Array) -> Array:
     )
 
 
-def direction_covariance(rotation: Array, directions: Array) -> Array:
+def direction_covariance(rotation: FloatArray, directions: FloatArray) -> FloatArray:
     """(n, 3, 3) of unit vectors (n, 3), by the (3, 3) covariance of the rotation, radians squared
     about east, north, up."""
     skew = across(np.asarray(directions, np.float64).reshape(-1, 3))
     return np.asarray(skew @ rotation @ np.swapaxes(skew, 1, 2))
 
 
-def errors_95_deg(rotation: Array, directions: Array) -> Array:
+def errors_95_deg(rotation: FloatArray, directions: FloatArray) -> FloatArray:
     """(n,) larger half-angle of the 95 % region (of both dimensions together) that the rotation's
     covariance (3, 3) gives normals or lines (n, 3), degrees, at most 90."""
     spread = direction_covariance(rotation, directions)
@@ -54,7 +54,7 @@ def enlarged_semi_axes(
     smallest_deg: npt.ArrayLike,
     total_deg: npt.ArrayLike,
     excluded_deg: npt.ArrayLike = 0.0,
-) -> tuple[Array, Array]:
+) -> tuple[FloatArray, FloatArray]:
     """Enlarge the 95 % ellipse of a fitted normal to its total error.
 
     What resolution and registration add counts alike in all directions. A plane that may turn about
@@ -84,7 +84,7 @@ def enlarged_semi_axes(
     return largest, np.minimum(np.sqrt(narrow**2 + added), 90.0)
 
 
-def component_error_95(shape: Array, step: Array, direction: Array) -> float:
+def component_error_95(shape: FloatArray, step: FloatArray, direction: FloatArray) -> float:
     """95 % error, of this figure alone, of the component of a difference of two places (3,) along a
     unit vector (3,) that does not turn with the model.
 
@@ -94,7 +94,7 @@ def component_error_95(shape: Array, step: Array, direction: Array) -> float:
     return Z95 * float(np.sqrt(max(float(gradient @ shape @ gradient), 0.0)))
 
 
-def horizontal_error_95(shape: Array, step: Array) -> float:
+def horizontal_error_95(shape: FloatArray, step: FloatArray) -> float:
     """The same of the horizontal distance; of an upright one, whose horizontal part can only grow,
     in the direction in which it does so most."""
     flat = np.array([step[0], step[1], 0.0])
@@ -105,6 +105,6 @@ def horizontal_error_95(shape: Array, step: Array) -> float:
     return max(component_error_95(shape, step, way) for way in ways)
 
 
-def scale_error_95(shape: Array) -> float:
+def scale_error_95(shape: FloatArray) -> float:
     """95 % error of the scale, as a share; shape as in `component_error_95`."""
     return Z95 * float(np.sqrt(max(float(shape[3, 3]), 0.0)))

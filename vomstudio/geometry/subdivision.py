@@ -10,12 +10,9 @@ outline as those have. All vertices of other patches count, and the spacing is t
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, Int32Array, IntArray, IntegerArray
 from vomstudio.geometry.coincident_points import place_keys, welded
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 MIN_BEND_RAD, MAX_BEND_RAD = 3e-4, 2e-2
 """Faces that form a smaller angle are coplanar, sides that do are straight; between these limits as
@@ -30,9 +27,7 @@ MIN_AREA_SHARE = 0.25
 FACE_RATIO = 1.5
 
 
-def undivided(
-    vertices: Array, faces: npt.NDArray[np.integer]
-) -> tuple[Array, npt.NDArray[np.int32]] | None:
+def undivided(vertices: FloatArray, faces: IntegerArray) -> tuple[FloatArray, Int32Array] | None:
     """Find the vertices and faces from which others follow by linear interpolation.
 
     Parameters
@@ -83,7 +78,7 @@ def undivided(
     return places[independent] + origin, row[whole].astype(np.int32)
 
 
-def _normals(corners: Array) -> tuple[Array, Array]:
+def _normals(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Unit normals (m, 3) and areas (m,) of triangles (m, 3, 3)."""
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     double = np.linalg.norm(cross, axis=1)
@@ -91,7 +86,7 @@ def _normals(corners: Array) -> tuple[Array, Array]:
         return cross / double[:, None], 0.5 * double
 
 
-def _largest_bend(vertices: Array, faces: npt.NDArray[np.integer]) -> float:
+def _largest_bend(vertices: FloatArray, faces: IntegerArray) -> float:
     """Angle by which rounding of the coordinates can bend a flat surface, radians."""
     some = np.asarray(vertices[:: max(1, len(vertices) // SAMPLED_VERTICES)], np.float64)
     some = some[np.isfinite(some).all(axis=1)]
@@ -110,7 +105,7 @@ def _largest_bend(vertices: Array, faces: npt.NDArray[np.integer]) -> float:
     return min(max(bend, MIN_BEND_RAD), MAX_BEND_RAD)
 
 
-def _sampled_share(vertices: Array, faces: npt.NDArray[np.integer], bend: float) -> float:
+def _sampled_share(vertices: FloatArray, faces: IntegerArray, bend: float) -> float:
     """Share of some vertices whose faces lie in one plane or in two."""
     step = max(1, len(vertices) // SAMPLED_VERTICES)
     keys = place_keys(vertices)
@@ -130,7 +125,7 @@ def _sampled_share(vertices: Array, faces: npt.NDArray[np.integer], bend: float)
     return float((values[:, 0] < bend**2).mean()) if len(values) else 0.0
 
 
-def _flat_patches(faces: Ints, normals: Array, largest: float) -> Ints:
+def _flat_patches(faces: IntArray, normals: FloatArray, largest: float) -> IntArray:
     """(m,) number of the coplanar patch of each face."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -147,7 +142,9 @@ def _flat_patches(faces: Ints, normals: Array, largest: float) -> Ints:
     return np.asarray(connected_components(pairs, directed=False)[1], np.int64)
 
 
-def _corners(places: Array, faces: Ints, patch: Ints, largest: float) -> tuple[Ints, Ints]:
+def _corners(
+    places: FloatArray, faces: IntArray, patch: IntArray, largest: float
+) -> tuple[IntArray, IntArray]:
     """Patch and vertex of each corner of the patches' outlines, patch by patch."""
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     own = np.repeat(patch, 3)

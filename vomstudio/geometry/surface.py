@@ -8,16 +8,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.geometry.plane_sizes import within_wander
 from vomstudio.geometry.resolution import resolution_by
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # Enough points for a mean spacing and for the plane of a face, few enough for every click.
 _SAMPLES = 24
@@ -36,11 +34,11 @@ _STEP = 1_000_000
 class Surface(Protocol):
     """All in the model's file frame."""
 
-    def resolution_near(self, points: Array) -> float | None:
+    def resolution_near(self, points: FloatArray) -> float | None:
         """Effective resolution of the model around `points` (k, 3): the larger of the mean spacing
         of its vertices or points and of their noise, see `geometry.resolution`."""
 
-    def outcrop_normal(self, points: Array) -> Array | None:
+    def outcrop_normal(self, points: FloatArray) -> FloatArray | None:
         """Unit normal (3,) of the outcrop face around the line through `points` (k, 3), on a scale
         of several times its extent; of a line that lies in one face of the rock and is no wider
         there than points stray, of that face."""
@@ -55,8 +53,8 @@ class VertexSurface:
 
     def __init__(
         self,
-        vertices: Array,
-        undivided: Array | Callable[[], Array] | None = None,
+        vertices: FloatArray,
+        undivided: FloatArray | Callable[[], FloatArray] | None = None,
     ) -> None:
         """vertices : (n, 3) float64; kept, not copied. undivided : vertices that count for the
         resolution, see `geometry.subdivision`, or what finds them; None for these."""
@@ -93,19 +91,19 @@ class VertexSurface:
         own = self._undivided() if callable(self._undivided) else self._undivided
         return self if own is None or own is self._vertices else VertexSurface(own)
 
-    def resolution_near(self, points: Array) -> float | None:
+    def resolution_near(self, points: FloatArray) -> float | None:
         if self._resolving is not self:
             return self._resolving.resolution_near(points)
         places = [self._nearest(point, 1)[0] for point in _sample(points, _SAMPLES)]
 
-        def neighbours(count: int) -> Array | None:
+        def neighbours(count: int) -> FloatArray | None:
             # All at once: a single 3 x 3 matrix takes as long as all of them.
             near = [self._nearest(place, count) for place in places]
             return np.stack(near) if near else None
 
         return resolution_by(neighbours)
 
-    def outcrop_normal(self, points: Array) -> Array | None:
+    def outcrop_normal(self, points: FloatArray) -> FloatArray | None:
         line = _densified(points)
         extent = float(np.linalg.norm(np.ptp(line, axis=0)))
         resolution = self.resolution_near(points) or 0.0
@@ -119,12 +117,12 @@ class VertexSurface:
         near = self._near_box(line.min(axis=0) - radius, line.max(axis=0) + radius)
         return _face_of(line, near[:: max(1, len(near) // _FACE_POINTS)], radius)
 
-    def _near_box(self, low: Array, high: Array) -> Array:
+    def _near_box(self, low: FloatArray, high: FloatArray) -> FloatArray:
         """Vertices (k, 3) in a box: enough to tell how the surface lies there."""
         inside = np.all((self._coarse >= low) & (self._coarse <= high), axis=1)
         return np.asarray(self._coarse[inside])
 
-    def _in_ball(self, centre: Array, radius: float) -> Ints:
+    def _in_ball(self, centre: FloatArray, radius: float) -> IntArray:
         """Ids of the vertices in a ball, in no order."""
         if self._tree is not None:
             found = self._tree.query_ball_point(centre, radius, return_sorted=False)
@@ -137,7 +135,7 @@ class VertexSurface:
             hits.append(start + near[np.einsum("ij,ij->i", off, off) <= radius**2])
         return np.concatenate(hits)
 
-    def _normal(self, centre: Array, radius: float) -> Array | None:
+    def _normal(self, centre: FloatArray, radius: float) -> FloatArray | None:
         """Unit normal of the vertices in a ball; None where they are too few, or it would take
         long to find them."""
         if self._tree is None or self._coarse_tree is None:
@@ -154,7 +152,7 @@ class VertexSurface:
         values, vectors = np.linalg.eigh(centred.T @ centred)
         return np.asarray(vectors[:, 0]) if values[1] > 1e-12 * values[2] else None
 
-    def _nearest(self, point: Array, count: int) -> Array:
+    def _nearest(self, point: FloatArray, count: int) -> FloatArray:
         count = min(count, len(self._vertices))
         if self._tree is not None:
             _, index = self._tree.query(point, k=count)
@@ -164,7 +162,7 @@ class VertexSurface:
         return np.asarray(self._vertices[index[np.argsort(square[index])]])
 
 
-def _face_of(line: Array, near: Array, radius: float) -> Array | None:
+def _face_of(line: FloatArray, near: FloatArray, radius: float) -> FloatArray | None:
     """Unit normal (3,) of those of the vertices (k, 3) that are within a radius of the points of a
     line; None where they are no face."""
     from scipy.spatial import cKDTree
@@ -183,7 +181,7 @@ def _face_of(line: Array, near: Array, radius: float) -> Array | None:
     return np.asarray(vectors[:, 0])
 
 
-def _plane_within_wander(points: Array, resolution: float) -> Array | None:
+def _plane_within_wander(points: FloatArray, resolution: float) -> FloatArray | None:
     """Unit normal (3,) of the plane through points (k, 3) that are no wider across their line than
     points stray on a model of this resolution; None for others."""
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
@@ -198,14 +196,14 @@ def _plane_within_wander(points: Array, resolution: float) -> Array | None:
     return np.asarray(vectors[:, 0])
 
 
-def _sample(points: Array, count: int) -> Array:
+def _sample(points: FloatArray, count: int) -> FloatArray:
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     if len(points) <= count:
         return points
     return np.asarray(points[np.linspace(0, len(points) - 1, count).round().astype(int)])
 
 
-def _densified(points: Array, pieces: int = 200) -> Array:
+def _densified(points: FloatArray, pieces: int = 200) -> FloatArray:
     """The polyline through `points`, as points at even steps."""
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     if len(points) < 2:

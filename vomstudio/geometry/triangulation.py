@@ -7,12 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry.cameras import View
 
-Array = npt.NDArray[np.float64]
 
-
-def triangulate(views: Sequence[View], pixels: npt.ArrayLike) -> Array:
+def triangulate(views: Sequence[View], pixels: npt.ArrayLike) -> FloatArray:
     """(3,) the point whose projections miss `pixels` (k, 2) in the k views least; NaN where the
     rays do not say (fewer than two, or parallel).
 

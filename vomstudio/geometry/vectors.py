@@ -5,10 +5,8 @@ from __future__ import annotations
 from typing import overload
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
+from vomstudio.core.arrays import BoolArray, FloatArray
 
 # Sine of the tilt below which a plane is horizontal, or a normal is: rounding, nothing else.
 TILT_FLOOR = 1e-12
@@ -17,8 +15,8 @@ TILT_FLOOR = 1e-12
 @overload
 def wrap360(angle_deg: float) -> float: ...
 @overload
-def wrap360(angle_deg: Floats) -> Floats: ...
-def wrap360(angle_deg: float | Floats) -> float | Floats:
+def wrap360(angle_deg: FloatArray) -> FloatArray: ...
+def wrap360(angle_deg: float | FloatArray) -> float | FloatArray:
     """The same azimuth in [0, 360), never -0.0, never 360.0."""
     # mod(-1e-20, 360) is 360.0 itself; adding 0.0 turns -0.0 into 0.0.
     if type(angle_deg) is float or np.ndim(angle_deg) == 0:
@@ -29,7 +27,7 @@ def wrap360(angle_deg: float | Floats) -> float | Floats:
     return np.where(wrapped >= 360.0, 0.0, wrapped) + 0.0
 
 
-def upward(normals: Floats) -> Floats:
+def upward(normals: FloatArray) -> FloatArray:
     """The same axes (m, 3) pointing up; a horizontal normal points to an azimuth in [90, 270).
 
     That is the half in which a vertical plane's right-hand-rule strike lies in [0, 180).
@@ -37,14 +35,14 @@ def upward(normals: Floats) -> Floats:
     x, y, z = normals[:, 0], normals[:, 1], normals[:, 2]
     level = np.abs(z) <= TILT_FLOOR
     down = np.where(level, (y > 0.0) | ((y == 0.0) & (x < 0.0)), z < 0.0)
-    result: Floats = np.where(down[:, None], -normals, normals) + 0.0  # + 0.0: no negative zero
+    result: FloatArray = np.where(down[:, None], -normals, normals) + 0.0  # + 0.0: no negative zero
     result[:, 2] = np.where(level, 0.0, result[:, 2])
     return result
 
 
 def dip_of_normals(
-    normals: Floats, floor: Floats | float = TILT_FLOOR
-) -> tuple[Floats, Floats, Bools]:
+    normals: FloatArray, floor: FloatArray | float = TILT_FLOOR
+) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Dip direction [0, 360), dip [0, 90] in degrees of upward normals (m, 3), and where undefined.
 
     A plane whose normal leans less than `floor` is horizontal: dip direction 0, undefined.
@@ -57,7 +55,9 @@ def dip_of_normals(
     return azimuth, dip, flat
 
 
-def strike_and_dip_lines(dip_direction_deg: Floats, dip_deg: Floats) -> tuple[Floats, Floats]:
+def strike_and_dip_lines(
+    dip_direction_deg: FloatArray, dip_deg: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Unit vectors (m, 3) along the right-hand-rule strike and down the dip of each plane."""
     a, d = np.radians(dip_direction_deg), np.radians(dip_deg)
     zero = np.zeros_like(a)

@@ -12,10 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-
-Array = npt.NDArray[np.float64]
 
 STEEP_DEG = 89.9
 """From this plunge on, up or down, image up is North."""
@@ -27,9 +26,9 @@ _ROUNDING_DEG = 1e-9
 class ViewFrame:
     """Three unit vectors (3,) in World: `right` and `down` in the picture, `direction` into it."""
 
-    right: Array
-    down: Array
-    direction: Array
+    right: FloatArray
+    down: FloatArray
+    direction: FloatArray
 
     @classmethod
     def looking(cls, direction: npt.ArrayLike) -> ViewFrame:
@@ -48,7 +47,7 @@ class ViewFrame:
         return cls(right, down / np.linalg.norm(down) + 0.0, d)
 
     @property
-    def axes(self) -> Array:
+    def axes(self) -> FloatArray:
         """(3, 3), columns right, down, direction."""
         return np.stack([self.right, self.down, self.direction], axis=1)
 
@@ -57,14 +56,14 @@ class ViewFrame:
         """Straight down or up: every pixel has one place on the map, whatever its depth."""
         return bool(np.hypot(self.direction[0], self.direction[1]) < 1e-12)
 
-    def to_view(self, points: npt.ArrayLike, reference: npt.ArrayLike) -> Array:
+    def to_view(self, points: npt.ArrayLike, reference: npt.ArrayLike) -> FloatArray:
         """(n, 3) metres right of, below and behind `reference` (3,) of World points (n, 3)."""
         p = np.asarray(points, np.float64).reshape(-1, 3)
         return (p - np.asarray(reference, np.float64)) @ self.axes
 
     def pixel_to_world(
         self, gsd: float, reference: npt.ArrayLike, left: float, top: float
-    ) -> Array:
+    ) -> FloatArray:
         """(4, 4) matrix that takes (column, row, depth, 1) to World.
 
         gsd : metres per pixel. left, top : metres to the right of and below `reference` of the

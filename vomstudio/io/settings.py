@@ -24,8 +24,10 @@ _RECENT = 10
 _LARGEST = 1 << 20
 """Bytes of the file; no settings come near."""
 _INSIDE: dict[str, tuple[type, ...]] = {
-    "list[str]": (str,), "list[float]": (float, int), "dict[str, str]": (str,),
-}  # fmt: skip
+    "list[str]": (str,),
+    "list[float]": (float, int),
+    "dict[str, str]": (str,),
+}
 _CHOICES = {
     "notation": ("dipdir/dip", "strike/dip", "quadrant"),
     "projection": ("area", "angle"),

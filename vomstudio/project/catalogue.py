@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import to_translate, tr
 from vomstudio.core.words import to_translate as _
 from vomstudio.geometry.planes import PlaneFit
@@ -13,7 +14,6 @@ from vomstudio.project.figures import Figure, Subject
 from vomstudio.project.figures import figure_in_degrees as _degrees
 from vomstudio.project.figures import figure_in_metres as _metres
 from vomstudio.project.figures import text_figure as _text
-from vomstudio.project.measurement import Floats
 from vomstudio.project.records import OnAModel
 from vomstudio.project.slip_figures import SLIP
 
@@ -69,7 +69,7 @@ def _element(s: Subject) -> str | None:
     return None if s.measured.line is None else "line"
 
 
-def place_of(s: Subject) -> Floats | None:
+def place_of(s: Subject) -> FloatArray | None:
     """(3,) the middle of its points, in World."""
     if s.measured.fit is not None:
         return s.measured.fit.centroid
@@ -499,14 +499,62 @@ NOTES = _text(
 )
 
 ORIENTATION: tuple[Figure, ...] = (
-    ID, NAME, KIND, ELEMENT, SET, DIP_DIRECTION, DIP, STRIKE, POLE_TREND, POLE_PLUNGE, TREND,
-    PLUNGE, *SLIP, OVERTURNED, UNDEFINED, X, Y, Z, NORMAL_X, NORMAL_Y, NORMAL_Z, N_POINTS, EXTENT,
-    AREA, RMS, LAMBDA_1, LAMBDA_2, LAMBDA_3, COPLANARITY, COLLINEARITY, M, K, MAX_ANGULAR_ERROR,
-    MIN_ANGULAR_ERROR, MAX_CONFIDENCE, MIN_CONFIDENCE, ERROR_RAKE, DIP_ERROR, DIP_DIRECTION_ERROR,
-    REGISTRATION_ERROR, TOTAL, *NORMAL_COVARIANCE, RESOLUTION, EXTENT_OVER_RESOLUTION, BEND,
-    ATTITUDE_SCALE, QUALITY, REASONS, REASON_CODES, QUALITY_NOTES, PROFILE, METHOD, MODEL, FRAME,
+    ID,
+    NAME,
+    KIND,
+    ELEMENT,
+    SET,
+    DIP_DIRECTION,
+    DIP,
+    STRIKE,
+    POLE_TREND,
+    POLE_PLUNGE,
+    TREND,
+    PLUNGE,
+    *SLIP,
+    OVERTURNED,
+    UNDEFINED,
+    X,
+    Y,
+    Z,
+    NORMAL_X,
+    NORMAL_Y,
+    NORMAL_Z,
+    N_POINTS,
+    EXTENT,
+    AREA,
+    RMS,
+    LAMBDA_1,
+    LAMBDA_2,
+    LAMBDA_3,
+    COPLANARITY,
+    COLLINEARITY,
+    M,
+    K,
+    MAX_ANGULAR_ERROR,
+    MIN_ANGULAR_ERROR,
+    MAX_CONFIDENCE,
+    MIN_CONFIDENCE,
+    ERROR_RAKE,
+    DIP_ERROR,
+    DIP_DIRECTION_ERROR,
+    REGISTRATION_ERROR,
+    TOTAL,
+    *NORMAL_COVARIANCE,
+    RESOLUTION,
+    EXTENT_OVER_RESOLUTION,
+    BEND,
+    ATTITUDE_SCALE,
+    QUALITY,
+    REASONS,
+    REASON_CODES,
+    QUALITY_NOTES,
+    PROFILE,
+    METHOD,
+    MODEL,
+    FRAME,
     NOTES,
-)  # fmt: skip
+)
 """The orientation table, column after column."""
 
 TO_PICK = _degrees(
@@ -524,17 +572,43 @@ ANGLE = _degrees("angle_deg", _("Angle"), _("Angle between the two planes"), _me
 NAMED = (ID, NAME, KIND, SET)
 PLACE = (X, Y, Z)
 PLANE = (
-    ELEMENT, DIP_DIRECTION, DIP, STRIKE, POLE_TREND, POLE_PLUNGE, UNDEFINED, NORMAL_X, NORMAL_Y,
+    ELEMENT,
+    DIP_DIRECTION,
+    DIP,
+    STRIKE,
+    POLE_TREND,
+    POLE_PLUNGE,
+    UNDEFINED,
+    NORMAL_X,
+    NORMAL_Y,
     NORMAL_Z,
-)  # fmt: skip
+)
 LINE = (ELEMENT, TREND, PLUNGE, UNDEFINED)
 SIZE = (N_POINTS, EXTENT, RMS)
 CONFIDENCE = (MAX_CONFIDENCE, MIN_CONFIDENCE)
 FITTED = (
-    *SIZE, LAMBDA_1, LAMBDA_2, LAMBDA_3, COPLANARITY, COLLINEARITY, M, K, MAX_ANGULAR_ERROR,
-    MIN_ANGULAR_ERROR, *CONFIDENCE, ERROR_RAKE, DIP_ERROR, DIP_DIRECTION_ERROR,
-    REGISTRATION_ERROR, TOTAL, *NORMAL_COVARIANCE, RESOLUTION, EXTENT_OVER_RESOLUTION, BEND,
-    ATTITUDE_SCALE, METHOD,
-)  # fmt: skip
+    *SIZE,
+    LAMBDA_1,
+    LAMBDA_2,
+    LAMBDA_3,
+    COPLANARITY,
+    COLLINEARITY,
+    M,
+    K,
+    MAX_ANGULAR_ERROR,
+    MIN_ANGULAR_ERROR,
+    *CONFIDENCE,
+    ERROR_RAKE,
+    DIP_ERROR,
+    DIP_DIRECTION_ERROR,
+    REGISTRATION_ERROR,
+    TOTAL,
+    *NORMAL_COVARIANCE,
+    RESOLUTION,
+    EXTENT_OVER_RESOLUTION,
+    BEND,
+    ATTITUDE_SCALE,
+    METHOD,
+)
 VERDICT = (QUALITY, REASONS, REASON_CODES, QUALITY_NOTES, PROFILE)
 ON_A_MODEL = (MODEL, FRAME)

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry.registrations import Registration
 from vomstudio.geometry.rotation_errors import (
     Z95,
@@ -19,14 +20,13 @@ from vomstudio.geometry.rotation_errors import (
     horizontal_error_95,
     scale_error_95,
 )
-from vomstudio.project.measurement import Floats
 from vomstudio.project.records import Model
 
 _UP = np.array([0.0, 0.0, 1.0])
 
 
 def registration_errors(
-    figures: Mapping[str, float], model: Model | None, step: Floats | None
+    figures: Mapping[str, float], model: Model | None, step: FloatArray | None
 ) -> dict[str, float]:
     """Of the figures of a dimension on a model, under their names with `_registration95` before the
     unit; nothing where the model's registration, or its error, is not known.
@@ -52,7 +52,7 @@ def registration_errors(
 
 
 def thickness_error(
-    step: Floats, normal: Floats, model: Model | None, of_plane: Model | None
+    step: FloatArray, normal: FloatArray, model: Model | None, of_plane: Model | None
 ) -> float | None:
     """Of a thickness: `step` (3,) between its ends on one model, across a plane with this normal
     (3,) on another, or on none; None where no error of a registration is known."""
@@ -84,6 +84,6 @@ def _registration(model: Model | None) -> Registration | None:
     return None if model is None else model.registration
 
 
-def _shape(model: Model | None) -> Floats | None:
+def _shape(model: Model | None) -> FloatArray | None:
     registration = _registration(model)
     return None if registration is None else registration.shape_covariance()

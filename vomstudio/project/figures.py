@@ -12,9 +12,7 @@ from functools import cached_property
 from math import floor, isfinite, log10
 from typing import Any, Literal
 
-import numpy as np
-import numpy.typing as npt
-
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.notation import degrees as degrees
 from vomstudio.geometry.units import area_text, length_text
 from vomstudio.project.measurement import Measurement, NearestPick
@@ -43,7 +41,7 @@ class Subject:
     nearest: Callable[[], NearestPick | None] = lambda: None
 
     @cached_property
-    def normal_covariance(self) -> npt.NDArray[np.float64] | None:
+    def normal_covariance(self) -> FloatArray | None:
         """As `registration_errors.normal_covariance`; six columns are read from it."""
         return normal_covariance(self.measured, self.model)
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.geology.common_rotation_errors import Turns
 from vomstudio.geology.fold_planes import FoldFilter, LeftOut, choose_planes
@@ -17,8 +17,6 @@ from vomstudio.project.measurement import Measurement, Records
 from vomstudio.project.records import Typed
 from vomstudio.project.registration_errors import bowed_deg, models_of, turns_of
 from vomstudio.project.repeated_features import firsts
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,8 +34,8 @@ class FoldPlanes:
     """
 
     features: tuple[Typed, ...]
-    azimuth_deg: Floats
-    dip_deg: Floats
+    azimuth_deg: FloatArray
+    dip_deg: FloatArray
     turns: Turns | None
     bowed_deg: float | None
     not_good: int | None

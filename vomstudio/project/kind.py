@@ -12,9 +12,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import to_translate as _
 from vomstudio.project.figures import Figure, Subject
-from vomstudio.project.measurement import Floats, Measurement, Measuring, Records
+from vomstudio.project.measurement import Measurement, Measuring, Records
 from vomstudio.project.records import Feature, FeatureType, Painted, Record, Typed, get
 
 Evidence = Literal["", "picked", "read", "derived"]
@@ -62,9 +63,9 @@ class Sketch:
     label : in place of its orientation beside the name
     """
 
-    line: Floats
-    anchor: Floats
-    sign: Floats | None = None
+    line: FloatArray
+    anchor: FloatArray
+    sign: FloatArray | None = None
     faces: Painted | None = None
     label: str | None = None
 
@@ -93,7 +94,7 @@ class GisLayer:
 
     name: str
     geometry: Literal["point", "line", "ring"]
-    shape: Callable[[Subject], Floats | None]
+    shape: Callable[[Subject], FloatArray | None]
     figures: tuple[Figure, ...]
     sparse: bool = False
     main: bool = False
@@ -117,7 +118,7 @@ def _no_text(measured: Measurement) -> str | None:
     return None
 
 
-def _own_points(subject: Subject) -> Floats:
+def _own_points(subject: Subject) -> FloatArray:
     return subject.measured.points
 
 
@@ -178,7 +179,7 @@ class Kind:
     color: str = ""
     tint: Callable[[Any], str] = lambda feature: ""
     prefix: Callable[[Any], str] = lambda feature: ""
-    places: Callable[[Subject], Floats] = _own_points
+    places: Callable[[Subject], FloatArray] = _own_points
     listed: bool = False
     filled: bool = False
     written: Callable[[Any], str] = lambda feature: str(feature.name)
@@ -258,20 +259,20 @@ def group_and_set(record: Record) -> tuple[str, str, bool] | None:
 
 
 # --- drawing ---------------------------------------------------------------------------------
-def half_way(line: Floats) -> Floats:
+def half_way(line: FloatArray) -> FloatArray:
     """(3,) in the middle of a line, as one walks along it."""
     lengths = np.linalg.norm(np.diff(line, axis=0), axis=1)
     along = np.concatenate([[0.0], np.cumsum(lengths)])
     return np.array([np.interp(0.5 * along[-1], along, line[:, i]) for i in range(3)])
 
 
-def centre(measured: Measurement) -> Floats:
+def centre(measured: Measurement) -> FloatArray:
     """(3,) of the fitted plane, else of the points."""
     middle = measured.points.mean(axis=0) if measured.fit is None else measured.fit.centroid
     return np.asarray(middle, float)
 
 
-def line_of(subject: Subject) -> Floats | None:
+def line_of(subject: Subject) -> FloatArray | None:
     """The points, where they make a line."""
     points = subject.measured.points
     return points if len(points) > 1 else None

@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.geology import orientation
 from vomstudio.geology.common_rotation_errors import Region
@@ -34,8 +35,7 @@ from vomstudio.geometry.rotation_errors import errors_95_deg
 from vomstudio.project.records import SURROUNDINGS_RULE, Model, Picked, Record, get
 
 Records = Mapping[str, Record]
-Floats = npt.NDArray[np.float64]
-_NO_POINTS: Floats = np.zeros((0, 3))
+_NO_POINTS: FloatArray = np.zeros((0, 3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,9 +70,9 @@ class Measurement:
         None where its own is not
     """
 
-    points: Floats
+    points: FloatArray
     resolution_m: float | None
-    outcrop_normal: Floats | None
+    outcrop_normal: FloatArray | None
     fit: PlaneFit | None
     verdict: Verdict | None
     problem: Finding | None
@@ -81,7 +81,7 @@ class Measurement:
     line_fit: LineFit | None = None
     max_confidence95_deg: float | None = None
     min_confidence95_deg: float | None = None
-    confidence_axis: Floats | None = None
+    confidence_axis: FloatArray | None = None
     rake_deg: float | None = None
     slip_rake_deg: float | None = None
     off_plane_deg: float | None = None
@@ -130,7 +130,7 @@ class Measurement:
             return "–"
         return format_attitude(attitude, self.total95_deg, notation, bare=bare)
 
-    def slip_vector(self) -> Floats | None:
+    def slip_vector(self) -> FloatArray | None:
         """(3,) unit vector along which the hanging wall moves; None where that is not known."""
         if self.on_plane is None or self.slip_rake_deg is None:
             return None
@@ -170,7 +170,7 @@ class Measuring:
 
 
 def nothing_measured(
-    points: Floats,
+    points: FloatArray,
     resolution_m: float | None,
     problem: Finding | None,
     *,
@@ -215,17 +215,17 @@ def as_uncertain(measured: Measurement) -> UncertainPlane | None:
 
 
 # --- from the file frame to World ------------------------------------------------------------
-def world_points(feature: Picked, model: Model | None) -> Floats:
+def world_points(feature: Picked, model: Model | None) -> FloatArray:
     """(n, 3) vertices in World; in the file frame where the model is gone."""
     return world_lines([feature], [model])[0]
 
 
-def world_lines(features: Sequence[Picked], models: Sequence[Model | None]) -> list[Floats]:
+def world_lines(features: Sequence[Picked], models: Sequence[Model | None]) -> list[FloatArray]:
     """`world_points` of many features, those of one model together."""
     rows: dict[int, list[int]] = {}
     for i, model in enumerate(models):
         rows.setdefault(id(model), []).append(i)
-    result: list[Floats] = [_NO_POINTS] * len(features)
+    result: list[FloatArray] = [_NO_POINTS] * len(features)
     for own in rows.values():
         chosen = [features[i].vertices for i in own]
         numbers = chain.from_iterable(chain.from_iterable(chosen))
@@ -242,10 +242,10 @@ def world_lines(features: Sequence[Picked], models: Sequence[Model | None]) -> l
 class ToWorld:
     """From the file frame of a model to World. rows : (4, 4); scale : lengths grow by it"""
 
-    rows: Floats
+    rows: FloatArray
     scale: float
     metric: bool
-    rotation: Floats | None = None
+    rotation: FloatArray | None = None
     """(3, 3) covariance of the registration's rotation, radians squared, where it is known."""
 
     @classmethod
@@ -257,9 +257,9 @@ class ToWorld:
         return cls(rows, transform.scale_of(rows), is_metric(model), rotation)
 
     @cached_property
-    def turn(self) -> Floats:
+    def turn(self) -> FloatArray:
         """(3, 3); a direction as a row times it is the direction in World."""
-        turned: Floats = (self.rows[:3, :3] / self.scale).T
+        turned: FloatArray = (self.rows[:3, :3] / self.scale).T
         return turned
 
     def tilt_deg(self, direction: npt.ArrayLike | None) -> float | None:
@@ -268,19 +268,19 @@ class ToWorld:
             return None
         return self.tilts_deg(np.asarray(direction, np.float64)[None])[0]
 
-    def tilts_deg(self, directions: Floats) -> list[float]:
+    def tilts_deg(self, directions: FloatArray) -> list[float]:
         """The same of directions (n, 3); 0 where nothing is known of the rotation."""
         if self.rotation is None:
             return [0.0] * len(directions)
         return [float(angle) for angle in errors_95_deg(self.rotation, directions)]
 
 
-def rows_of(model: Model | None) -> Floats:
+def rows_of(model: Model | None) -> FloatArray:
     """(4, 4) from the file frame to World; the identity where the model is gone."""
     return np.eye(4) if model is None else transform.matrix(model.to_world)
 
 
-def in_world(length: float | None, rows: Floats) -> float | None:
+def in_world(length: float | None, rows: FloatArray) -> float | None:
     """A length of the file in metres."""
     return None if length is None else length * transform.scale_of(rows)
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import angle_between_lines, angle_between_planes
 from vomstudio.project.figures import Subject
@@ -18,17 +18,15 @@ from vomstudio.project.records import Feature, Model, OnAModel, Record, Typed, g
 
 __all__ = ["NearestPick", "nearest_picks", "summary"]
 
-Floats = npt.NDArray[np.float64]
-
 
 @dataclass(frozen=True, eq=False)
 class _Picks:
     """Picks of one type and geometry. vectors (n, 3); points (m, 3), owner (m,) rows of vectors."""
 
     features: list[Feature]
-    vectors: Floats
-    points: Floats
-    owner: npt.NDArray[np.int64]
+    vectors: FloatArray
+    points: FloatArray
+    owner: IntArray
     measured: Mapping[str, Measurement]
 
 
@@ -113,7 +111,7 @@ def _angle_deg(a: Measurement, b: Measurement) -> float:
     return angle_between_lines(a.line, b.line)
 
 
-def _vector(measured: Measurement) -> Floats | None:
+def _vector(measured: Measurement) -> FloatArray | None:
     if measured.plane is not None:
         return measured.plane.normal()
     return None if measured.line is None else measured.line.vector()

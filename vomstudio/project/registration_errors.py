@@ -7,13 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geology import orientation
 from vomstudio.geology.bowing import FEWEST, Bowing, bowing_deg, bowing_of
 from vomstudio.geology.common_rotation_errors import Turns, squared_region, together
 from vomstudio.geology.quality import resolution_tilt_deg, wider_of
 from vomstudio.geometry.registrations import Registration, RegistrationPoint
 from vomstudio.geometry.rotation_errors import CHI2_TWO, direction_covariance
-from vomstudio.project.measurement import Floats, Measurement, Records
+from vomstudio.project.measurement import Measurement, Records
 from vomstudio.project.records import Feature, Model, OnAModel, get
 
 _WRONG = 6.0
@@ -35,7 +36,7 @@ def models_of(records: Records, features: Iterable[Feature]) -> list[Model | Non
 def turns_of(models: Iterable[Model | None]) -> Turns:
     """How features on these models, one each, turn with the registrations; models that were placed
     by one registration turn together."""
-    known: dict[int, tuple[object, Floats | None]] = {}
+    known: dict[int, tuple[object, FloatArray | None]] = {}
     found = []
     for model in models:
         if id(model) not in known:
@@ -46,7 +47,7 @@ def turns_of(models: Iterable[Model | None]) -> Turns:
     return together(found)
 
 
-def normal_covariance(measured: Measurement, model: Model | None) -> Floats | None:
+def normal_covariance(measured: Measurement, model: Model | None) -> FloatArray | None:
     """Return the covariance of a fitted plane's upward normal, with all that its total error has.
 
     Parameters

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.regular import read_small_text
 from vomstudio.core.findings import Finding
@@ -29,10 +29,10 @@ class SamplePicks:
     kinds: tuple[str, ...]
     sets: tuple[str, ...]
     horizons: tuple[str, ...]
-    points: npt.NDArray[np.float64]
-    offsets: npt.NDArray[np.int64]
+    points: FloatArray
+    offsets: IntArray
 
-    def of(self, i: int) -> npt.NDArray[np.float64]:
+    def of(self, i: int) -> FloatArray:
         return self.points[self.offsets[i] : self.offsets[i + 1]]
 
 

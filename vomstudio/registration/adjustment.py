@@ -17,8 +17,8 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.registration.combined import Combined
@@ -43,8 +43,6 @@ from vomstudio.registration.row_errors import (
     system_of,
 )
 from vomstudio.registration.similarity import Similarity, fit_similarity, nearly_on_a_line
-
-Array = npt.NDArray[np.float64]
 
 _STARTS = 400
 _FOLLOWED = 6
@@ -91,27 +89,27 @@ class Adjusted:
     """
 
     fit: Similarity
-    centre: Array
-    covariance: Array
-    plain: Array
-    free: Array
+    centre: FloatArray
+    covariance: FloatArray
+    plain: FloatArray
+    free: FloatArray
     rows: Rows
-    sigma: Array
-    error: Array
+    sigma: FloatArray
+    error: FloatArray
     begins: tuple[int, ...]
     assumed: tuple[str, ...]
     overdrawn: float
     ambiguous: bool
     size: float
     redundancy: float
-    information: Array
-    common: Array
-    common_covariance: Array
+    information: FloatArray
+    common: FloatArray
+    common_covariance: FloatArray
     free_of: Mapping[str, float]
     drift: Mapping[str, float]
 
     @property
-    def rotation(self) -> Array:
+    def rotation(self) -> FloatArray:
         """(3, 3) radians squared, about east, north, up."""
         return self.covariance[:3, :3]
 
@@ -121,17 +119,17 @@ class _Problem:
     """kinds, centre, size : as of `adjust`; alone : as of `_alone`"""
 
     kinds: Sequence[Observed]
-    centre: Array
+    centre: FloatArray
     size: float
     alone: Mapping[str, tuple[float, float]]
 
-    def at(self, fit: Similarity) -> tuple[Rows, list[int], Array]:
+    def at(self, fit: Similarity) -> tuple[Rows, list[int], FloatArray]:
         """The rows there, where those of each kind begin, and (3,) what they turn about."""
         place = fit(self.centre)[0]
         return (*all_rows(self.kinds, fit, place), place)
 
 
-def adjust(kinds: Sequence[Observed], centre: Array, size: float) -> Adjusted:
+def adjust(kinds: Sequence[Observed], centre: FloatArray, size: float) -> Adjusted:
     """The similarity from the model to World.
 
     centre : (1, 3) model, what it turns about where nothing places it; size : of the model, in its
@@ -181,7 +179,9 @@ def _add_scale_error(kinds: Sequence[Observed], result: Adjusted) -> Adjusted:
     return replace(result, covariance=result.covariance + added, plain=result.plain + added)
 
 
-def _alone(kinds: Sequence[Observed], centre: Array, size: float) -> dict[str, tuple[float, float]]:
+def _alone(
+    kinds: Sequence[Observed], centre: FloatArray, size: float
+) -> dict[str, tuple[float, float]]:
     """Of each group of points and attitudes without a stated error the variance by the misses of
     its kind alone, and how many free ones there are; of kinds that stand beside others only."""
     kinds = [kind for kind in kinds if len(kind.labels)]
@@ -203,7 +203,7 @@ def _alone(kinds: Sequence[Observed], centre: Array, size: float) -> dict[str, t
     return found
 
 
-def _shifted(kind: Observed, offset: Array) -> Observed:
+def _shifted(kind: Observed, offset: FloatArray) -> Observed:
     if isinstance(kind, Points):
         return replace(kind, world=kind.world - offset)
     if isinstance(kind, Combined):
@@ -212,7 +212,7 @@ def _shifted(kind: Observed, offset: Array) -> Observed:
     return kind
 
 
-def _offset(kinds: Sequence[Observed]) -> Array:
+def _offset(kinds: Sequence[Observed]) -> FloatArray:
     """(3,) where the points are in World: near them, no digits are lost to large coordinates."""
     points = [kind.world for kind in kinds if isinstance(kind, Points)]
     points += [kind.about[None] for kind in kinds if isinstance(kind, Combined)]
@@ -267,7 +267,7 @@ def _agreed_by_most(problem: _Problem, starts: Sequence[Similarity]) -> list[Sim
     return [fit for fit, cost in ended if cost <= least + AS_GOOD]
 
 
-def _own_starts(kind: Observed) -> list[Array]:
+def _own_starts(kind: Observed) -> list[FloatArray]:
     """The mean rotation that the attitudes of cameras tell; those that pairs of directions do."""
     if isinstance(kind, Directions):
         return rotations_by_pairs(kind.model, kind.world, axial=kind.axial)
@@ -286,7 +286,7 @@ def _kept_scale(kinds: Sequence[Observed]) -> float | None:
     return None
 
 
-def _first_scale(kinds: Sequence[Observed], model: Array, world: Array) -> float:
+def _first_scale(kinds: Sequence[Observed], model: FloatArray, world: FloatArray) -> float:
     if len(model) >= 2:
         spread = np.linalg.norm(model - model.mean(axis=0))
         if spread > 0:
@@ -298,7 +298,7 @@ def _first_scale(kinds: Sequence[Observed], model: Array, world: Array) -> float
     return 1.0
 
 
-def _usual(rows: Rows, size: float, alone: Mapping[str, tuple[float, float]]) -> Array:
+def _usual(rows: Rows, size: float, alone: Mapping[str, tuple[float, float]]) -> FloatArray:
     """(m,) what errors begin with: stated, or usual for their kind, or what is the most that they
     may be by what they show alone."""
     metres = np.array([g in METRES for g in rows.groups])
@@ -318,7 +318,7 @@ def _cost(problem: _Problem, fit: Similarity, *, robust: bool = False) -> float:
 
 
 # --- one start --------------------------------------------------------------------------------
-def _step(rows: Rows, sigma: Array, size: float, turn_first: Array) -> Array:
+def _step(rows: Rows, sigma: FloatArray, size: float, turn_first: FloatArray) -> FloatArray:
     """(7,) the change that lessens the squares most; of what is free, the least one."""
     moves, misses, units = system_of(rows, sigma, size)
     inverse, null = inverse_of(moves.T @ moves)
@@ -329,7 +329,7 @@ def _step(rows: Rows, sigma: Array, size: float, turn_first: Array) -> Array:
     return np.asarray((step * units)[:7], np.float64)
 
 
-def moved(fit: Similarity, step: Array, centre: Array) -> Similarity:
+def moved(fit: Similarity, step: FloatArray, centre: FloatArray) -> Similarity:
     """After a turn step[:3] (rad) about World axes, a relative scale step[3], a shift step[4:]."""
     from scipy.spatial.transform import Rotation
 
@@ -360,7 +360,7 @@ def _followed(
     return fit, _cost(problem, fit, robust=robust)
 
 
-def _preference(rows: Rows) -> Array:
+def _preference(rows: Rows) -> FloatArray:
     """How dear changes are that nothing asks for: tilts more than turns about the vertical."""
     dear = np.ones(7 + rows.shared.shape[1])
     dear[:2] = 1e3
@@ -407,13 +407,29 @@ def _judged(problem: _Problem, fit: Similarity) -> Adjusted:
     covariance = plain * np.outer(factor, factor)
     assumed = tuple(name for name in unstated if free_of.get(name, 0.0) < 0.5)
     return Adjusted(
-        fit, at, covariance[:7, :7], plain[:7, :7], null[:7], rows, sigma, sigma * share,
-        tuple(begins), assumed, overdrawn, False, length, redundancy, information, common,
-        covariance[7:, 7:], free_of, drift,
-    )  # fmt: skip
+        fit,
+        at,
+        covariance[:7, :7],
+        plain[:7, :7],
+        null[:7],
+        rows,
+        sigma,
+        sigma * share,
+        tuple(begins),
+        assumed,
+        overdrawn,
+        False,
+        length,
+        redundancy,
+        information,
+        common,
+        covariance[7:, 7:],
+        free_of,
+        drift,
+    )
 
 
-def weighed_rows(found: Adjusted) -> tuple[Array, Array]:
+def weighed_rows(found: Adjusted) -> tuple[FloatArray, FloatArray]:
     """(m, 7 + k) the rows divided by their errors, with what they share, and (7 + k, 7 + k) the
     covariance by these errors as they are, without the widening for few of them; of what nothing
     determines zero."""
@@ -422,9 +438,9 @@ def weighed_rows(found: Adjusted) -> tuple[Array, Array]:
     return moves[: len(found.sigma)], inverse
 
 
-def _tilt_of(rotation: Array) -> float:
+def _tilt_of(rotation: FloatArray) -> float:
     return float(np.arccos(np.clip(rotation[2, 2], -1.0, 1.0)))
 
 
-def _angle_of(rotation: Array) -> float:
+def _angle_of(rotation: FloatArray) -> float:
     return float(np.arccos(np.clip((np.trace(rotation) - 1.0) / 2.0, -1.0, 1.0)))

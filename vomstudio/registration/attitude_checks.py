@@ -11,15 +11,12 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geology.view_attitudes import camera_rotations
 from vomstudio.registration.selection import selected
-
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 
 # Turns that scatter by less are those of good instruments, in whatever convention.
 _AGREE_DEG = 5.0
@@ -36,8 +33,8 @@ _LEVEL = 0.95
 
 
 def left_out(
-    labels: Sequence[str], angles: Array, model: Array, messages: list[Finding]
-) -> tuple[Flags, Flags]:
+    labels: Sequence[str], angles: FloatArray, model: FloatArray, messages: list[Finding]
+) -> tuple[BoolArray, BoolArray]:
     """(n,) which photos do not agree with most others, and of which not even the vertical does.
 
     angles : (n, 3) yaw, pitch, roll in World; model : (n, 3, 3) from the cameras to the model
@@ -74,8 +71,12 @@ def left_out(
 
 
 def verticals_left_out(
-    labels: Sequence[str], down: Array, model: Array, considered: Flags, messages: list[Finding]
-) -> Flags:
+    labels: Sequence[str],
+    down: FloatArray,
+    model: FloatArray,
+    considered: BoolArray,
+    messages: list[Finding],
+) -> BoolArray:
     """(n,) which photos' verticals do not agree with most others.
 
     down : (n, 3) the direction in which things fall, in the frame of each camera; model : as above
@@ -115,15 +116,15 @@ def verticals_left_out(
 
 
 # --- what angles may mean ---------------------------------------------------------------------
-def _plus(column: int, degrees: float) -> Callable[[Array], Array]:
+def _plus(column: int, degrees: float) -> Callable[[FloatArray], FloatArray]:
     return lambda angles: angles + degrees * np.eye(3)[column]
 
 
-def _times(*factors: float) -> Callable[[Array], Array]:
+def _times(*factors: float) -> Callable[[FloatArray], FloatArray]:
     return lambda angles: angles * factors
 
 
-def _quarters() -> list[tuple[Callable[[Array], Array], str]]:
+def _quarters() -> list[tuple[Callable[[FloatArray], FloatArray], str]]:
     return [
         (_plus(2, 90.0), tr("90° is added to roll (photos in portrait)")),
         (_plus(2, -90.0), tr("90° is taken from roll (photos in portrait)")),
@@ -131,7 +132,7 @@ def _quarters() -> list[tuple[Callable[[Array], Array], str]]:
     ]
 
 
-def _conventions() -> list[tuple[Callable[[Array], Array], str]]:
+def _conventions() -> list[tuple[Callable[[FloatArray], FloatArray], str]]:
     return [
         *_quarters(),
         (_plus(1, -90.0), tr("90° is taken from pitch (it is counted from straight down)")),
@@ -143,7 +144,7 @@ def _conventions() -> list[tuple[Callable[[Array], Array], str]]:
     ]
 
 
-def _from_radians(angles: Array) -> Array:
+def _from_radians(angles: FloatArray) -> FloatArray:
     """What is no radian stays as it is."""
     radians = np.nanmax(np.abs(angles), initial=0.0) <= 2.0 * np.pi + 1e-6
     return np.degrees(angles) if radians else angles
@@ -151,10 +152,10 @@ def _from_radians(angles: Array) -> Array:
 
 def _described(
     labels: Sequence[str],
-    angles: Array,
-    model: Array,
-    usual: Array,
-    out: Flags,
+    angles: FloatArray,
+    model: FloatArray,
+    usual: FloatArray,
+    out: BoolArray,
     limit: float,
     messages: list[Finding],
 ) -> list[bool]:
@@ -198,11 +199,11 @@ def _exclusion_finding(why: str, what: Any, photos: list[str]) -> Finding:
     return Finding("attitude.left-out", limit_deg=what, photos=photos)
 
 
-def _limit(off: Array) -> float:
+def _limit(off: FloatArray) -> float:
     return max(_FAR_DEG, _TIMES * 1.4826 * float(np.median(off)))
 
 
-def _agreed_down(there: Array) -> tuple[Array, float]:
+def _agreed_down(there: FloatArray) -> tuple[FloatArray, float]:
     """The direction that most of (n, 3) are near to, and their median angle from it, degrees."""
     some = there[:: max(1, -(-len(there) // _MOST))]
     angles = np.degrees(np.arccos(np.clip(some @ some.T, -1.0, 1.0)))
@@ -213,12 +214,12 @@ def _agreed_down(there: Array) -> tuple[Array, float]:
     return better, float(np.median(_from(there, better)))
 
 
-def _from(there: Array, usual: Array) -> Array:
+def _from(there: FloatArray, usual: FloatArray) -> FloatArray:
     """(n,) degrees."""
     return np.asarray(np.degrees(np.arccos(np.clip(there @ usual, -1.0, 1.0))), np.float64)
 
 
-def _agreed(turns: Array) -> tuple[Array, float]:
+def _agreed(turns: FloatArray) -> tuple[FloatArray, float]:
     """The turn that most of (n, 3, 3) are near to, and their median angle from it, degrees."""
     some = turns[:: max(1, -(-len(turns) // _MOST))]
     flat = some.reshape(-1, 9)
@@ -230,7 +231,7 @@ def _agreed(turns: Array) -> tuple[Array, float]:
     return better, float(np.median(_apart(turns, better)))
 
 
-def _apart(turns: Array, usual: Array) -> Array:
+def _apart(turns: FloatArray, usual: FloatArray) -> FloatArray:
     """(n,) degrees between turns (n, 3, 3) and one."""
     trace = np.einsum("nij,ij->n", turns.reshape(-1, 3, 3), usual)
     return np.asarray(np.degrees(np.arccos(np.clip((trace - 1.0) / 2.0, -1.0, 1.0))), np.float64)

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.geology.bowing import Bowing, bowing_of_turns
 from vomstudio.geology.view_attitudes import (
@@ -21,8 +21,6 @@ from vomstudio.io.control.attitude_tables import AttitudeTable, down_of
 from vomstudio.registration.attitude_checks import left_out, verticals_left_out
 from vomstudio.registration.observations import Attitudes, Azimuths, Observed, Verticals
 from vomstudio.registration.similarity import Similarity
-
-Array = npt.NDArray[np.float64]
 
 NORTH_DOUBT_DEG = 10.0
 """One sigma of a compass's north until it has been checked: steel, rocks, the phone itself."""
@@ -42,8 +40,8 @@ class Held:
     wholly known, in World and in the model"""
 
     kinds: tuple[Observed, ...]
-    angles: Array
-    model: Array
+    angles: FloatArray
+    model: FloatArray
 
 
 def held(
@@ -101,7 +99,7 @@ class AttitudeMiss:
 
 
 def misses(
-    table: AttitudeTable, rows: Sequence[int], views: Sequence[View], rotation: Array
+    table: AttitudeTable, rows: Sequence[int], views: Sequence[View], rotation: FloatArray
 ) -> list[AttitudeMiss]:
     """Of the rows of a table, also those that took no part; rotation : (3, 3) of the placed
     model."""
@@ -125,7 +123,7 @@ def bowing_by_tilts(
     rows: Sequence[int],
     views: Sequence[View],
     placed: Similarity,
-    extent: Array | None,
+    extent: FloatArray | None,
 ) -> Bowing | None:
     """The bowing that the verticals of photos show in a placed model, wrong ones left out; extent :
     (m, 3) points of the model, in its own frame; None where they tell nothing of it."""
@@ -142,8 +140,8 @@ def bowing_by_tilts(
 
 
 def _turns(
-    table: AttitudeTable, rows: Sequence[int], views: Sequence[View], rotation: Array
-) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
+    table: AttitudeTable, rows: Sequence[int], views: Sequence[View], rotation: FloatArray
+) -> tuple[FloatArray, FloatArray, BoolArray]:
     """By how much each photo is turned in the placed model against what it says, (n, 3) radians,
     World; its yaw, (n,) degrees, and whether it tells the vertical."""
     from scipy.spatial.transform import Rotation
@@ -158,16 +156,16 @@ def _turns(
     there[tilt] = from_down_and_azimuth(down[tilt], yaw[tilt])
     whole = np.isfinite(given).all(axis=1)
     there[whole] = camera_rotations(given[whole])
-    turns: Array = Rotation.from_matrix(placed @ np.swapaxes(there, 1, 2)).as_rotvec()
+    turns: FloatArray = Rotation.from_matrix(placed @ np.swapaxes(there, 1, 2)).as_rotvec()
     return turns, yaw, tilt
 
 
 def _attitudes(
     labels: Sequence[str],
-    which: npt.NDArray[np.bool_],
-    angles: Array,
-    model: Array,
-    sigma: Array,
+    which: BoolArray,
+    angles: FloatArray,
+    model: FloatArray,
+    sigma: FloatArray,
     shared: float,
     mount: float,
 ) -> Attitudes:
@@ -177,10 +175,10 @@ def _attitudes(
 
 def _verticals(
     labels: Sequence[str],
-    which: npt.NDArray[np.bool_],
-    down: Array,
-    model: Array,
-    sigma: Array,
+    which: BoolArray,
+    down: FloatArray,
+    model: FloatArray,
+    sigma: FloatArray,
     mount: float,
 ) -> Verticals:
     there = np.einsum("nij,nj->ni", model[which], down[which])
@@ -190,10 +188,10 @@ def _verticals(
 
 def _norths(
     labels: Sequence[str],
-    which: npt.NDArray[np.bool_],
-    angles: Array,
-    model: Array,
-    sigma: Array,
+    which: BoolArray,
+    angles: FloatArray,
+    model: FloatArray,
+    sigma: FloatArray,
     shared: float,
 ) -> Azimuths:
     names = _chosen(labels, which)
@@ -202,13 +200,13 @@ def _norths(
 
 
 def _not_steep(
-    labels: Sequence[str], phone: npt.NDArray[np.bool_], down: Array, messages: list[Finding]
-) -> npt.NDArray[np.bool_]:
+    labels: Sequence[str], phone: BoolArray, down: FloatArray, messages: list[Finding]
+) -> BoolArray:
     steep = phone & (np.abs(down[:, 2]) > np.sin(np.radians(_STEEPEST_DEG)))
     if steep.any():
         messages.append(Finding("attitude.too-steep", photos=_chosen(labels, steep)))
     return np.asarray(~steep)
 
 
-def _chosen(labels: Sequence[str], which: npt.NDArray[np.bool_]) -> list[str]:
+def _chosen(labels: Sequence[str], which: BoolArray) -> list[str]:
     return [labels[int(i)] for i in np.flatnonzero(which)]

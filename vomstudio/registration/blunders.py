@@ -14,8 +14,8 @@ from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.registration.adjustment import AS_GOOD, Adjusted, adjust, weighed_rows
@@ -33,8 +33,6 @@ from vomstudio.registration.observations import (
     Verticals,
 )
 from vomstudio.registration.similarity import Similarity, fit_robustly, fit_similarity
-
-Array = npt.NDArray[np.float64]
 
 # Of the size of the model, or rad: closer than this is rounding.
 _ROUNDING = 1e-9
@@ -106,7 +104,7 @@ class Without:
 
 
 def find_blunders(
-    kinds: Sequence[Observed], found: Adjusted, centre: Array, size: float
+    kinds: Sequence[Observed], found: Adjusted, centre: FloatArray, size: float
 ) -> list[Blunder]:
     """The worst first; at most a third of all, since of more nobody can say which are right.
 
@@ -126,7 +124,7 @@ def _explain_misfit(
     kinds: Sequence[Observed],
     named: Sequence[Blunder],
     found: Adjusted,
-    centre: Array,
+    centre: FloatArray,
     size: float,
 ) -> bool:
     """Return whether the observations without the named ones agree with the stated accuracies.
@@ -151,7 +149,12 @@ def _explain_misfit(
 
 
 def _find_blunders(
-    kinds: Sequence[Observed], found: Adjusted, centre: Array, size: float, *, trust_stated: bool
+    kinds: Sequence[Observed],
+    found: Adjusted,
+    centre: FloatArray,
+    size: float,
+    *,
+    trust_stated: bool,
 ) -> list[Blunder] | None:
     """trust_stated : residuals are compared with the stated errors, not with each other
 
@@ -197,10 +200,10 @@ def _hidden(kinds: Sequence[Observed]) -> list[Single]:
     return found if len(found) <= total // 3 else []
 
 
-def _far_better(points: Points, fit: Similarity, agree: npt.NDArray[np.bool_]) -> bool:
+def _far_better(points: Points, fit: Similarity, agree: BoolArray) -> bool:
     """Whether those of the points that agree do so far better than all of them."""
 
-    def variance(which: npt.NDArray[np.bool_], by: Similarity) -> float:
+    def variance(which: BoolArray, by: Similarity) -> float:
         misses = by(points.model[which]) - points.world[which]
         return float((misses**2).sum()) / (3 * int(which.sum()) - 7)
 
@@ -213,7 +216,7 @@ def _cleared(
     kinds: Sequence[Observed],
     out: list[Single],
     named: dict[Single, Blunder],
-    centre: Array,
+    centre: FloatArray,
     size: float,
     *,
     trust_stated: bool,
@@ -235,7 +238,7 @@ def _cleared(
 
 
 def _adjusted(
-    kinds: Sequence[Observed], out: Sequence[Single], centre: Array, size: float
+    kinds: Sequence[Observed], out: Sequence[Single], centre: FloatArray, size: float
 ) -> Adjusted:
     return adjust([kind for _, kind, _ in _left(kinds, out)], centre, size)
 
@@ -288,7 +291,7 @@ def _judged(
     squares = float((misses**2).sum())
     left = _left(kinds, out)
     total = sum(len(kind.labels) for _, kind, _ in left)
-    tested: list[tuple[Single, Observed, int, Array]] = []
+    tested: list[tuple[Single, Observed, int, FloatArray]] = []
     statistics: list[tuple[float, int, bool]] = []
     for place, (at, kind, own) in enumerate(left):
         if isinstance(kind, KeptScale | PhotoUpright):
@@ -322,7 +325,7 @@ def _judged(
     ]
 
 
-def _described(kind: Observed, label: str, error: Array) -> Blunder:
+def _described(kind: Observed, label: str, error: FloatArray) -> Blunder:
     if isinstance(kind, Combined):
         return Blunder(label, None, *kind.size_of(error))
     size = float(np.linalg.norm(error))
@@ -357,7 +360,7 @@ def left_out(
 
 # --- few directions ---------------------------------------------------------------------------
 def leave_one_out(
-    kinds: Sequence[Observed], found: Adjusted, centre: Array, size: float
+    kinds: Sequence[Observed], found: Adjusted, centre: FloatArray, size: float
 ) -> list[Without]:
     """A placement by a few directions alone, without each of them, the most suspicious first; empty
     where they agree, or where they are more, and misses tell.
@@ -381,7 +384,7 @@ def leave_one_out(
 
 
 def _one_by_one(
-    kinds: Sequence[Observed], found: Adjusted, centre: Array, size: float, whole: float
+    kinds: Sequence[Observed], found: Adjusted, centre: FloatArray, size: float, whole: float
 ) -> list[Without]:
     from scipy.spatial.transform import Rotation
     from scipy.stats import chi2, f
@@ -418,15 +421,25 @@ def _one_by_one(
         # The others, being few, do not say well where it should be.
         limit = float(np.clip(max(3.0 * others, 2.0 * worst), *_FITS_DEG))
         fits = azimuth_that_fits(placed, kind.world[single[1]], limit)
-        tried.append((rest, chance, Without(
-            kind.labels[single[1]],
-            float(np.degrees(np.arccos(np.clip(abs(cosine) if kind.axial else cosine, -1.0, 1.0)))),
-            float(np.degrees(turned)),
-            others,
-            None if again.free[:3].size and np.abs(again.free[:3]).max() > 1e-6 else worst,
-            suspect=False,
-            azimuth_off_deg=fits,
-        )))  # fmt: skip
+        tried.append(
+            (
+                rest,
+                chance,
+                Without(
+                    kind.labels[single[1]],
+                    float(
+                        np.degrees(
+                            np.arccos(np.clip(abs(cosine) if kind.axial else cosine, -1.0, 1.0))
+                        )
+                    ),
+                    float(np.degrees(turned)),
+                    others,
+                    None if again.free[:3].size and np.abs(again.free[:3]).max() > 1e-6 else worst,
+                    suspect=False,
+                    azimuth_off_deg=fits,
+                ),
+            )
+        )
     tried.sort(key=lambda each: each[0])
     found_out = [replace(each, azimuth_off_deg=None) for _, _, each in tried]
     if tried and tried[0][1] < _BY_CHANCE / len(tried):

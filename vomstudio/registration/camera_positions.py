@@ -8,8 +8,8 @@ from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -27,8 +27,6 @@ from vomstudio.registration.coordinate_checks import (
 from vomstudio.registration.observations import Points
 from vomstudio.registration.selection import selected
 from vomstudio.registration.similarity import fit_robustly, nearly_on_a_line
-
-Array = npt.NDArray[np.float64]
 
 _SAME_PLACE_M = 0.01  # photos are not taken nearer to each other
 ToGrid = Callable[[float, float], tuple[float, float] | None]
@@ -127,7 +125,7 @@ def _unknown(positions: Positions) -> InputError:
     )
 
 
-def _as_degrees(positions: Positions, back: ToGrid | None) -> Array:
+def _as_degrees(positions: Positions, back: ToGrid | None) -> FloatArray:
     """(n, 2) longitude and latitude. Raises InputError for those that are none."""
     found = positions.places[:, :2].copy()
     for row, (x, y) in enumerate(positions.places[:, :2].tolist()):
@@ -144,7 +142,7 @@ def _as_degrees(positions: Positions, back: ToGrid | None) -> Array:
     return found
 
 
-def _refuse_exchanged(positions: Positions, degrees: Array, crs: str | None) -> None:
+def _refuse_exchanged(positions: Positions, degrees: FloatArray, crs: str | None) -> None:
     """Raises InputError where longitude and latitude lie outside the area of the CRS, and would lie
     within it if they were exchanged."""
     from pyproj import CRS
@@ -154,7 +152,7 @@ def _refuse_exchanged(positions: Positions, degrees: Array, crs: str | None) -> 
         return
     west, south, east, north = area.bounds
 
-    def inside(longitude: Array, latitude: Array) -> bool:
+    def inside(longitude: FloatArray, latitude: FloatArray) -> bool:
         around = (longitude - west) % 360.0 <= (east - west) % 360.0
         return bool((around & (latitude >= south) & (latitude <= north)).mean() > 0.5)
 
@@ -237,7 +235,7 @@ def _heights_finding(positions: Positions, longitude: float, latitude: float) ->
 
 
 # --- what they are mistaken for ----------------------------------------------------------------
-def require_apart(world: Array) -> None:
+def require_apart(world: FloatArray) -> None:
     """Raises GeometryError for positions (n, 3) in degrees, and for those that are all one."""
     if degrees := degree_findings(world, apart_m=_SAME_PLACE_M):
         raise GeometryError(degrees[0])
@@ -247,9 +245,9 @@ def require_apart(world: Array) -> None:
 
 def cameras_that_fit(
     labels: Sequence[str],
-    model: Array,
-    world: Array,
-    sigma: Array,
+    model: FloatArray,
+    world: FloatArray,
+    sigma: FloatArray,
     *,
     alone: bool,
     crs: str | None = None,
@@ -288,7 +286,9 @@ def cameras_that_fit(
     return cameras, wrong, exclusions
 
 
-def _doubts(labels: Sequence[str], model: Array, world: Array) -> tuple[list[Finding], bool]:
+def _doubts(
+    labels: Sequence[str], model: FloatArray, world: FloatArray
+) -> tuple[list[Finding], bool]:
     """Return findings about all positions, and whether they affect all of them."""
     messages: list[Finding] = [
         *(
@@ -302,7 +302,7 @@ def _doubts(labels: Sequence[str], model: Array, world: Array) -> tuple[list[Fin
     return mixed or misreading_findings(model, world, mirrors=False), False
 
 
-def _agreeing(model: Array, world: Array, sigma: Array) -> npt.NDArray[np.bool_]:
+def _agreeing(model: FloatArray, world: FloatArray, sigma: FloatArray) -> BoolArray:
     known = sigma[np.isfinite(sigma)]
     floor = 3 * float(known.max()) if len(known) else 0.0
     # On a line no turn about it tells right ones from wrong ones.

@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.registration.observations import Rows
 from vomstudio.registration.similarity import Similarity, jacobian
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,21 +29,21 @@ class Combined:
 
     labels: Sequence[str]
     start: Similarity
-    about: Array
-    whitening: Array
+    about: FloatArray
+    whitening: FloatArray
     size: float = 1.0
     scale_error: float = 0.0
-    scale_response: Array | None = None
+    scale_response: FloatArray | None = None
 
     @property
-    def scale_change(self) -> Array:
+    def scale_change(self) -> FloatArray:
         """Return the change (m,) of the residuals per relative error of the fixed scale."""
         if self.scale_response is None:
             return np.zeros(len(self.whitening))
         return np.asarray(-self.whitening @ self.scale_response)
 
-    def rows(self, fit: Similarity, centre: Array) -> Rows:
-        moves: Array = np.zeros((7, 7))
+    def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
+        moves: FloatArray = np.zeros((7, 7))
         moves[:4, :4] = np.eye(4)
         moves[4:] = jacobian(self.about - np.asarray(centre, np.float64).ravel())
         m = len(self.whitening)
@@ -59,15 +57,13 @@ class Combined:
             np.zeros(0),
         )
 
-    def size_of(self, error: Array) -> tuple[float, float]:
+    def size_of(self, error: FloatArray) -> tuple[float, float]:
         """How large rows (m,) are, in metres at `about` and degrees."""
         numbers = np.linalg.pinv(self.whitening) @ error
-        return float(np.linalg.norm(numbers[4:])), float(
-            np.degrees(np.linalg.norm(numbers[:3]))
-        )  # fmt: skip
+        return float(np.linalg.norm(numbers[4:])), float(np.degrees(np.linalg.norm(numbers[:3])))
 
 
-def difference(fit: Similarity, other: Similarity, about: Array) -> Array:
+def difference(fit: Similarity, other: Similarity, about: FloatArray) -> FloatArray:
     """(7,) turn, relative change of scale and shift about a place of World, that take what `other`
     makes of the model to what `fit` makes of it."""
     from scipy.spatial.transform import Rotation

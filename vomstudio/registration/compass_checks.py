@@ -11,11 +11,9 @@ from collections.abc import Sequence
 from itertools import combinations, product
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
-
-Array = npt.NDArray[np.float64]
 
 FEWEST_PLANES = 5
 """Of fewer nobody can say which agree."""
@@ -28,7 +26,7 @@ _APART = np.sin(np.radians(15.0))
 _TURNS = (90.0, -90.0, 180.0)
 
 
-def azimuth_findings(labels: Sequence[str], model: Array, world: Array) -> list[Finding]:
+def azimuth_findings(labels: Sequence[str], model: FloatArray, world: FloatArray) -> list[Finding]:
     """Of planes that agree with the others if their azimuth is read in another way.
 
     model, world : (n, 3) unit normals; a normal and its opposite are the same
@@ -60,7 +58,7 @@ def azimuth_findings(labels: Sequence[str], model: Array, world: Array) -> list[
     ]
 
 
-def radian_findings(azimuth_deg: Array, inclination_deg: Array) -> list[Finding]:
+def radian_findings(azimuth_deg: FloatArray, inclination_deg: FloatArray) -> list[Finding]:
     """Of angles (n,) that are all as small as radians are."""
     if len(azimuth_deg) < _FEWEST_RADIANS:
         return []
@@ -69,7 +67,7 @@ def radian_findings(azimuth_deg: Array, inclination_deg: Array) -> list[Finding]
     return [Finding("compass.radians")]
 
 
-def azimuth_that_fits(placed: Array, world: Array, limit_deg: float) -> float | None:
+def azimuth_that_fits(placed: FloatArray, world: FloatArray, limit_deg: float) -> float | None:
     """What, added to the azimuth of a direction (3,), would put it where the others do; None where
     neither a strike read as dip direction nor the opposite direction would."""
     fits = [(float(_between(placed[None], _turned(world, turn))[0]), turn) for turn in _TURNS]
@@ -77,21 +75,21 @@ def azimuth_that_fits(placed: Array, world: Array, limit_deg: float) -> float | 
     return turn if least < limit_deg else None
 
 
-def _turned(normal: Array, azimuth_deg: float) -> Array:
+def _turned(normal: FloatArray, azimuth_deg: float) -> FloatArray:
     """(1, 3) the normal of a plane with so much added to its azimuth."""
     c, s = np.cos(np.radians(azimuth_deg)), np.sin(np.radians(azimuth_deg))
     # Azimuths run clockwise.
     return np.array([[c * normal[0] + s * normal[1], c * normal[1] - s * normal[0], normal[2]]])
 
 
-def _between(a: Array, b: Array) -> Array:
+def _between(a: FloatArray, b: FloatArray) -> FloatArray:
     """(n,) degrees between axes (n, 3)."""
     return np.asarray(np.degrees(np.arccos(np.clip(np.abs((a * b).sum(axis=1)), 0.0, 1.0))))
 
 
-def _agreed(model: Array, world: Array) -> Array | None:
+def _agreed(model: FloatArray, world: FloatArray) -> FloatArray | None:
     """(3, 3) the rotation that leaves the least median angle."""
-    best: tuple[float, Array] | None = None
+    best: tuple[float, FloatArray] | None = None
     for rotation in rotations_by_pairs(model, world):
         middle = float(np.median(_between(model @ rotation.T, world)))
         if best is None or middle < best[0]:
@@ -99,7 +97,9 @@ def _agreed(model: Array, world: Array) -> Array | None:
     return None if best is None else best[1]
 
 
-def rotations_by_pairs(model: Array, world: Array, *, axial: bool = True) -> list[Array]:
+def rotations_by_pairs(
+    model: FloatArray, world: FloatArray, *, axial: bool = True
+) -> list[FloatArray]:
     """(3, 3) each: the rotations that two directions of (n, 3) determine, of all pairs or, where
     these are many, of some by chance. axial : a direction and its opposite are the same"""
     pairs = list(combinations(range(len(model)), 2))
@@ -119,7 +119,7 @@ def rotations_by_pairs(model: Array, world: Array, *, axial: bool = True) -> lis
     return found
 
 
-def _frame(a: Array, b: Array) -> Array | None:
+def _frame(a: FloatArray, b: FloatArray) -> FloatArray | None:
     """(3, 3) axes by two directions, that treat both alike; None where they are nearly parallel."""
     across = np.cross(a, b)
     length = float(np.linalg.norm(across))

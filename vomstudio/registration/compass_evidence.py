@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
@@ -22,8 +21,6 @@ from vomstudio.registration.observations import (
     Observed,
     Points,
 )
-
-Array = npt.NDArray[np.float64]
 
 _READING_DEG = 3.0
 

@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -31,8 +31,6 @@ from vomstudio.registration.observations import (
     Points,
 )
 from vomstudio.registration.similarity import nearly_on_a_line
-
-Array = npt.NDArray[np.float64]
 
 _FEWEST = 4
 # Of right registrations one in a thousand is called contradictory.
@@ -69,7 +67,7 @@ class ScaleContradiction:
 
 
 def contradicted_scale(
-    kinds: Sequence[Observed], centre: Array, size: float
+    kinds: Sequence[Observed], centre: FloatArray, size: float
 ) -> tuple[ScaleContradiction | None, list[Observed]]:
     """Compare a kept scale with that by all else.
 
@@ -112,7 +110,9 @@ def contradicted_scale(
     ]
 
 
-def disagreement_findings(kinds: Sequence[Observed], centre: Array, size: float) -> list[Finding]:
+def disagreement_findings(
+    kinds: Sequence[Observed], centre: FloatArray, size: float
+) -> list[Finding]:
     """Where points and cameras contradict each other.
 
     centre : (1, 3) model, size : of it, as for `adjust`
@@ -146,7 +146,7 @@ def disagreement_findings(kinds: Sequence[Observed], centre: Array, size: float)
     ]
 
 
-def _of_turn_and_scale(found: Adjusted) -> Array:
+def _of_turn_and_scale(found: Adjusted) -> FloatArray:
     return found.covariance[:4, :4]
 
 
@@ -176,7 +176,7 @@ class NorthTurn:
 
 
 def turned_norths(
-    kinds: Sequence[Observed], centre: Array, size: float
+    kinds: Sequence[Observed], centre: FloatArray, size: float
 ) -> tuple[list[NorthTurn], list[Observed]]:
     """Of compass and yaws by how much they are off for all readings alike, where something else
     determines north and it is more than chance; and the kinds with these norths corrected and not
@@ -191,7 +191,7 @@ def turned_norths(
 
 
 def _turned(
-    kinds: Sequence[Observed], centre: Array, size: float, name: str
+    kinds: Sequence[Observed], centre: FloatArray, size: float, name: str
 ) -> tuple[NorthTurn, list[Observed]] | None:
     from scipy.stats import norm
 
@@ -227,7 +227,11 @@ def _turned(
 
 
 def _first_turn(
-    kinds: Sequence[Observed], others: Sequence[Observed], centre: Array, size: float, name: str
+    kinds: Sequence[Observed],
+    others: Sequence[Observed],
+    centre: FloatArray,
+    size: float,
+    name: str,
 ) -> float:
     """About by how much the readings are turned, degrees, by what the others place the model by:
     from far off, small steps would end at a wrong place."""
@@ -237,11 +241,15 @@ def _first_turn(
     read = [kind for kind in kinds if not any(kind is other for other in others)]
     turns = np.arange(0.0, 360.0, _STEP_DEG)
     misses = [
-        np.median(np.abs(np.concatenate(
-            [_freed(kind, turn, name).rows(found.fit, found.centre).misses for kind in read]
-        )))
+        np.median(
+            np.abs(
+                np.concatenate(
+                    [_freed(kind, turn, name).rows(found.fit, found.centre).misses for kind in read]
+                )
+            )
+        )
         for turn in turns
-    ]  # fmt: skip
+    ]
     return float(turns[int(np.argmin(misses))])
 
 
@@ -253,8 +261,9 @@ def _freed(kind: Observed, turned_deg: float, name: str) -> Observed:
     back = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     if name == YAW:
         if isinstance(kind, Attitudes):
-            return replace(kind, world=back @ kind.world, axes=back @ kind.axes,
-                           north_sigma=_ANY_NORTH_RAD)  # fmt: skip
+            return replace(
+                kind, world=back @ kind.world, axes=back @ kind.axes, north_sigma=_ANY_NORTH_RAD
+            )
         return kind
     if isinstance(kind, Azimuths):
         return replace(kind, azimuth=kind.azimuth - by, north_sigma=_ANY_NORTH_RAD)

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError, InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
@@ -32,8 +32,6 @@ from vomstudio.registration.checks.point_groups import (
 from vomstudio.registration.checks.point_order import row_order_findings
 from vomstudio.registration.observations import Points
 from vomstudio.registration.similarity import fit_robustly, fit_similarity
-
-Array = npt.NDArray[np.float64]
 
 _FOOT_M = 0.3048
 _UNITS = (
@@ -66,8 +64,8 @@ _OFF = 10.0
 def point_findings(
     control: Points,
     labels: Sequence[str],
-    world: Array,
-    model: Array | None = None,
+    world: FloatArray,
+    model: FloatArray | None = None,
     crs: str | None = None,
 ) -> list[Finding]:
     """Check whether the coordinates of control points are something else than they are taken for.
@@ -106,7 +104,7 @@ def point_findings(
 
 
 # --- single ones ------------------------------------------------------------------------------
-def far_from_others(world: Array) -> npt.NDArray[np.bool_]:
+def far_from_others(world: FloatArray) -> BoolArray:
     """Return a mask (n,) of the points (n, 3) that are far from most others."""
     if len(world) < 4:
         return np.zeros(len(world), bool)
@@ -116,8 +114,8 @@ def far_from_others(world: Array) -> npt.NDArray[np.bool_]:
 
 
 def find_misplaced_points(
-    labels: Sequence[str], model: Array, world: Array, crs: str | None
-) -> tuple[list[Finding], npt.NDArray[np.bool_]]:
+    labels: Sequence[str], model: FloatArray, world: FloatArray, crs: str | None
+) -> tuple[list[Finding], BoolArray]:
     """Find points that are in another place than the correct ones.
 
     Parameters
@@ -147,9 +145,7 @@ def find_misplaced_points(
     return far_point_findings(labels, world, ~right), ~right
 
 
-def far_point_findings(
-    labels: Sequence[str], world: Array, far: npt.NDArray[np.bool_]
-) -> list[Finding]:
+def far_point_findings(labels: Sequence[str], world: FloatArray, far: BoolArray) -> list[Finding]:
     """Return findings about points far from the others, with the probable cause."""
     if not far.any():
         return []
@@ -194,7 +190,9 @@ def far_point_findings(
     return findings
 
 
-def swapped_label_findings(labels: Sequence[str], model: Array, world: Array) -> list[Finding]:
+def swapped_label_findings(
+    labels: Sequence[str], model: FloatArray, world: FloatArray
+) -> list[Finding]:
     """Return a finding about two points that fit the others if their labels are swapped."""
     if not _FEWEST <= len(labels) <= _MOST:
         return []
@@ -228,7 +226,7 @@ def swapped_label_findings(labels: Sequence[str], model: Array, world: Array) ->
 
 
 # --- all of them ------------------------------------------------------------------------------
-def degree_findings(world: Array, *, apart_m: float = 0.0) -> list[Finding]:
+def degree_findings(world: FloatArray, *, apart_m: float = 0.0) -> list[Finding]:
     """Return a finding if x and y look like degrees.
 
     apart_m : minimum extent of the points in metres
@@ -251,7 +249,9 @@ def degree_findings(world: Array, *, apart_m: float = 0.0) -> list[Finding]:
     return []
 
 
-def misreading_findings(model: Array, world: Array, *, mirrors: bool = True) -> list[Finding]:
+def misreading_findings(
+    model: FloatArray, world: FloatArray, *, mirrors: bool = True
+) -> list[Finding]:
     """Return a finding if coordinates fit the model better in another unit or column order.
 
     model, world : (n, 3); mirrors : whether swapped x and y are tried
@@ -297,7 +297,7 @@ def other_unit(axes: str, unit: str, factor: float) -> Finding:
     return Finding("control.other-unit", axes=axes, unit=unit, factor=factor)
 
 
-def _is_steep(world: Array) -> bool:
+def _is_steep(world: FloatArray) -> bool:
     """Return whether the vertical extent of points (n, 3) is much larger than the horizontal one.
 
     Only such heights are tried in other units: smaller ones always fit flat ground better.
@@ -321,7 +321,7 @@ def scale_unit_findings(scale: float, scale_error_95: float | None) -> list[Find
     return []
 
 
-def check_area(world: Array, crs: str | None, *, converted: bool = False) -> list[Finding]:
+def check_area(world: FloatArray, crs: str | None, *, converted: bool = False) -> list[Finding]:
     """Check that a projected CRS is metric where control points or cameras are.
 
     Parameters
@@ -376,7 +376,7 @@ def _unit_of_another_place(x: float, y: float, crs: str) -> Finding | None:
 
 
 # --- the model --------------------------------------------------------------------------------
-def require_on_model(model: Array, extent: Array | None) -> None:
+def require_on_model(model: FloatArray, extent: FloatArray | None) -> None:
     """Check that points on the model (n, 3) are near it.
 
     Otherwise their table is in another frame, such as with an offset subtracted.
@@ -412,7 +412,7 @@ def require_on_model(model: Array, extent: Array | None) -> None:
         )
 
 
-def relocation_findings(extent: Array, placed: Array, crs: str) -> list[Finding]:
+def relocation_findings(extent: FloatArray, placed: FloatArray, crs: str) -> list[Finding]:
     """Return a finding if a registration moves or rotates a georeferenced model by a lot.
 
     extent, placed : (n, 3) points of the model before and after; crs : of both
@@ -425,13 +425,15 @@ def relocation_findings(extent: Array, placed: Array, crs: str) -> list[Finding]
     reach = float(np.linalg.norm(np.ptp(extent, axis=0)))
     if moved <= max(_OFF * reach, 1000.0):
         turn = _turn_deg(extent, placed)
-        return [] if turn <= _TURNED_DEG else [
-            Finding("registration.turned", turn_deg=turn, crs=crs_name(crs))
-        ]  # fmt: skip
+        return (
+            []
+            if turn <= _TURNED_DEG
+            else [Finding("registration.turned", turn_deg=turn, crs=crs_name(crs))]
+        )
     return [Finding("registration.moved", distance_km=moved / 1000.0, crs=crs_name(crs))]
 
 
-def _turn_deg(before: Array, after: Array) -> float:
+def _turn_deg(before: FloatArray, after: FloatArray) -> float:
     """Return the rotation between two sets of points (n, 3), 0 if it is undetermined."""
     try:
         fit = fit_similarity(before - before.mean(axis=0), after - after.mean(axis=0))
@@ -440,7 +442,7 @@ def _turn_deg(before: Array, after: Array) -> float:
     return float(np.degrees(np.arccos(np.clip((np.trace(fit.rotation) - 1.0) / 2.0, -1.0, 1.0))))
 
 
-def view_direction_findings(forward: Array) -> list[Finding]:
+def view_direction_findings(forward: FloatArray) -> list[Finding]:
     """Return a finding if most cameras look up at the sky after the registration.
 
     forward : (n, 3) view directions, unit vectors in World
@@ -451,7 +453,7 @@ def view_direction_findings(forward: Array) -> list[Finding]:
     return [Finding("cameras.look-up", count=len(forward))]
 
 
-def position_noise_findings(world: Array, placed: Array) -> list[Finding]:
+def position_noise_findings(world: FloatArray, placed: FloatArray) -> list[Finding]:
     """Return a finding if the errors of camera positions are as large as their spacing.
 
     world, placed : (n, 3) stated positions, and positions after the registration
@@ -464,11 +466,11 @@ def position_noise_findings(world: Array, placed: Array) -> list[Finding]:
 
 
 # --- in common --------------------------------------------------------------------------------
-def _reach(points: Array) -> float:
+def _reach(points: FloatArray) -> float:
     return float(np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean()))
 
 
-def _rms(model: Array, world: Array) -> float | None:
+def _rms(model: FloatArray, world: FloatArray) -> float | None:
     local = world - world.mean(axis=0)
     try:
         fit = fit_similarity(model, local)
@@ -477,7 +479,7 @@ def _rms(model: Array, world: Array) -> float | None:
     return float(np.sqrt(((fit(model) - local) ** 2).sum(axis=1).mean()))
 
 
-def _miss(model: Array, world: Array) -> float | None:
+def _miss(model: FloatArray, world: FloatArray) -> float | None:
     """The median miss of a similarity, as a share of how far the points reach."""
     local = world - world.mean(axis=0)
     try:

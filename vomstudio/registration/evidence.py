@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.bowing import Bowing
@@ -80,7 +80,6 @@ from vomstudio.registration.results import Placed, PointResidual
 from vomstudio.registration.similarity import Similarity
 from vomstudio.registration.warnings import bowing_findings
 
-Array = npt.NDArray[np.float64]
 Marked = tuple[str, str, float, float]
 # Up to which 93 % of simulated placements by cameras along a line lie within their stated error.
 _UNSURE_DEG = 40.0
@@ -92,7 +91,7 @@ class Evidence:
     where these stand, also those of which no more is known."""
 
     views: Mapping[str, View] = field(default_factory=dict)
-    centres: Mapping[str, Array] = field(default_factory=dict)
+    centres: Mapping[str, FloatArray] = field(default_factory=dict)
     pairs: Pairs | None = None
     click_sigma_m: float | None = None
     """Error of each coordinate of a click on the model, metres; None to derive it from
@@ -114,7 +113,7 @@ class Evidence:
     """On the model."""
     plumb_lines: Sequence[KnownDirection] = ()
     """On the model."""
-    photo_up: Array | None = None
+    photo_up: FloatArray | None = None
     """(3,) what was up when the photos were taken, in the frame of the model; None if unknown."""
     compass: CompassTable | None = None
     compass_turn_deg: float = 0.0
@@ -141,7 +140,7 @@ class Evidence:
     """Whether what cannot be right beside the others is left out."""
     crs: str | None = None
     """Of World, where it is known."""
-    up: Array | None = None
+    up: FloatArray | None = None
     """(3,) What points up in the model's own frame, where that is known."""
 
     @property
@@ -163,7 +162,7 @@ class Evidence:
         return int((~self.pairs.check).sum()) < 3
 
 
-def register(evidence: Evidence, extent: Array | None = None) -> Placed:
+def register(evidence: Evidence, extent: FloatArray | None = None) -> Placed:
     """Register a model by all observations.
 
     Parameters
@@ -287,7 +286,7 @@ def _pairs(evidence: Evidence) -> tuple[Points, Points]:
     if pairs.covariance is not None:
         covariance[~clicked] = pairs.covariance[~clicked]
 
-    def those(which: npt.NDArray[np.bool_]) -> Points:
+    def those(which: BoolArray) -> Points:
         rows = np.flatnonzero(which)
         labels = [pairs.labels[i] for i in rows]
         return Points(
@@ -429,7 +428,7 @@ def _refuse_unsure(placed: Placed, suspicions: Sequence[Finding]) -> None:
 
 def marked_places(
     evidence: Evidence, marks: Sequence[Marked], messages: list[Finding] | None = None
-) -> dict[str, tuple[Array, Array]]:
+) -> dict[str, tuple[FloatArray, FloatArray]]:
     """Triangulate the points that are marked in at least two photos.
 
     The scatter of the marks is stored in `evidence`.
@@ -511,7 +510,9 @@ def _attitudes(evidence: Evidence, table: AttitudeTable, messages: list[Finding]
     return held(table, rows, views, evidence.north_doubt_deg, messages)
 
 
-def _bowing_by_tilts(evidence: Evidence, placed: Placed, extent: Array | None) -> Bowing | None:
+def _bowing_by_tilts(
+    evidence: Evidence, placed: Placed, extent: FloatArray | None
+) -> Bowing | None:
     table = evidence.attitudes
     if table is None or not placed.known.scale:
         return None
@@ -532,7 +533,7 @@ def attitude_misses(evidence: Evidence, placed: Placed) -> list[AttitudeMiss]:
 
 
 def _level(
-    evidence: Evidence, table: LevelTable, extent: Array | None, messages: list[Finding]
+    evidence: Evidence, table: LevelTable, extent: FloatArray | None, messages: list[Finding]
 ) -> LevelLines:
     rows, names = _match_photos(evidence, evidence.views, table.photos, "--horizon", [])
     views = [evidence.views[name] for name in names]

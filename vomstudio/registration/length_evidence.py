@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -16,8 +16,6 @@ from vomstudio.registration.compass_evidence import Segment
 from vomstudio.registration.marks.mark_checks import nearest
 from vomstudio.registration.observations import KeptScale, Lengths, Observed, Points
 from vomstudio.registration.similarity import fit_similarity
-
-Array = npt.NDArray[np.float64]
 
 _TAPE = 0.005
 """One sigma of a length by tape whose ends are picked on a model, as a share of it."""
@@ -108,7 +106,7 @@ def lengths_of(
 def kept_scale(
     scale: float,
     kinds: Sequence[Observed],
-    extent: Array | None,
+    extent: FloatArray | None,
     scale_error: float | None = None,
 ) -> list[KeptScale]:
     """Return a known scale, in metres per unit of the model, as a length across the model.
@@ -194,7 +192,7 @@ def length_findings(
 
 
 def _points_alone(
-    model: Array, world: Array, stated: Array
+    model: FloatArray, world: FloatArray, stated: FloatArray
 ) -> tuple[float, float, float, Callable[[int], float]] | None:
     """Metres per unit of the model by the points, its error (a share of it), that of a coordinate
     (one sigma each), and how many of them are not exceeded by chance by one of several lengths.

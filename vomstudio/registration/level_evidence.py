@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -23,8 +23,6 @@ from vomstudio.registration.observations import (
     PhotoUpright,
     PlumbLines,
 )
-
-Array = npt.NDArray[np.float64]
 
 # Of the photo's long side: a point of the model this near to the end of a line is at that end.
 _NEAR = 0.02
@@ -81,7 +79,7 @@ def plumb_lines_of(lines: Sequence[KnownDirection]) -> PlumbLines:
     return PlumbLines(names, _unit_vectors(lines, "--plumb"), each)
 
 
-def _unit_vectors(lines: Sequence[KnownDirection], option: str) -> Array:
+def _unit_vectors(lines: Sequence[KnownDirection], option: str) -> FloatArray:
     """(n, 3) from the first end to the second. Raises UsageError."""
     ends = np.array([(line.first, line.second) for line in lines], np.float64)
     along = ends[:, 1] - ends[:, 0]
@@ -94,13 +92,13 @@ def _unit_vectors(lines: Sequence[KnownDirection], option: str) -> Array:
     return np.asarray(along / length[:, None])
 
 
-def photo_upright_of(up: Array) -> PhotoUpright:
+def photo_upright_of(up: FloatArray) -> PhotoUpright:
     """Return the prior of the vertical from how photos were held. up : (3,) model"""
     sigma = np.full((1, 2), np.radians(UPRIGHT_SIGMA_DEG))
     return PhotoUpright([tr("upright of the photos")], up[None] / np.linalg.norm(up), sigma)
 
 
-def vertical_findings(kinds: Sequence[Observed], rotation: Array) -> list[Finding]:
+def vertical_findings(kinds: Sequence[Observed], rotation: FloatArray) -> list[Finding]:
     """Return what known lines leave open of the vertical. rotation : (3, 3) of the placed model"""
     findings = []
     for kind in kinds:
@@ -117,14 +115,16 @@ def vertical_findings(kinds: Sequence[Observed], rotation: Array) -> list[Findin
     tip_deg = float(np.degrees(np.arccos(np.clip(rotation[2, 2], -1.0, 1.0))))
     two_ended = LevelLines | PlumbLines
     by_lines = any(isinstance(kind, two_ended) for kind in kinds)
-    if by_lines and tip_deg > _UNCLEAR_DEG and all(
-        isinstance(kind, two_ended | Azimuths | Lengths) for kind in kinds
-    ):  # fmt: skip
+    if (
+        by_lines
+        and tip_deg > _UNCLEAR_DEG
+        and all(isinstance(kind, two_ended | Azimuths | Lengths) for kind in kinds)
+    ):
         findings.append(Finding("registration.which-end-up", tip_deg=tip_deg))
     return findings
 
 
-def away_deg(view: View, ends: Array, extent: Array) -> float | None:
+def away_deg(view: View, ends: FloatArray, extent: FloatArray) -> float | None:
     """By how much a line on the model runs away from the camera, degrees out of the plane of the
     photo; None where the model is not at both ends (2, 2), pixels.
 
@@ -151,7 +151,7 @@ def away_deg(view: View, ends: Array, extent: Array) -> float | None:
 
 
 def level_line_findings(
-    photos: Sequence[str], views: Sequence[View], ends: Array, extent: Array | None
+    photos: Sequence[str], views: Sequence[View], ends: FloatArray, extent: FloatArray | None
 ) -> list[Finding]:
     """Of lines (n, 2, 2), pixels, that run up and down their photos, and of those that lie on the
     model and run away from their cameras. Lines along a row or a column of pixels are axes of
@@ -176,7 +176,7 @@ def level_line_findings(
     ]
 
 
-def _require_inside(photos: Sequence[str], views: Sequence[View], ends: Array) -> None:
+def _require_inside(photos: Sequence[str], views: Sequence[View], ends: FloatArray) -> None:
     for photo, view, line in zip(photos, views, ends, strict=True):
         lens = view.intrinsics
         size = np.array([lens.width, lens.height], np.float64)
@@ -198,7 +198,7 @@ def _require_inside(photos: Sequence[str], views: Sequence[View], ends: Array) -
 
 
 def _upright_line_findings(
-    photos: Sequence[str], views: Sequence[View], ends: Array
+    photos: Sequence[str], views: Sequence[View], ends: FloatArray
 ) -> list[Finding]:
     """Of lines that run up and down their photos: level ones do so in photos held in portrait that
     were not turned. Those turn on the model as the photos do, while upright ones are parallel."""
@@ -222,7 +222,7 @@ def _upright_line_findings(
     return [Finding("level.portrait", photos=names)]
 
 
-def _range_deg(angles_rad: Array, whole: float) -> float:
+def _range_deg(angles_rad: FloatArray, whole: float) -> float:
     """The least arc that holds all angles, of lines that are the same after `whole` degrees."""
     turns = np.sort(np.degrees(angles_rad) % whole)
     gaps = np.diff(np.append(turns, turns[0] + whole))

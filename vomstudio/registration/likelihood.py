@@ -14,13 +14,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.registration.adjustment import Adjusted, moved, weighed_rows
 from vomstudio.registration.observations import Observed, all_rows
 from vomstudio.registration.similarity import Similarity
-
-Array = npt.NDArray[np.float64]
 
 _Z95 = 1.959963984540054
 # 95 %, up to which linear errors are as good.
@@ -30,7 +28,7 @@ _STEPS = 18
 _ADJUSTED = 3
 
 
-def widened(kinds: Sequence[Observed], found: Adjusted, centre: Array) -> Adjusted:
+def widened(kinds: Sequence[Observed], found: Adjusted, centre: FloatArray) -> Adjusted:
     """The same with its errors about the weakest axis as the likelihood has them, where these are
     larger; as it is where something is not determined, or observations share an error.
 
@@ -57,7 +55,9 @@ def widened(kinds: Sequence[Observed], found: Adjusted, centre: Array) -> Adjust
     )
 
 
-def _turn_to(kinds: Sequence[Observed], found: Adjusted, centre: Array, axis: Array) -> float:
+def _turn_to(
+    kinds: Sequence[Observed], found: Adjusted, centre: FloatArray, axis: FloatArray
+) -> float:
     """Radians about the axis (3,), pi where no turn is unlikely."""
     step = np.zeros(7)
     step[:3] = _STEP_RAD * axis
@@ -76,7 +76,11 @@ def _turn_to(kinds: Sequence[Observed], found: Adjusted, centre: Array, axis: Ar
 
 
 def _adjusted(
-    kinds: Sequence[Observed], fit: Similarity, found: Adjusted, centre: Array, axis: Array
+    kinds: Sequence[Observed],
+    fit: Similarity,
+    found: Adjusted,
+    centre: FloatArray,
+    axis: FloatArray,
 ) -> tuple[Similarity, float]:
     """With all but the turn about an axis (3,) as the observations want it, and what is left of
     their squares."""

@@ -6,15 +6,13 @@ from dataclasses import dataclass, replace
 from datetime import date, datetime, time
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.registrations import NorthKind, ReadNorth
 from vomstudio.io.control.attitude_tables import AttitudeTable
-
-Array = npt.NDArray[np.float64]
 
 MAGNETIC_NORTH_SIGMA_DEG = 2.0
 """One sigma of the offset that all readings from magnetic north have in common. The declination of
@@ -263,7 +261,7 @@ def parse_day(text: str) -> date:
         raise UsageError(Finding("date.invalid", text=text[:40]), field="--date") from error
 
 
-def place_of(crs: str, world: Array) -> tuple[float, float] | None:
+def place_of(crs: str, world: FloatArray) -> tuple[float, float] | None:
     """Return longitude and latitude of the middle of points (n, 3) in a CRS; None outside of it."""
     from vomstudio.io.gis.crs import to_degrees
 

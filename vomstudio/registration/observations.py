@@ -14,16 +14,14 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.registration.scatter import (
     FEWEST_FOR_HEIGHTS,
     FEWEST_PER_AXIS,
     UNSEEN_HEIGHTS,
 )
 from vomstudio.registration.similarity import Similarity, jacobians
-
-Array = npt.NDArray[np.float64]
 
 COMPASS = "compass"
 """One instrument reads planes, lines and azimuths: what its north is off is off in all of them."""
@@ -44,16 +42,16 @@ class Rows:
     axes : (m, 3) World directions of the rows of points, zero for other rows; None for all zero
     """
 
-    misses: Array
-    moves: Array
-    sigma: Array
+    misses: FloatArray
+    moves: FloatArray
+    sigma: FloatArray
     groups: tuple[str, ...]
     parts: tuple[str, ...]
-    shared: Array
-    shared_sigma: Array
+    shared: FloatArray
+    shared_sigma: FloatArray
     shared_names: tuple[str, ...] = ()
-    doubt: Array | None = None
-    axes: Array | None = None
+    doubt: FloatArray | None = None
+    axes: FloatArray | None = None
 
 
 class Observed(Protocol):
@@ -63,7 +61,7 @@ class Observed(Protocol):
     def labels(self) -> Sequence[str]:
         """(n,) of the single ones; each has `len(rows) / n` rows, side by side."""
 
-    def rows(self, fit: Similarity, centre: Array) -> Rows: ...
+    def rows(self, fit: Similarity, centre: FloatArray) -> Rows: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,14 +80,14 @@ class Points:
     """
 
     labels: Sequence[str]
-    model: Array
-    world: Array
-    sigma: Array
+    model: FloatArray
+    world: FloatArray
+    sigma: FloatArray
     name: str = "points"
-    click_m: Array | None = None
-    covariance: Array | None = None
+    click_m: FloatArray | None = None
+    covariance: FloatArray | None = None
 
-    def errors(self, fit: Similarity) -> tuple[Array, Array]:
+    def errors(self, fit: Similarity) -> tuple[FloatArray, FloatArray]:
         """Return the errors of the residuals, with the errors of the places on the model.
 
         Returns
@@ -117,7 +115,7 @@ class Points:
             axes[inclined] = np.swapaxes(vectors, 1, 2)
         return sigma, axes
 
-    def total_sigma(self, fit: Similarity) -> Array:
+    def total_sigma(self, fit: Similarity) -> FloatArray:
         """Return the (n, 3) errors of the residuals east, north and up, NaN if not stated."""
         sigma, axes = self.errors(fit)
         return np.asarray(np.sqrt(np.einsum("nji,nj->ni", axes**2, sigma**2)))
@@ -126,7 +124,7 @@ class Points:
         """Return the same points as if their places on the model were exact."""
         return replace(self, click_m=None, covariance=None)
 
-    def rows(self, fit: Similarity, centre: Array) -> Rows:
+    def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
         placed = fit(self.model)
         n = len(placed)
         sigma, axes = self.errors(fit)
@@ -155,14 +153,14 @@ class Lengths:
     """
 
     labels: Sequence[str]
-    first: Array
-    second: Array
-    length: Array
-    sigma: Array
-    click_m: Array | None = None
-    click: Array | None = None
+    first: FloatArray
+    second: FloatArray
+    length: FloatArray
+    sigma: FloatArray
+    click_m: FloatArray | None = None
+    click: FloatArray | None = None
 
-    def rows(self, fit: Similarity, centre: Array) -> Rows:
+    def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
         placed = fit.scale * np.linalg.norm(self.second - self.first, axis=1)
         moves = np.zeros((len(placed), 7))
         moves[:, 3] = placed
@@ -188,7 +186,7 @@ class KeptScale(Lengths):
     scale_error: float = 0.0
 
     @property
-    def scale_change(self) -> Array:
+    def scale_change(self) -> FloatArray:
         """Return the change (1,) of the residual per relative error of the fixed scale."""
         return -self.length
 
@@ -205,13 +203,13 @@ class Directions:
     """
 
     labels: Sequence[str]
-    model: Array
-    world: Array
-    sigma: Array
+    model: FloatArray
+    world: FloatArray
+    sigma: FloatArray
     axial: bool = True
     north_sigma: float = 0.0
 
-    def rows(self, fit: Similarity, centre: Array) -> Rows:
+    def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
         placed = self.model @ fit.rotation.T
         observed = self.world
         if self.axial:
@@ -240,12 +238,12 @@ class Verticals:
     """
 
     labels: Sequence[str]
-    model: Array
-    sigma: Array
-    cameras: Array
+    model: FloatArray
+    sigma: FloatArray
+    cameras: FloatArray
     mount_sigma: float = 0.0
 
-    def rows(self, fit: Similarity, centre: Array) -> Rows:
+    def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
         placed = self.model @ fit.rotation.T
         rows = _downward_rows(placed, self.sigma, "verticals")
         axes = fit.rotation @ self.cameras
@@ -261,10 +259,10 @@ class PlumbLines:
     """
 
     labels: Sequence[str]
-    model: Array
-    sigma: Array
+    model: FloatArray
+    sigma: FloatArray
 
-    def rows(self, fit: Similarity, centre: Array) -> Rows:
+    def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
         placed = self.model @ fit.rotation.T
         down = np.where(placed[:, 2:] > 0, -placed, placed)
         return _downward_rows(down, self.sigma, "plumb lines")
@@ -278,10 +276,10 @@ class PhotoUpright:
     """
 
     labels: Sequence[str]
-    model: Array
-    sigma: Array
+    model: FloatArray
+    sigma: FloatArray
 
-    def rows(self, fit: Similarity, centre: Array) -> Rows:
+    def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
         return _downward_rows(-self.model @ fit.rotation.T, self.sigma, "photo upright")
 
 
@@ -295,8 +293,8 @@ class LevelLines:
     """
 
     labels: Sequence[str]
-    model: Array
-    sigma: Array
+    model: FloatArray
+    sigma: FloatArray
     min_apart: float = 0.0
 
     @property
@@ -309,7 +307,7 @@ class LevelLines:
         """Whether the lines are too nearly parallel to determine the tilt about them."""
         return len(self.labels) > 1 and self.apart < self.min_apart
 
-    def rows(self, fit: Similarity, centre: Array) -> Rows:
+    def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
         placed = self.model @ fit.rotation.T
         if self.count_as_one:
             along = np.linalg.svd(placed / self.sigma[:, None])[2][0]
@@ -329,12 +327,12 @@ class Azimuths:
     """
 
     labels: Sequence[str]
-    model: Array
-    azimuth: Array
-    sigma: Array
+    model: FloatArray
+    azimuth: FloatArray
+    sigma: FloatArray
     north_sigma: float = 0.0
 
-    def rows(self, fit: Similarity, centre: Array) -> Rows:
+    def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
         placed = self.model @ fit.rotation.T
         east, north = placed[:, 0], placed[:, 1]
         flat = np.maximum(east**2 + north**2, 1e-12)
@@ -362,14 +360,14 @@ class Attitudes:
     """
 
     labels: Sequence[str]
-    model: Array
-    world: Array
-    axes: Array
-    sigma: Array
+    model: FloatArray
+    world: FloatArray
+    axes: FloatArray
+    sigma: FloatArray
     north_sigma: float = 0.0
     mount_sigma: float = 0.0
 
-    def rows(self, fit: Similarity, centre: Array) -> Rows:
+    def rows(self, fit: Similarity, centre: FloatArray) -> Rows:
         from scipy.spatial.transform import Rotation
 
         placed = fit.rotation @ self.model
@@ -407,7 +405,7 @@ def kind_name(kind: Observed) -> str:
     return next((name for cls, name in _KIND_NAMES if isinstance(kind, cls)), "reference")
 
 
-def all_rows(kinds: Sequence[Observed], fit: Similarity, at: Array) -> tuple[Rows, list[int]]:
+def all_rows(kinds: Sequence[Observed], fit: Similarity, at: FloatArray) -> tuple[Rows, list[int]]:
     """Of all kinds, one below the other, about the place `at` in World, and where those of each
     kind begin, and the end. Errors of one name that kinds share are one column."""
     each = [kind.rows(fit, at) for kind in kinds if len(kind.labels)]
@@ -443,9 +441,9 @@ def all_rows(kinds: Sequence[Observed], fit: Similarity, at: Array) -> tuple[Row
 
 
 def _rows(
-    misses: Array,
-    moves: Array,
-    sigma: Array,
+    misses: FloatArray,
+    moves: FloatArray,
+    sigma: FloatArray,
     groups: tuple[str, ...],
     parts: tuple[str, ...] = (),
 ) -> Rows:
@@ -462,7 +460,7 @@ def _rows(
     )
 
 
-def _sharing(rows: Rows, shared: Array, sigma: float, name: str = "") -> Rows:
+def _sharing(rows: Rows, shared: FloatArray, sigma: float, name: str = "") -> Rows:
     """With errors that all rows have in common, where there are some; shared : (m, k); name : where
     other kinds have them too"""
     if not sigma > 0:
@@ -476,7 +474,7 @@ def _sharing(rows: Rows, shared: Array, sigma: float, name: str = "") -> Rows:
     )
 
 
-def _downward_rows(placed: Array, sigma: Array, name: str) -> Rows:
+def _downward_rows(placed: FloatArray, sigma: FloatArray, name: str) -> Rows:
     """Return the rows of directions (n, 3) in World that are observed to point straight down."""
     aside = np.hypot(placed[:, 0], placed[:, 1])
     # The whole angle, also where it is more than a right one; upwards it is of no side.
@@ -492,14 +490,14 @@ def _downward_rows(placed: Array, sigma: Array, name: str) -> Rows:
     return _rows(misses.ravel(), moves.reshape(-1, 7), sigma, (name,))
 
 
-def _cross(a: Array, b: Array) -> Array:
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
     """Of vectors in the last axis. NumPy's own takes ten times as long for a few of them."""
     ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
     bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
 
 
-def _tangents(directions: Array) -> tuple[Array, Array]:
+def _tangents(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
     """(n, 3) twice: at right angles to unit vectors, in the vertical plane through each, and
     horizontal."""
     up = np.array([0.0, 0.0, 1.0])
@@ -509,7 +507,7 @@ def _tangents(directions: Array) -> tuple[Array, Array]:
     return _cross(across, directions), across
 
 
-def _angle(placed: Array, observed: Array, tangent: Array) -> Array:
+def _angle(placed: FloatArray, observed: FloatArray, tangent: FloatArray) -> FloatArray:
     """(n,) the part along a tangent of the angle from one direction to another, rad: as large as
     the angle itself, and not its sine, so that far ones are drawn too."""
     part = (placed * tangent).sum(axis=1)

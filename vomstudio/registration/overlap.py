@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
-
-Array = npt.NDArray[np.float64]
 
 _SURE = 70
 
@@ -52,7 +50,7 @@ def _name(crs: str) -> str:
     return str(CRS.from_user_input(crs).name)
 
 
-def refuse_apart(first: Array, second: Array, names: tuple[str, str]) -> None:
+def refuse_apart(first: FloatArray, second: FloatArray, names: tuple[str, str]) -> None:
     """Raises GeometryError where two boxes (2, 3) lie farther apart than the larger is long."""
     gap = np.maximum(np.maximum(first[0] - second[1], second[0] - first[1]), 0.0)
     apart = float(np.linalg.norm(gap))

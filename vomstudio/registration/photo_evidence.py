@@ -7,8 +7,8 @@ from datetime import date
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import View
@@ -21,8 +21,6 @@ from vomstudio.io.control.observation_tables import Positions
 from vomstudio.io.photos.metadata_checks import altitude_findings, without_unmeasured_angles
 from vomstudio.io.photos.photo import Photo
 from vomstudio.io.photos.reading import read_photo
-
-Array = npt.NDArray[np.float64]
 
 
 def positions_in(photos: Mapping[str, Path]) -> Positions:
@@ -85,8 +83,8 @@ def attitudes_in(photos: Mapping[str, Path], views: Mapping[str, View]) -> Attit
     UsageError
         If no photo has an attitude.
     """
-    names, angles, down, norths = list[str](), list[Array](), list[Array](), list[str]()
-    days, places = list[date | None](), list[Array]()
+    names, angles, down, norths = list[str](), list[FloatArray](), list[FloatArray](), list[str]()
+    days, places = list[date | None](), list[FloatArray]()
     drones = unnamed = 0
     metadata, findings = without_unmeasured_angles([read_photo(path) for path in photos.values()])
     for name, photo in zip(photos, metadata, strict=True):

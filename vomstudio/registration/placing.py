@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.bowing import FEWEST, Bowing, bowing_of, model_shape
@@ -64,8 +64,6 @@ from vomstudio.registration.warnings import (
     suspect_findings,
 )
 
-Array = npt.NDArray[np.float64]
-
 _Z95 = 1.959963984540054
 # One sigma of a turn or of the relative scale above which it is as good as not known.
 _UNKNOWN_RAD = np.radians(30.0)
@@ -84,9 +82,9 @@ _OFF_STATED, _OFF_SEEN, _FEWEST_OFF = 6.0, 10.0, 4
 def place(
     kinds: Sequence[Observed],
     check: Points | None = None,
-    extent: Array | None = None,
+    extent: FloatArray | None = None,
     *,
-    up: Array | None = None,
+    up: FloatArray | None = None,
     doubted: bool = False,
 ) -> Placed:
     """The registration by everything that is known.
@@ -165,9 +163,9 @@ def place(
 def place_robustly(
     kinds: Sequence[Observed],
     check: Points | None = None,
-    extent: Array | None = None,
+    extent: FloatArray | None = None,
     *,
-    up: Array | None = None,
+    up: FloatArray | None = None,
     doubted: bool = False,
 ) -> Placed:
     """The registration without what cannot be right beside the others, which is named all the same.
@@ -189,7 +187,7 @@ def place_robustly(
 
 
 def _wrong(
-    kinds: Sequence[Observed], found: Adjusted, centre: Array, size: float, *, mirrored: bool
+    kinds: Sequence[Observed], found: Adjusted, centre: FloatArray, size: float, *, mirrored: bool
 ) -> tuple[list[Blunder], list[Without]]:
     """What cannot be right beside the others, and what a few directions are worth one by one."""
     # What is mirrored fits nowhere, and no single one is wrong.
@@ -200,7 +198,7 @@ def _wrong(
     return blunders, without
 
 
-def _matrix(fit: Similarity) -> Array:
+def _matrix(fit: Similarity) -> FloatArray:
     matrix = np.eye(4)
     matrix[:3, :3] = fit.scale * fit.rotation
     matrix[:3, 3] = fit.translation
@@ -208,7 +206,7 @@ def _matrix(fit: Similarity) -> Array:
 
 
 def _shape(
-    extent: Array | None, fit: Similarity
+    extent: FloatArray | None, fit: Similarity
 ) -> tuple[float | None, tuple[float, float, float] | None]:
     """How far the model reaches, and the normal of its mean plane."""
     if extent is None or len(extent) < FEWEST:
@@ -264,7 +262,7 @@ def _off_their_line(points: Points) -> bool:
     return bool(min(off) > wanted)
 
 
-def _extent(kinds: Sequence[Observed], extent: Array | None) -> tuple[Array, float]:
+def _extent(kinds: Sequence[Observed], extent: FloatArray | None) -> tuple[FloatArray, float]:
     """(1, 3) the middle of the model, and how far it typically reaches from there."""
     places = [extent] if extent is not None and len(extent) else []
     if not places:
@@ -316,7 +314,7 @@ def _rotation_errors(found: Adjusted, known: Known) -> tuple[RotationError, Rota
     if known.north:
         lost[2] = False
 
-    def told(covariance: Array, times: float) -> list[float | None]:
+    def told(covariance: FloatArray, times: float) -> list[float | None]:
         sigma = np.degrees(np.sqrt(np.maximum(np.diag(covariance)[:3], 0.0)))
         return [None if gone else times * float(s) for s, gone in zip(sigma, lost, strict=True)]
 
@@ -332,7 +330,7 @@ def _rotation_errors(found: Adjusted, known: Known) -> tuple[RotationError, Rota
     return RotationError(up, east, north), RotationError95(up95, east95, north95, weakest)
 
 
-def _free_axis(found: Adjusted) -> Array:
+def _free_axis(found: Adjusted) -> FloatArray:
     """(3,) about which the model turns most freely."""
     free = found.free[:3]
     if free.shape[1]:
@@ -343,7 +341,7 @@ def _free_axis(found: Adjusted) -> Array:
 
 
 def _worth_adding(
-    found: Adjusted, points: Points | None, extent: Array | None, known: Known
+    found: Adjusted, points: Points | None, extent: FloatArray | None, known: Known
 ) -> WorthAdding | None:
     """One more point at the edge of the model, as good as those that are there."""
     if points is None or not known.all:
@@ -361,7 +359,7 @@ def _worth_adding(
     sigma = np.sqrt(squares.mean(axis=0))
     covariance = found.covariance
     before = _worst(covariance[:3, :3])
-    best: tuple[float, Array] | None = None
+    best: tuple[float, FloatArray] | None = None
     for corner in corners:
         moves = jacobian(corner - found.centre)
         gain = covariance @ moves.T
@@ -377,7 +375,7 @@ def _worth_adding(
     return WorthAdding(x, y, z, before, best[0])
 
 
-def _worst(rotation: Array) -> float:
+def _worst(rotation: FloatArray) -> float:
     """95 %, degrees."""
     worst = float(np.linalg.eigvalsh(rotation)[-1])
     return _Z95 * float(np.degrees(np.sqrt(max(worst, 0.0))))
@@ -400,7 +398,7 @@ def _bowing(
     check: Points | None,
     wrong: set[str],
     fit: Similarity,
-    extent: Array | None,
+    extent: FloatArray | None,
 ) -> Bowing | None:
     """By control and check points together; those that are wrong are left out."""
     given = [points for points in (control, check) if points is not None and len(points.labels)]
@@ -431,11 +429,11 @@ def _share(points: Points | None, residuals: Sequence[PointResidual]) -> float:
 
 
 def pairs(
-    model: Array,
-    world: Array,
-    sigma_m: Array | None,
+    model: FloatArray,
+    world: FloatArray,
+    sigma_m: FloatArray | None,
     labels: Sequence[str],
-    which: Array,
+    which: FloatArray,
     *,
     click_sigma_m: float | None = None,
 ) -> Points:
@@ -449,10 +447,10 @@ def pairs(
 
 
 def register_points(
-    model: Array,
-    world: Array,
-    sigma_m: Array | None = None,
-    check: npt.NDArray[np.bool_] | None = None,
+    model: FloatArray,
+    world: FloatArray,
+    sigma_m: FloatArray | None = None,
+    check: BoolArray | None = None,
     labels: Sequence[str] | None = None,
     *,
     click_sigma_m: float | None = None,

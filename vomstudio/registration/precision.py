@@ -8,11 +8,10 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.registration.adjustment import Adjusted, adjust
 from vomstudio.registration.observations import Observed, Points
-
-Array = npt.NDArray[np.float64]
 
 # Trailing zeros are lost in arrays: what looks coarser than a centimetre counts as written to it.
 _MIN_DECIMALS, _MAX_DECIMALS = 2, 9
@@ -53,7 +52,7 @@ def last_digit(values: npt.ArrayLike) -> float:
 
 
 def add_rounding(
-    kinds: Sequence[Observed], result: Adjusted, centre: Array, size: float
+    kinds: Sequence[Observed], result: Adjusted, centre: FloatArray, size: float
 ) -> Adjusted:
     """Widen the errors of a fit whose points leave less over than the rounding of coordinates.
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import Shown
@@ -14,8 +15,6 @@ from vomstudio.core.results import HIDDEN, OPTIONAL
 from vomstudio.geometry.coordinate_limits import FARTHEST_M
 from vomstudio.geometry.registrations import ObservationGroup
 from vomstudio.registration.blunders import Blunder, Without
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -109,7 +108,7 @@ class Placed(Shown):
     mark_scatter_px : error of a mark in a photo in one direction, one sigma; None without marks
     """
 
-    matrix: Array
+    matrix: FloatArray
     scale: float
     control: tuple[PointResidual, ...]
     check: tuple[PointResidual, ...]
@@ -132,7 +131,7 @@ class Placed(Shown):
     click_sigma_m: float | None = None
     mark_scatter_px: float | None = None
 
-    def __call__(self, points: npt.ArrayLike) -> Array:
+    def __call__(self, points: npt.ArrayLike) -> FloatArray:
         """(n, 3) World of model points (n, 3), or (3,) of one. Raises InputError."""
         m = self.matrix
         try:

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.geology.serial_errors import (
     correlated,
     correlation_of,
@@ -18,8 +18,6 @@ from vomstudio.geology.serial_errors import (
 )
 from vomstudio.registration.observations import Rows
 from vomstudio.registration.scatter import expected_squares, least_variance
-
-Array = npt.NDArray[np.float64]
 
 # Of the information with its diagonal made 1: less is rounding.
 _NOTHING = 1e-9
@@ -34,7 +32,9 @@ RECEIVERS = ("points", "cameras")
 """Groups of positions in the order in which a receiver, which may drift, measured them."""
 
 
-def system_of(rows: Rows, sigma: Array, size: float) -> tuple[Array, Array, Array]:
+def system_of(
+    rows: Rows, sigma: FloatArray, size: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """(m + k, 7 + k) and (m + k,) of the rows and of what is known beforehand of shared errors,
     each divided by its error, and (7 + k,) the units of the columns."""
     k = rows.shared.shape[1]
@@ -48,7 +48,7 @@ def system_of(rows: Rows, sigma: Array, size: float) -> tuple[Array, Array, Arra
     return moves, np.concatenate([rows.misses / sigma, np.zeros(k)]), units
 
 
-def inverse_of(information: Array) -> tuple[Array, Array]:
+def inverse_of(information: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Of what is determined, and the null space (orthonormal columns) of the rest."""
     told = np.diag(information) > 0.0
     if not told.all():
@@ -85,12 +85,12 @@ def most_times(free: float, free_alone: float) -> float:
 
 def estimated(
     rows: Rows,
-    sigma: Array,
+    sigma: FloatArray,
     size: float,
     unstated: Sequence[str],
     alone: Mapping[str, tuple[float, float]],
     held: set[str],
-) -> tuple[Array, dict[str, float]]:
+) -> tuple[FloatArray, dict[str, float]]:
     """(m,) errors with those of unstated groups as the misses show them, and how many free misses
     each of these rests on. held : groups that keep the error that they have alone; those are added
     that would exceed it by more than chance"""
@@ -119,7 +119,7 @@ def estimated(
     return found, free_of
 
 
-def left_over(moves: Array, misses: Array, inverse: Array, m: int) -> Array:
+def left_over(moves: FloatArray, misses: FloatArray, inverse: FloatArray, m: int) -> FloatArray:
     """The misses without what the errors that rows have in common explain of them."""
     k = len(misses) - m
     if not k:
@@ -129,7 +129,7 @@ def left_over(moves: Array, misses: Array, inverse: Array, m: int) -> Array:
     return np.asarray(left, np.float64)
 
 
-def drift_of(rows: Rows, moves: Array, misses: Array) -> dict[str, float]:
+def drift_of(rows: Rows, moves: FloatArray, misses: FloatArray) -> dict[str, float]:
     """Return the correlation of the errors of neighbours in each table of positions, if any.
 
     Points and positions of cameras are in the order of their table, in which a receiver measured
@@ -144,7 +144,7 @@ def drift_of(rows: Rows, moves: Array, misses: Array) -> dict[str, float]:
     return {group: rho for group, rho in correlations.items() if rho > 0.0}
 
 
-def _along_axes(rows: Rows, own: npt.NDArray[np.int64], values: Array) -> Array:
+def _along_axes(rows: Rows, own: IntArray, values: FloatArray) -> FloatArray:
     """Return weighted values of the rows of points, (n, 3, ...) along east, north and up."""
     each = values[own].reshape(-1, 3, *values.shape[1:])
     if rows.axes is None:
@@ -152,7 +152,7 @@ def _along_axes(rows: Rows, own: npt.NDArray[np.int64], values: Array) -> Array:
     return np.asarray(np.einsum("nji,nj...->ni...", rows.axes[own].reshape(-1, 3, 3), each))
 
 
-def _drifted(rows: Rows, moves: Array, drift: Mapping[str, float]) -> Array:
+def _drifted(rows: Rows, moves: FloatArray, drift: Mapping[str, float]) -> FloatArray:
     """The rows of weighted derivatives times the correlations of their errors."""
     found = moves.copy()
     for group, rho in drift.items():
@@ -165,8 +165,12 @@ def _drifted(rows: Rows, moves: Array, drift: Mapping[str, float]) -> Array:
 
 
 def spread_of(
-    rows: Rows, moves: Array, misses: Array, inverse: Array, drift: Mapping[str, float]
-) -> tuple[Array, Array, Array]:
+    rows: Rows,
+    moves: FloatArray,
+    misses: FloatArray,
+    inverse: FloatArray,
+    drift: Mapping[str, float],
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """(m,) by how much the errors of each row differ from those that it entered the fit with,
     the covariance of the numbers by these, and what makes Student's 95 % of one sigma.
 
@@ -211,7 +215,7 @@ def spread_of(
     return share, spread, t.ppf(0.975, each) / norm.ppf(0.975)
 
 
-def _same_group(rows: Rows, parts: Sequence[npt.NDArray[np.int64]]) -> dict[str, Array]:
+def _same_group(rows: Rows, parts: Sequence[IntArray]) -> dict[str, FloatArray]:
     """Which parts belong to a group."""
     found: dict[str, list[int]] = {}
     for number, part in enumerate(parts):

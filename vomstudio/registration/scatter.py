@@ -14,8 +14,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.geology.serial_errors import (
     correlated,
@@ -24,8 +24,6 @@ from vomstudio.geology.serial_errors import (
     more_taken,
 )
 from vomstudio.registration.similarity import jacobian
-
-Array = npt.NDArray[np.float64]
 
 FEWEST_FOR_HEIGHTS = 5
 FEWEST_PER_AXIS = 12
@@ -49,12 +47,12 @@ class Scatter:
     drift : correlation of the errors of neighbours, 0 where they are independent or unordered
     """
 
-    sigma: Array
-    covariance: Array
+    sigma: FloatArray
+    covariance: FloatArray
     drift: float = 0.0
 
     @property
-    def rotation(self) -> Array:
+    def rotation(self) -> FloatArray:
         """(3, 3) covariance of the turn, radians squared."""
         return self.covariance[:3, :3]
 
@@ -70,9 +68,9 @@ class Scatter:
 
 
 def scatter_of(
-    places: Array,
-    residuals: Array,
-    stated: float | Array | None = None,
+    places: FloatArray,
+    residuals: FloatArray,
+    stated: float | FloatArray | None = None,
     *,
     in_order: bool = False,
 ) -> Scatter:
@@ -132,7 +130,7 @@ def scatter_of(
     return _result(np.sqrt(variances), inverse, following, units, factor, drift=rho)
 
 
-def _covariances(stated: float | Array | None, n: int) -> Array | None:
+def _covariances(stated: float | FloatArray | None, n: int) -> FloatArray | None:
     """Return stated errors as covariances (n, 3, 3), None if one is not known."""
     if stated is None:
         return None
@@ -142,7 +140,7 @@ def _covariances(stated: float | Array | None, n: int) -> Array | None:
     return values if (np.einsum("nii->ni", values) > 0.0).all() else None
 
 
-def _roots(covariances: Array) -> tuple[Array, Array]:
+def _roots(covariances: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the symmetric roots (n, 3, 3) of covariances, and the inverses of these."""
     values, vectors = np.linalg.eigh(covariances)
     sizes = np.sqrt(values)[:, None, :]
@@ -150,7 +148,7 @@ def _roots(covariances: Array) -> tuple[Array, Array]:
     return (vectors * sizes) @ back, (vectors / sizes) @ back
 
 
-def _expected_square(moves: Array, inverse: Array, known: Array) -> float:
+def _expected_square(moves: FloatArray, inverse: FloatArray, known: FloatArray) -> float:
     """Return the expectation of the weighted sum of squares of the residuals of a fit with equal
     weights, which leaves more of well known points than their own error.
 
@@ -164,7 +162,7 @@ def _expected_square(moves: Array, inverse: Array, known: Array) -> float:
     )
 
 
-def _following(moves: Array, rho: float) -> Array:
+def _following(moves: FloatArray, rho: float) -> FloatArray:
     """(3, 7, 7) information of each axis with the correlations of its errors."""
     return np.asarray(np.einsum("nik,nil->ikl", moves, correlated(moves, rho)), np.float64)
 
@@ -194,7 +192,7 @@ def _groups(n: int) -> Sequence[tuple[int, ...]]:
     return ((0, 1), (2,)) if n >= FEWEST_FOR_HEIGHTS else ((0, 1, 2),)
 
 
-def expected_squares(parts: Sequence[Array], counts: Sequence[int]) -> Array:
+def expected_squares(parts: Sequence[FloatArray], counts: Sequence[int]) -> FloatArray:
     """(k, k) of which the product with the variances of k parts is the expectation of the squares
     of their residuals.
 
@@ -206,12 +204,14 @@ def expected_squares(parts: Sequence[Array], counts: Sequence[int]) -> Array:
     return np.asarray(system + np.diag(alone), np.float64)
 
 
-def least_variance(pooled: float, free: Array) -> Array:
+def least_variance(pooled: float, free: FloatArray) -> FloatArray:
     """(k,) no estimate of few free residuals is believed to be smaller."""
     return np.asarray(_LEAST_SHARE * pooled / np.maximum(free / 10.0, 1.0), np.float64)
 
 
-def _expected(groups: Sequence[tuple[int, ...]], n: int, inverse: Array, own: Array) -> Array:
+def _expected(
+    groups: Sequence[tuple[int, ...]], n: int, inverse: FloatArray, own: FloatArray
+) -> FloatArray:
     """(groups, groups) of which the product with the variances is the expectation of the squares of
     the residuals."""
     parts = [inverse @ own[list(g)].sum(axis=0) for g in groups]
@@ -219,8 +219,12 @@ def _expected(groups: Sequence[tuple[int, ...]], n: int, inverse: Array, own: Ar
 
 
 def _variances(
-    groups: Sequence[tuple[int, ...]], n: int, inverse: Array, own: Array, squares: Array
-) -> tuple[Array, Array]:
+    groups: Sequence[tuple[int, ...]],
+    n: int,
+    inverse: FloatArray,
+    own: FloatArray,
+    squares: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
     """(3,) of the axes, and (groups,) the degrees of freedom that each group's rests on."""
     system = _expected(groups, n, inverse, own)
     sums = np.array([squares[list(g)].sum() for g in groups])
@@ -237,11 +241,11 @@ def _variances(
 
 
 def _result(
-    sigma: Array,
-    inverse: Array,
-    own: Array,
-    units: Array,
-    factor: Array,
+    sigma: FloatArray,
+    inverse: FloatArray,
+    own: FloatArray,
+    units: FloatArray,
+    factor: FloatArray,
     *,
     drift: float,
 ) -> Scatter:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
+
+from vomstudio.core.arrays import BoolArray
 
 
-def selected(names: Sequence[str], mask: npt.NDArray[np.bool_]) -> list[str]:
+def selected(names: Sequence[str], mask: BoolArray) -> list[str]:
     """Return the names of the rows that a mask (n,) selects."""
     return [names[int(row)] for row in np.flatnonzero(mask)]

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-
-Array = npt.NDArray[np.float64]
 
 # Of spreads: points whose second axis is shorter than this part of the first lie on a line.
 _COLLINEAR = 1e-6
@@ -31,10 +30,10 @@ class Similarity:
     """x' = scale * rotation @ x + translation."""
 
     scale: float
-    rotation: Array
-    translation: Array
+    rotation: FloatArray
+    translation: FloatArray
 
-    def __call__(self, points: npt.ArrayLike) -> Array:
+    def __call__(self, points: npt.ArrayLike) -> FloatArray:
         """(n, 3) of (n, 3)."""
         p = np.asarray(points, np.float64).reshape(-1, 3)
         return self.scale * (p @ self.rotation.T) + self.translation
@@ -82,7 +81,7 @@ def fit_similarity(
 
 def fit_robustly(
     source: npt.ArrayLike, target: npt.ArrayLike, *, floor: float = 0.0, seed: int = 0
-) -> tuple[Similarity, npt.NDArray[np.bool_]]:
+) -> tuple[Similarity, BoolArray]:
     """(similarity, which points it is made of (n,)) where up to a half of the points are wrong.
 
     The half that agrees best is found by least median of squares over triples (Rousseeuw 1984);
@@ -123,7 +122,7 @@ def fit_robustly(
         used[joining] = True
 
 
-def _triples(n: int, seed: int) -> npt.NDArray[np.int64]:
+def _triples(n: int, seed: int) -> IntArray:
     """(t, 3) numbers of n points: all triples where these are few, else some drawn by chance."""
     if math.comb(n, 3) <= _TRIALS:
         return np.array(list(itertools.combinations(range(n), 3)))
@@ -131,9 +130,7 @@ def _triples(n: int, seed: int) -> npt.NDArray[np.int64]:
     return np.array([rng.choice(n, 3, replace=False) for _ in range(_TRIALS)])
 
 
-def _next(
-    fit: Similarity, a: Array, b: Array, used: npt.NDArray[np.bool_]
-) -> npt.NDArray[np.int64]:
+def _next(fit: Similarity, a: FloatArray, b: FloatArray, used: BoolArray) -> IntArray:
     """The point outside that fits best, if it fits; of many points some that fit by far."""
     from scipy.stats import chi2, f
 
@@ -162,14 +159,14 @@ def _next(
     return np.asarray(by_far if len(by_far) > 1 else first, np.int64)
 
 
-def jacobian(position: Array) -> Array:
+def jacobian(position: FloatArray) -> FloatArray:
     """(3, 7) how a point moves with a small turn, a relative change of scale, and a shift."""
     return np.asarray(jacobians(position[None])[0])
 
 
-def jacobians(positions: Array) -> Array:
+def jacobians(positions: FloatArray) -> FloatArray:
     """(n, 3, 7) the same of points (n, 3)."""
-    moves: Array = np.zeros((len(positions), 3, 7))
+    moves: FloatArray = np.zeros((len(positions), 3, 7))
     x, y, z = positions.T
     moves[:, 0, 1], moves[:, 0, 2] = z, -y
     moves[:, 1, 0], moves[:, 1, 2] = -z, x
@@ -179,17 +176,17 @@ def jacobians(positions: Array) -> Array:
     return moves
 
 
-def _squares(transform: Similarity, a: Array, b: Array) -> Array:
+def _squares(transform: Similarity, a: FloatArray, b: FloatArray) -> FloatArray:
     return np.asarray(((transform(a) - b) ** 2).sum(1))
 
 
-def nearly_on_a_line(points: Array) -> bool:
+def nearly_on_a_line(points: FloatArray) -> bool:
     """Whether points (n, 3) are too near to one line to determine the rotation about it."""
     axes = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     return bool(axes[1] < _NEARLY_COLLINEAR * axes[0])
 
 
-def rotation_covariance(positions: npt.ArrayLike, sigma: float | Array) -> Array:
+def rotation_covariance(positions: npt.ArrayLike, sigma: float | FloatArray) -> FloatArray:
     """(3, 3) covariance, in radians squared, of the rotation of a similarity fitted to `positions`
     (n, 3) in the target frame, about its axes, where each is known to `sigma` (a number, or (3,)
     along the axes). Linear: good for errors up to some 20 degrees. Infinite about a line on which

@@ -5,24 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.mesh import Mesh
-
-Array = npt.NDArray[np.float64]
 
 _MOST = 20_000_000
 _FEW = 20_000
 
 
-def points_of(data: Mesh | PointCloud) -> Array:
+def points_of(data: Mesh | PointCloud) -> FloatArray:
     """(n, 3) as they stand in the file, those that stand twice too."""
     return data.vertices if isinstance(data, Mesh) else data.points
 
 
-def some_points(data: Mesh | PointCloud) -> Array:
+def some_points(data: Mesh | PointCloud) -> FloatArray:
     """(n, 3) finite ones, spread over all of it: enough to tell how far it reaches."""
     points = points_of(data)
     some = np.asarray(points[:: max(1, len(points) // _FEW)], np.float64)
@@ -37,7 +35,9 @@ def known_resolution(data: Mesh | PointCloud) -> float | None:
     return found if np.isfinite(found) else None
 
 
-def surface_points(data: Mesh | PointCloud, spacing: float, seed: int = 0) -> tuple[Array, int]:
+def surface_points(
+    data: Mesh | PointCloud, spacing: float, seed: int = 0
+) -> tuple[FloatArray, int]:
     """(n, 3) finite points of the surface, each place once; and how many of them were put into
     faces that are larger than the square of `spacing`, evenly at random, on the average one for
     each such square."""
@@ -77,6 +77,6 @@ class Opposite:
     normal : (n, 3) unit normals of the benchmark there
     """
 
-    distance: Array
-    beside: Array
-    normal: Array
+    distance: FloatArray
+    beside: FloatArray
+    normal: FloatArray

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
-
-Array = npt.NDArray[np.float64]
 
 MAX_TURN95_DEG = 15.0
 """Above this 95 % error a plane is poor; so are those that a model may turn by more."""
 _Z95 = 1.959963984540054
 
 
-def worst_turn95_deg(rotation: Array | None) -> float | None:
+def worst_turn95_deg(rotation: FloatArray | None) -> float | None:
     """Return the 95 % error about the weakest axis, None if it is not known.
 
     rotation : (3, 3) covariance of turns, rad squared
@@ -24,7 +22,7 @@ def worst_turn95_deg(rotation: Array | None) -> float | None:
     return float(_Z95 * np.degrees(np.sqrt(max(np.linalg.eigvalsh(rotation)[-1], 0.0))))
 
 
-def turn_findings(rotation: Array | None) -> tuple[Finding, ...]:
+def turn_findings(rotation: FloatArray | None) -> tuple[Finding, ...]:
     """Return the finding on a registration that makes planes on the model poor.
 
     rotation : as of `worst_turn95_deg`

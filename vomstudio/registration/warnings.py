@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geology.bowing import Bowing, LensBend, bowing_deg
@@ -19,8 +19,6 @@ from vomstudio.registration.compass_checks import FEWEST_PLANES, azimuth_that_fi
 from vomstudio.registration.observations import Directions, Lengths, Observed, Points, all_rows
 from vomstudio.registration.results import Known, Placed, PointResidual, RotationError
 from vomstudio.registration.scatter import drift_findings, scale_findings
-
-Array = npt.NDArray[np.float64]
 
 _Z95 = 1.959963984540054
 _WARN_DEG = 1.0
@@ -192,7 +190,7 @@ def blunder_findings(
     kinds: Sequence[Observed],
     blunders: Sequence[Blunder],
     found: Adjusted,
-    centre: Array,
+    centre: FloatArray,
     size: float,
 ) -> list[Finding]:
     from scipy.spatial.transform import Rotation

@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.products.ortho.interpretation import items_of
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import Record
 from vomstudio.studio.jobs.drawing_tasks import DrawnLines, Picture
-
-Array = npt.NDArray[np.float64]
 
 MAX_ROUNDING_PX = 0.05
 """Largest distance of an unchanged line from its feature: programs round coordinates."""
@@ -74,15 +72,18 @@ def compare_drawing(found: DrawnLines, records: Mapping[str, Record]) -> list[Co
     return comparisons
 
 
-def pixels_of(points: Array, picture: Picture) -> Array:
+def pixels_of(points: FloatArray, picture: Picture) -> FloatArray:
     """Return the pixels (n, 2) of World points (n, 3)."""
     to_pixels = np.linalg.inv(np.array(picture.matrix))
     return np.asarray((points @ to_pixels[:3, :3].T + to_pixels[:3, 3])[:, :2])
 
 
 def merge_vertices(
-    drawn_px: Array, brought: Sequence[Array | None], stored_px: Array, stored: Array
-) -> Array:
+    drawn_px: FloatArray,
+    brought: Sequence[FloatArray | None],
+    stored_px: FloatArray,
+    stored: FloatArray,
+) -> FloatArray:
     """Return the vertices of an edited line; those that were not moved keep their coordinates.
 
     Parameters
@@ -105,7 +106,7 @@ def merge_vertices(
     return np.array(vertices, np.float64).reshape(-1, 3)
 
 
-def _closed(pixels: Array, is_ring: bool) -> Array:
+def _closed(pixels: FloatArray, is_ring: bool) -> FloatArray:
     return np.vstack([pixels, pixels[:1]]) if is_ring else pixels
 
 

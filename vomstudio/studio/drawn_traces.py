@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import DocumentError, GeometryError, UsageError
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.identifiers import new_id
@@ -25,7 +25,6 @@ from vomstudio.studio.drawing_comparison import compare_drawing, merge_vertices,
 from vomstudio.studio.jobs.drawing_tasks import DrawnLine, DrawnLines, Picture
 from vomstudio.studio.tools.local_surface import around
 
-Array = npt.NDArray[np.float64]
 MAX_NAMED = 5
 
 
@@ -97,7 +96,7 @@ class DrawingTarget:
 
 def trace_through(
     name: str,
-    points: Array,
+    points: FloatArray,
     model: Model,
     type_id: str,
     set_name: str,
@@ -106,9 +105,15 @@ def trace_through(
     """points : (n, 3) in the frame of the model's file; surface : for resolution and face"""
     vertices: tuple[Point, ...] = tuple((float(x), float(y), float(z)) for x, y, z in points)
     trace = Trace(
-        id=new_id("trace"), name=name, type_id=type_id, model_id=model.id,
-        model_hash=model.content_hash, vertices=vertices, set_name=set_name, axis="auto",
-    )  # fmt: skip
+        id=new_id("trace"),
+        name=name,
+        type_id=type_id,
+        model_id=model.id,
+        model_hash=model.content_hash,
+        vertices=vertices,
+        set_name=set_name,
+        axis="auto",
+    )
     if surface is None:
         return trace
     resolution, normal = around(surface, vertices)
@@ -173,8 +178,11 @@ def drawn_traces(
     warnings = list(found.warnings)
     if found.content_hash not in (None, model.content_hash):
         warnings.append(Finding("drawing.orthophoto-of-other-file", model=model.name))
-    note = tr("Drawn on the orthophoto {picture}, in {drawing}.", picture=sidecar.stem,
-              drawing=drawing.name)  # fmt: skip
+    note = tr(
+        "Drawn on the orthophoto {picture}, in {drawing}.",
+        picture=sidecar.stem,
+        drawing=drawing.name,
+    )
     traces: list[Trace] = []
     edited: list[Trace] = []
     unchanged: list[str] = []

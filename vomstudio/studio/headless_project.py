@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import DocumentError, GeometryError, InputError, UsageError, VomError
 from vomstudio.core.findings import Finding, cause_of, finding_of
 from vomstudio.core.progress import Progress, Silent
@@ -72,7 +72,6 @@ if TYPE_CHECKING:
     from vomstudio.studio.placing.reference_fitting import ReferenceFit
 
 
-Array = npt.NDArray[np.float64]
 Named = TypeVar("Named", Model, FeatureType)
 
 
@@ -92,7 +91,7 @@ class Picks:
     """
 
     name: str
-    points: Array
+    points: FloatArray
     kind: FeatureType | None = None
     domain: str = ""
 
@@ -134,8 +133,8 @@ class _ModelData:
     """
 
     surface: PaintSurface | None = None
-    bounds: Array | None = None
-    extent: Array | None = None
+    bounds: FloatArray | None = None
+    extent: FloatArray | None = None
     resolution: Callable[[], float | None] = lambda: None
     why_not: tuple[Finding, ...] = ()
 
@@ -452,16 +451,20 @@ class HeadlessProject:
         known = self._read(model)
         frame = model.frame
         found = read_listed(
-            path, model, self.session.records, world_crs(frame.crs, frame.unit_m),
-            None if known.surface is None else known.surface.area_inside, known.bounds,
+            path,
+            model,
+            self.session.records,
+            world_crs(frame.crs, frame.unit_m),
+            None if known.surface is None else known.surface.area_inside,
+            known.bounds,
             self._progress,
-        )  # fmt: skip
+        )
         edit = edits.add_features(self.session.records, found.features)
         self.session.apply(edit)
         added = tuple(r for r in edit.after.values() if isinstance(r, Feature))
         return replace(found, features=added, warnings=(*known.why_not, *found.warnings))
 
-    def _why_not_on(self, model: Model, points: Array) -> Finding | None:
+    def _why_not_on(self, model: Model, points: FloatArray) -> Finding | None:
         """Return why points (n, 3) in the frame of its file cannot lie on a model, or None."""
         bounds = self._read(model).bounds
         if bounds is None or not len(points):
@@ -645,6 +648,6 @@ def _matching(records: Sequence[Named], name: str) -> list[Named]:
     return exact or [r for r in records if r.name.casefold() == name.casefold()]
 
 
-def _to_file(model: Model) -> Array:
+def _to_file(model: Model) -> FloatArray:
     """Return the matrix (4, 4) from World to the frame of the model's file."""
     return np.asarray(np.linalg.inv(transform.matrix(model.to_world)), np.float64)

@@ -8,7 +8,6 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from vomstudio.core.errors import InputError, VomError
 from vomstudio.core.findings import Finding, finding_of
@@ -24,7 +23,6 @@ from vomstudio.studio.tools.interaction_types import Point
 if TYPE_CHECKING:
     from vomstudio.extraction.surface_graph import SurfaceGraph
 
-Array = npt.NDArray[np.float64]
 _LIVE = "live"
 
 
@@ -63,9 +61,12 @@ class PathFinding:
         data = None if opened is None else opened.data
         coloured = data is not None and (
             data.colors is not None
-            or (isinstance(data, Mesh) and data.uv is not None
-                and any(m.texture is not None for m in data.materials))
-        )  # fmt: skip
+            or (
+                isinstance(data, Mesh)
+                and data.uv is not None
+                and any(m.texture is not None for m in data.materials)
+            )
+        )
         return COSTS if coloured else tuple(cost for cost in COSTS if cost not in OF_COLOURS)
 
     def follow(

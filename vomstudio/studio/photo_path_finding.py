@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-import numpy.typing as npt
-
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.files.regular import is_regular
 from vomstudio.core.findings import Finding
@@ -18,8 +16,6 @@ from vomstudio.studio.tools.followed_line import Way
 if TYPE_CHECKING:
     from vomstudio.extraction.calibrated_photos import CalibratedPhotos
     from vomstudio.extraction.photo_following import PhotoFollower
-
-Array = npt.NDArray[np.float64]
 
 
 class PhotoPaths:
@@ -34,7 +30,9 @@ class PhotoPaths:
         """Keep no pictures."""
         self._of = self._opened = self._follower = None
 
-    def way(self, photos: ModelPhotos, photo: str, cost: str, ends: Array, *, live: bool) -> Way:
+    def way(
+        self, photos: ModelPhotos, photo: str, cost: str, ends: FloatArray, *, live: bool
+    ) -> Way:
         """The path between two places (2, 3) of the model, in its file frame, as `Way`.
 
         live : the other photos are not asked
@@ -49,9 +47,15 @@ class PhotoPaths:
         path = follower.follow(views.pixels(row, world), alone=live)
         points = transform.apply(transform.invert(views.to_world), path.points)
         return Way(
-            points, photo, path.voters, path.judged, path.confirmed, () if live else path.warnings,
-            final=not live, costs=path.costs,
-        )  # fmt: skip
+            points,
+            photo,
+            path.voters,
+            path.judged,
+            path.confirmed,
+            () if live else path.warnings,
+            final=not live,
+            costs=path.costs,
+        )
 
     def _followed_in(self, photos: ModelPhotos, photo: str, cost: str) -> PhotoFollower:
         from vomstudio.extraction.photo_following import PhotoFollower

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import given_options
@@ -42,7 +42,7 @@ class WorldModel:
     metric: bool
     warnings: tuple[Finding, ...]
     loaded: LoadedModel
-    to_world: npt.NDArray[np.float64]
+    to_world: FloatArray
     in_project: Model | None = None
     registration: Registration | None = None
 

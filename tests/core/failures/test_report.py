@@ -84,12 +84,14 @@ def test_the_outline_tells_kinds_and_fields_but_no_value():
         "notes": "",
     }
     moved = {**trace, "vertices": [[432101.5, 1.0, 2.0]]}
-    lines = outline([
-        row(label="Add bedding trace Anna's bed", before={"t": None}, after={"t": trace}),
-        row(label="Change trace Anna's bed", before={"t": trace}, after={"t": moved}),
-        row("undo", "Delete 12 features"),
-        row("draft", after={"tool": "trace", "vertices": [[432100.5, 1, 2]]}),
-    ])  # fmt: skip
+    lines = outline(
+        [
+            row(label="Add bedding trace Anna's bed", before={"t": None}, after={"t": trace}),
+            row(label="Change trace Anna's bed", before={"t": trace}, after={"t": moved}),
+            row("undo", "Delete 12 features"),
+            row("draft", after={"tool": "trace", "vertices": [[432100.5, 1, 2]]}),
+        ]
+    )
     text = "\n".join(lines)
     assert "432" not in text
     assert "Anna" not in text

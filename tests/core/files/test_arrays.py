@@ -60,9 +60,14 @@ def test_what_numpy_writes_comes_back_as_numpy_reads_it(tmp_path: Path) -> None:
     chance = np.random.default_rng(1)
     for save in (np.savez, np.savez_compressed):
         save(
-            path, points=chance.random((50, 3)), flat=np.zeros((400, 400)), text=np.array("dip"),
-            words=np.array(["a", "bc"]), turned=np.asfortranarray(np.eye(3)), none=np.zeros((0, 3)),
-        )  # fmt: skip
+            path,
+            points=chance.random((50, 3)),
+            flat=np.zeros((400, 400)),
+            text=np.array("dip"),
+            words=np.array(["a", "bc"]),
+            turned=np.asfortranarray(np.eye(3)),
+            none=np.zeros((0, 3)),
+        )
         with np.load(path) as said, open_arrays(path) as arrays:
             assert arrays.files == said.files
             for name in said.files:
@@ -75,9 +80,17 @@ def test_what_numpy_writes_comes_back_as_numpy_reads_it(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("shape", "kind"),
-    [("(10000000000,)", "<f8"), ("(-5,)", "<f8"), ("(4294967296, 4294967296)", "|u1"),
-     ("(3,)", "|O"), ("(1,)", "<U999999999"), ("(True,)", "<f8"), ("'x'", "<f8"), ("(3,)", "<q9")],
-)  # fmt: skip
+    [
+        ("(10000000000,)", "<f8"),
+        ("(-5,)", "<f8"),
+        ("(4294967296, 4294967296)", "|u1"),
+        ("(3,)", "|O"),
+        ("(1,)", "<U999999999"),
+        ("(True,)", "<f8"),
+        ("'x'", "<f8"),
+        ("(3,)", "<q9"),
+    ],
+)
 def test_a_header_that_claims_what_is_not_there(tmp_path: Path, shape: str, kind: str) -> None:
     path = archive(tmp_path / "a.npz", ("a.npy", claiming(shape, kind)))
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -91,8 +104,9 @@ def test_members_that_are_no_sound_ones(tmp_path: Path) -> None:
     twice = archive(tmp_path / "twice.npz", ("a.npy", good), ("a.npy", good))
     locked = patched(
         archive(tmp_path / "locked.npz", ("a.npy", good)),
-        (b"PK\x03\x04", 6, "<H", 1), (b"PK\x01\x02", 8, "<H", 1),
-    )  # fmt: skip
+        (b"PK\x03\x04", 6, "<H", 1),
+        (b"PK\x01\x02", 8, "<H", 1),
+    )
     foreign = archive(tmp_path / "foreign.npz", ("a.npy", good), how=zipfile.ZIP_LZMA)
     # 4 GB claimed of a member of a few bytes, and members that lie over each other.
     larger = patched(
@@ -101,8 +115,9 @@ def test_members_that_are_no_sound_ones(tmp_path: Path) -> None:
     )
     over = patched(
         archive(tmp_path / "over.npz", ("a.npy", good), ("b.npy", good), ("c.npy", good)),
-        (b"PK\x01\x02", 20, "<I", 400), (b"PK\x01\x02", 24, "<I", 400),
-    )  # fmt: skip
+        (b"PK\x01\x02", 20, "<I", 400),
+        (b"PK\x01\x02", 24, "<I", 400),
+    )
     for path in (twice, locked, foreign, larger, over):
         with pytest.raises(ValueError, match=r"\w+ \w+"):
             read_all(path)

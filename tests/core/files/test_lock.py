@@ -59,8 +59,10 @@ def test_a_lock_that_another_process_holds_is_kept_and_its_holder_named(tmp_path
     root = Path(__file__).resolve().parents[2]
     with subprocess.Popen(
         [sys.executable, "-c", code, str(tmp_path / "lock")],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=root,
-    ) as other:  # fmt: skip
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        cwd=root,
+    ) as other:
         assert other.stdout is not None
         other.stdout.readline()
         with refused("project.locked"):

@@ -42,8 +42,10 @@ print(*found, fits(4000))
 def fits(path: Path, whose: str) -> str:
     done = subprocess.run(
         [sys.executable, "-c", _PROGRAM, str(path), whose],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     return done.stdout.strip()
 
 
@@ -101,17 +103,22 @@ def test_a_job_is_held_to_what_is_free_and_a_file_in_it_to_less(tmp_path: Path) 
     (tmp_path / "a.las").write_bytes(b"LASF" * 100)
     done = subprocess.run(
         [sys.executable, "-c", _JOB, str(tmp_path / "a.las"), "ours"],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert done.stdout.split("\n")[:5] == ["True", "no more", "True", "True", "True"]
 
 
 def test_what_says_that_memory_is_short() -> None:
     for error in (
-        MemoryError(), OSError(12, "Cannot allocate memory"), RuntimeError("std::bad_alloc"),
-        RuntimeError("can't start new thread"), RuntimeError("Resource temporarily unavailable"),
+        MemoryError(),
+        OSError(12, "Cannot allocate memory"),
+        RuntimeError("std::bad_alloc"),
+        RuntimeError("can't start new thread"),
+        RuntimeError("Resource temporarily unavailable"),
         ImportError("libOpen3D.so.0.20: cannot map zero-fill pages"),
-    ):  # fmt: skip
+    ):
         assert is_shortage(error), error
     for other in (OSError(28, "No space left on device"), ValueError("7"), KeyError("memory")):
         assert not is_shortage(other), other

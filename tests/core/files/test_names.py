@@ -38,8 +38,17 @@ def test_a_height_model(tmp_path: Path) -> None:
 
     path = tmp_path / "a.tif"
     transform = rasterio.Affine(2, 0, 500_000, 0, -2, 200_000)
-    with rasterio.open(path, "w", driver="GTiff", width=5, height=4, count=1, crs="EPSG:32633",
-                       dtype="float32", transform=transform) as dataset:  # fmt: skip
+    with rasterio.open(
+        path,
+        "w",
+        driver="GTiff",
+        width=5,
+        height=4,
+        count=1,
+        crs="EPSG:32633",
+        dtype="float32",
+        transform=transform,
+    ) as dataset:
         dataset.write(np.arange(20, dtype="float32").reshape(4, 5), 1)
     path = odd(path)
     loaded = read_model(path)

@@ -38,9 +38,16 @@ def test_a_pipe_beside_a_height_model(
 ) -> None:
     path = tmp_path / "a.tif"
     with rasterio.open(
-        path, "w", driver="GTiff", width=8, height=8, count=1, dtype="float32", crs="EPSG:32632",
+        path,
+        "w",
+        driver="GTiff",
+        width=8,
+        height=8,
+        count=1,
+        dtype="float32",
+        crs="EPSG:32632",
         transform=Affine(1, 0, 5e5, 0, -1, 52e5),
-    ) as file:  # fmt: skip
+    ) as file:
         file.write(np.ones((1, 8, 8), np.float32))
     read(path)
     assert place_on_map(path) is not None
@@ -55,9 +62,14 @@ def test_a_pipe_beside_a_height_model(
 def test_a_device_beside_a_shapefile(tmp_path: Path, ending: str) -> None:
     lines = np.array([shapely.to_wkb(shapely.LineString([(0, 0), (3, 5)]))], object)
     pyogrio.raw.write(
-        tmp_path / "a.shp", lines, [], [], geometry_type="LineString", driver="ESRI Shapefile",
+        tmp_path / "a.shp",
+        lines,
+        [],
+        [],
+        geometry_type="LineString",
+        driver="ESRI Shapefile",
         crs="EPSG:32633",
-    )  # fmt: skip
+    )
     (tmp_path / f"a{ending}").unlink(missing_ok=True)
     (tmp_path / f"a{ending}").symlink_to("/dev/zero")
     with refused("file.device-in-folder"):

@@ -181,9 +181,11 @@ RELEASING = "pbkdf2_hmac('sha256', b'a', b'b', 2**31 - 1)"
 def busy(native: str) -> subprocess.Popen[str]:
     process = subprocess.Popen(
         [sys.executable, "-c", NATIVE.format(native=native)],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
         preexec_fn=campaigns.default_signals,
-    )  # fmt: skip
+    )
     assert process.stdout is not None
     assert process.stdout.readline() == "busy\n"
     return process

@@ -50,9 +50,15 @@ def chunk(kind: bytes, data: bytes) -> bytes:
 
 
 DECODERS = {
-    "Image.open", "PIL.Image.open", "ImageFile.Parser", "cv2.imread", "cv2.imdecode",
-    "cv2.imreadmulti", "matplotlib.image.imread", "plt.imread",
-}  # fmt: skip
+    "Image.open",
+    "PIL.Image.open",
+    "ImageFile.Parser",
+    "cv2.imread",
+    "cv2.imdecode",
+    "cv2.imreadmulti",
+    "matplotlib.image.imread",
+    "plt.imread",
+}
 CHECKED_BEFORE = {"rasterio.open": "check_raster", "QImageReader": "check_picture"}
 """Libraries that open a name, and what has checked the file."""
 
@@ -367,10 +373,19 @@ def test_a_geotiff_of_a_gigabyte_is_read(packing: str, tmp_path: Path) -> None:
     side, step = 16_384, 2048
     heights = np.random.default_rng(0).normal(500.0, 0.05, (step, side)).astype(np.float32)
     with rasterio.open(
-        tmp_path / "a.tif", "w", driver="GTiff", width=side, height=side, count=1, crs="EPSG:32633",
-        dtype="float32", transform=rasterio.Affine(1, 0, 5e5, 0, -1, 5e6), tiled=True,
-        compress=packing, zlevel=1,
-    ) as file:  # fmt: skip
+        tmp_path / "a.tif",
+        "w",
+        driver="GTiff",
+        width=side,
+        height=side,
+        count=1,
+        crs="EPSG:32633",
+        dtype="float32",
+        transform=rasterio.Affine(1, 0, 5e5, 0, -1, 5e6),
+        tiled=True,
+        compress=packing,
+        zlevel=1,
+    ) as file:
         for top in range(0, side, step):
             file.write(heights, 1, window=Window(0, top, side, step))
     assert (tmp_path / "a.tif").stat().st_size > (1 << 30 if packing == "none" else 500 << 20)

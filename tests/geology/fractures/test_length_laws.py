@@ -18,7 +18,7 @@ from vomstudio.geology.fractures.length_laws import (
     fit_laws,
     law_of,
     laws_for,
-)  # fmt: skip
+)
 from vomstudio.geology.fractures.network import kaplan_meier, length_figures
 from vomstudio.geology.fractures.pieces import pieces_of
 from vomstudio.geology.fractures.windows import mean_by_ends, window_of
@@ -212,8 +212,10 @@ def test_windows_are_corrected_in_95_of_100(name: str) -> None:
         held["mean by ends"] += ends.low <= true.mean() <= ends.high
         values.append((lengths.mean(), ends.value))
     naive, corrected = np.mean(values, axis=0)
-    print(f"| {name} | {true.mean():.2f} | {naive:.2f} | {corrected:.2f} | "
-          + ", ".join(f"{k} {100 * v / runs:.1f}" for k, v in held.items()))  # fmt: skip
+    print(
+        f"| {name} | {true.mean():.2f} | {naive:.2f} | {corrected:.2f} | "
+        + ", ".join(f"{k} {100 * v / runs:.1f}" for k, v in held.items())
+    )
     assert corrected == pytest.approx(true.mean(), rel=0.03)
     assert naive < 0.9 * true.mean()
     # The mean of a heavy tail needs more traces than one window has.

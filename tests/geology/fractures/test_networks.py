@@ -83,8 +83,9 @@ def test_an_acute_overshoot_is_one_abutment() -> None:
 
 
 def test_traces_that_meet_end_to_end_and_in_stars_are_no_nodes_of_the_three() -> None:
-    traces = lines([(0, 0), (1, 0)], [(1, 0), (2, 1)], [(5, 0), (5, 2)], [(4, 1), (6, 1)],
-                   [(4, 0), (6, 2)])  # fmt: skip
+    traces = lines(
+        [(0, 0), (1, 0)], [(1, 0), (2, 1)], [(5, 0), (5, 2)], [(4, 1), (6, 1)], [(4, 0), (6, 2)]
+    )
     found = fracture_network(traces).found
     assert (found.nodes.L, found.nodes.other) == (1, 1)
     assert counts(found) == (8, 0, 0)

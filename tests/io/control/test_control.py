@@ -137,13 +137,18 @@ def test_points_that_are_written_are_read_back(tmp_path: Path, points: list[Cont
 @RUNS
 @given(
     st.lists(
-        st.builds(Mark, labels, st.sampled_from(["a.jpg", "left; right/b, c.JPG", "ü.tif"]),
-                  numbers, numbers),
+        st.builds(
+            Mark,
+            labels,
+            st.sampled_from(["a.jpg", "left; right/b, c.JPG", "ü.tif"]),
+            numbers,
+            numbers,
+        ),
         min_size=1,
         max_size=6,
         unique_by=lambda mark: (mark.label, mark.photo),
     )
-)  # fmt: skip
+)
 def test_marks_that_are_written_are_read_back(tmp_path: Path, marks: list[Mark]) -> None:
     assert write_marks(tmp_path / "marks.csv", marks) is None
     assert read_marks(tmp_path / "marks.csv") == marks

@@ -54,8 +54,10 @@ def test_the_points_and_marks_of_saint_martin_are_read(data_dir: Path) -> None:
     assert len(points) == 9
     by_name = {p.label: p for p in points}
     assert by_name["Stone-6"].position == (
-        0.150697933447584281, 1.10818337179321613, 0.773464897817899177,
-    )  # fmt: skip
+        0.150697933447584281,
+        1.10818337179321613,
+        0.773464897817899177,
+    )
     # 1 1 1 is a weight: not an error of a metre.
     assert all(p.sigma_m is None and not p.check for p in points)
     marks = read_marks(data_dir / "saint_martin" / "GroundMeasure.xml")
@@ -96,17 +98,29 @@ UNFOLDING += "]><x y='&a11;'/>"
 @pytest.mark.parametrize(
     ("text", "code", "values"),
     [
-        (micmac(point("A", "1 2")), "file.number-count",
-         {"line": 3, "field": "Pt", "count": 2, "needed": 3}),
-        (micmac(point("A", "1 2 east")), "table.not-a-number",
-         {"line": 3, "field": "Pt", "cell": "east"}),
+        (
+            micmac(point("A", "1 2")),
+            "file.number-count",
+            {"line": 3, "field": "Pt", "count": 2, "needed": 3},
+        ),
+        (
+            micmac(point("A", "1 2 east")),
+            "table.not-a-number",
+            {"line": 3, "field": "Pt", "cell": "east"},
+        ),
         (micmac(point("A", "1 2 nan")), "table.not-a-number", {"cell": "nan"}),
         (micmac(point("A", "")), "table.value-missing", {"line": 3, "field": "Pt"}),
         (micmac(point("", "1 2 3")), "table.value-missing", {"line": 4, "field": "NamePt"}),
-        (micmac("\n<OneAppuisDAF><NamePt>A</NamePt></OneAppuisDAF>"), "file.missing-element",
-         {"name": "Pt"}),
-        (micmac(point("A", "1 2 3"), point("A", "1 2 4")), "table.repeated-label",
-         {"label": "A", "first_line": 3}),
+        (
+            micmac("\n<OneAppuisDAF><NamePt>A</NamePt></OneAppuisDAF>"),
+            "file.missing-element",
+            {"name": "Pt"},
+        ),
+        (
+            micmac(point("A", "1 2 3"), point("A", "1 2 4")),
+            "table.repeated-label",
+            {"label": "A", "first_line": 3},
+        ),
         (micmac(point("A", "1 2 3", "0.1 -1 0.1")), "table.not-positive", {"field": "Incertitude"}),
         (micmac(), "control.no-points", {}),
         (micmac(point("A", "1 2 3"))[:-30], "file.damaged", {"format": "XML"}),
@@ -114,19 +128,25 @@ UNFOLDING += "]><x y='&a11;'/>"
         ("<html><body>404</body></html>", "control.no-points", {"field": "html"}),
         (BOMB, "file.declares-entity", {}),
         (BOMB.replace("&b;", ""), "file.declares-entity", {"name": "a"}),
-        ('<!DOCTYPE x [<!ENTITY a SYSTEM "/etc/passwd">]><x>&a;</x>', "file.declares-entity",
-         {"name": "a"}),
+        (
+            '<!DOCTYPE x [<!ENTITY a SYSTEM "/etc/passwd">]><x>&a;</x>',
+            "file.declares-entity",
+            {"name": "a"},
+        ),
         (UNFOLDING, "file.damaged", {"format": "XML"}),
         ("<a>" * 200 + "</a>" * 200, "file.too-many-parts", {}),
-        ("<a>\n" * 65 + "</a>" * 65, "file.too-many-parts",
-         {"line": 65, "field": "a", "limit": 64}),
+        (
+            "<a>\n" * 65 + "</a>" * 65,
+            "file.too-many-parts",
+            {"line": 65, "field": "a", "limit": 64},
+        ),
         ("<a>" * 64 + "</a>" * 64, "control.no-points", {}),
         ("<a>" * 100_000 + "</a>" * 100_000, "file.damaged", {"format": "XML"}),
         ("<?xml version='1.0' encoding='klingon'?><a/>", "file.damaged", {"format": "XML"}),
         (b"<a>\xff\xfe\x00</a>", "file.damaged", {"format": "XML"}),
         ("<", "file.damaged", {"format": "XML"}),
     ],
-)  # fmt: skip
+)
 def test_what_is_wrong_in_xml_is_named_with_its_line_and_element(
     tmp_path: Path, text: str | bytes, code: str, values: dict[str, object]
 ) -> None:
@@ -204,8 +224,10 @@ def test_without_labels_marks_at_one_place_are_one_point(tmp_path: Path) -> None
     path = written(tmp_path, text, "gcp_list.txt")
     assert [(p.label, p.position[0]) for p in read_control(path)] == [("GCP1", 1.0), ("GCP2", 4.0)]
     assert [(m.label, m.photo) for m in read_marks(path)] == [
-        ("GCP1", "a.jpg"), ("GCP2", "a.jpg"), ("GCP1", "b.jpg"),
-    ]  # fmt: skip
+        ("GCP1", "a.jpg"),
+        ("GCP2", "a.jpg"),
+        ("GCP1", "b.jpg"),
+    ]
 
 
 def test_tabs_keep_names_with_blanks_whole(tmp_path: Path) -> None:

@@ -69,9 +69,11 @@ def movement(row: dict[str, str]) -> np.ndarray:
         return -line if first == "T" else line
     # From the footwall, the hanging wall lies ahead, along the dip direction; its right is the
     # far end of the strike.
-    right = -plane.strike_vector() if row["dip"] != "90" else -Plane(
-        float(row["strike"]) + 90.0, 89.999
-    ).strike_vector()  # fmt: skip
+    right = (
+        -plane.strike_vector()
+        if row["dip"] != "90"
+        else -Plane(float(row["strike"]) + 90.0, 89.999).strike_vector()
+    )
     wanted = 1.0 if second == "R" else -1.0
     return line if np.sign(line @ right) == wanted else -line
 

@@ -30,10 +30,18 @@ from vomstudio.io.models.preview import preview
 FT, US_FT = 0.3048, 1200 / 3937
 PROJECTED, LINEAR, VERTICAL, VERTICAL_UNIT = 3072, 3076, 4096, 4099
 CAROLINA = [
-    (3072, 0, 1, 32767), (2048, 0, 1, 4269), (3074, 0, 1, 32767), (3075, 0, 1, 8),
-    (3076, 0, 1, 9003), (3078, 34736, 1, 0), (3079, 34736, 1, 1), (3081, 34736, 1, 2),
-    (3080, 34736, 1, 3), (3082, 34736, 1, 4), (3083, 34736, 1, 5),
-]  # fmt: skip
+    (3072, 0, 1, 32767),
+    (2048, 0, 1, 4269),
+    (3074, 0, 1, 32767),
+    (3075, 0, 1, 8),
+    (3076, 0, 1, 9003),
+    (3078, 34736, 1, 0),
+    (3079, 34736, 1, 1),
+    (3081, 34736, 1, 2),
+    (3080, 34736, 1, 3),
+    (3082, 34736, 1, 4),
+    (3083, 34736, 1, 5),
+]
 CAROLINA_NUMBERS = (36.166666666666664, 34.333333333333336, 33.75, -79.0, 2000000.0, 0.0)
 """EPSG:2264 by its parameters (EPSG Geodetic Parameter Dataset)."""
 
@@ -177,11 +185,18 @@ def write_tif(path: Path, flat_m: float, high_m: float, crs: str | None, **more)
     with (
         rasterio.Env(**more.pop("env", {})),
         rasterio.open(
-            path, "w", driver="GTiff", width=60, height=50, count=1, dtype=kind, crs=crs,
+            path,
+            "w",
+            driver="GTiff",
+            width=60,
+            height=50,
+            count=1,
+            dtype=kind,
+            crs=crs,
             transform=rasterio.Affine(1 / flat_m, 0, 5e5 / flat_m, 0, -1 / flat_m, north / flat_m),
             **more,
         ) as dataset,
-    ):  # fmt: skip
+    ):
         dataset.write(heights.astype(kind), 1)
         if unit is not None:
             dataset.units = [unit]

@@ -62,8 +62,15 @@ def add_block(space: Modelspace) -> None:
 
 
 BODIES = [
-    add_solid, add_body, add_region, add_surface, add_polyface, add_polymesh, add_mesh, add_block,
-]  # fmt: skip
+    add_solid,
+    add_body,
+    add_region,
+    add_surface,
+    add_polyface,
+    add_polymesh,
+    add_mesh,
+    add_block,
+]
 
 
 @pytest.mark.parametrize("add", BODIES)

@@ -22,11 +22,14 @@ def test_a_crs_is_known_by_code_or_name(text):
 @pytest.mark.parametrize(
     ("text", "code"),
     [
-        ("utm 15n", "EPSG:32615"), ("UTM 15N", "EPSG:32615"), ("UTM zone 33S", "EPSG:32733"),
-        ("WGS84 / UTM zone 1 n", "EPSG:32601"), ("utm60s", "EPSG:32760"),
+        ("utm 15n", "EPSG:32615"),
+        ("UTM 15N", "EPSG:32615"),
+        ("UTM zone 33S", "EPSG:32733"),
+        ("WGS84 / UTM zone 1 n", "EPSG:32601"),
+        ("utm60s", "EPSG:32760"),
         ("utm 05n", "EPSG:32605"),
     ],
-)  # fmt: skip
+)
 def test_zones_are_understood_as_people_write_them(text, code):
     """The names in EPSG's register say the same."""
     from pyproj import CRS

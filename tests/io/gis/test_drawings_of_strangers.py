@@ -134,9 +134,14 @@ def test_curves_go_through_what_their_formula_says(tmp_path: Path) -> None:
 # --- sidecars -----------------------------------------------------------------------------------
 def sidecar(folder: Path, **changed: Any) -> Path:
     facts = {
-        "pixel_to_world": np.eye(4).tolist(), "geotransform": [1, 0, 0, 0, -1, 80], "width": 100,
-        "height": 80, "plane_coordinates": None, "crs": "EPSG:32633", "picture_id": "a",
-    }  # fmt: skip
+        "pixel_to_world": np.eye(4).tolist(),
+        "geotransform": [1, 0, 0, 0, -1, 80],
+        "width": 100,
+        "height": 80,
+        "plane_coordinates": None,
+        "crs": "EPSG:32633",
+        "picture_id": "a",
+    }
     path = folder / "s.json"
     path.write_text(json.dumps({**facts, **changed}))
     return path
@@ -145,10 +150,13 @@ def sidecar(folder: Path, **changed: Any) -> Path:
 def test_sidecars_of_odd_values_are_refused_by_name(tmp_path: Path) -> None:
     assert read_sidecar(sidecar(tmp_path)).width == 100
     for odd in (
-        {"width": float("inf")}, {"geotransform": [10**400, 0, 0, 0, 1, 0]},
-        {"geotransform": [0] * 6}, {"pixel_to_world": np.zeros((4, 4)).tolist()},
-        {"width": 10**300}, {"pixel_to_world": [[float("nan")] * 4] * 4},
-    ):  # fmt: skip
+        {"width": float("inf")},
+        {"geotransform": [10**400, 0, 0, 0, 1, 0]},
+        {"geotransform": [0] * 6},
+        {"pixel_to_world": np.zeros((4, 4)).tolist()},
+        {"width": 10**300},
+        {"pixel_to_world": [[float("nan")] * 4] * 4},
+    ):
         path = sidecar(tmp_path, **odd)
         with pytest.raises(InputError) as refusal:
             read_sidecar(path)
@@ -194,11 +202,12 @@ def test_a_name_of_its_own_for_each_shape(tmp_path: Path, read: Callable[[Path],
     """Two megabytes would be a table of 400 million cells."""
     shapes = [
         {
-            "type": "Feature", "properties": {f"p{k}": 1},
+            "type": "Feature",
+            "properties": {f"p{k}": 1},
             "geometry": {"type": "LineString", "coordinates": [[1, 2], [3, 4]]},
         }
         for k in range(20_000)
-    ]  # fmt: skip
+    ]
     path = tmp_path / "a.geojson"
     path.write_text(json.dumps({"type": "FeatureCollection", "features": shapes}))
     with refused("file.too-many-parts", limit=2000, file=path):

@@ -76,11 +76,13 @@ def test_the_crs_of_a_geojson_is_not_fetched(
     tmp_path: Path, asked: tuple[str, list[str]], read: Callable[[Path], object], kind: str
 ) -> None:
     address, pages = asked
-    for number, crs in enumerate((
-        {"type": "link", "properties": {"href": f"{address}a", "type": "proj4"}},
-        {"type": "url", "properties": {"url": f"{address}b"}},
-        {"type": "name", "properties": {"name": f"{address}c"}},
-    )):  # fmt: skip
+    for number, crs in enumerate(
+        (
+            {"type": "link", "properties": {"href": f"{address}a", "type": "proj4"}},
+            {"type": "url", "properties": {"url": f"{address}b"}},
+            {"type": "name", "properties": {"name": f"{address}c"}},
+        )
+    ):
         with contextlib.suppress(InputError):
             read(geojson(tmp_path / f"{number}.geojson", kind, crs))
     assert pages == []
@@ -140,9 +142,14 @@ def test_what_is_named_is_read(tmp_path: Path, driver: str) -> None:
     name = {"GPKG": "a.gpkg", "GeoJSON": "a.geojson", "DXF": "a.dxf"}.get(driver, "a.shp")
     wkb = np.array([shapely.to_wkb(shapely.LineString(SQUARE))], object)
     pyogrio.raw.write(
-        tmp_path / name, wkb, [], [], geometry_type="LineString", driver=driver,
+        tmp_path / name,
+        wkb,
+        [],
+        [],
+        geometry_type="LineString",
+        driver=driver,
         crs=None if driver == "DXF" else "EPSG:32633",
-    )  # fmt: skip
+    )
     assert len(read_gis_lines(tmp_path / name).lines) == 1
     assert len(read_lines(tmp_path / name).shapes) == 1
 
@@ -169,9 +176,11 @@ def test_no_virtual_layer_of_stations_and_contacts_is_opened(
 def test_a_table_of_stations_of_any_bytes(tmp_path: Path) -> None:
     path = tmp_path / "stations.csv"
     for data in (
-        b"name,x,y,z\na,1,2,3\n" + b"b," + b"9" * 200_000 + b",2,3\n", b"\xff\xfe\x00",
-        b"name,x,y,z\n\xed\xa0\x80,1,2,3\n", b"name,x,y,z\n\"a\0,1,2\n" * 3,
-    ):  # fmt: skip
+        b"name,x,y,z\na,1,2,3\n" + b"b," + b"9" * 200_000 + b",2,3\n",
+        b"\xff\xfe\x00",
+        b"name,x,y,z\n\xed\xa0\x80,1,2,3\n",
+        b'name,x,y,z\n"a\0,1,2\n' * 3,
+    ):
         path.write_bytes(data)
         with pytest.raises(InputError, match=r"stations\.csv"):
             _listed(path)
@@ -235,9 +244,16 @@ def test_the_entries_of_all_layers_are_counted_together(tmp_path, monkeypatch) -
     wkb = np.array([shapely.to_wkb(shapely.Polygon(SQUARE))] * 3, object)
     for name in "ab":
         pyogrio.raw.write(
-            path, wkb, [], [], layer=name, geometry_type="Polygon", driver="GPKG",
-            crs="EPSG:32633", append=name == "b",
-        )  # fmt: skip
+            path,
+            wkb,
+            [],
+            [],
+            layer=name,
+            geometry_type="Polygon",
+            driver="GPKG",
+            crs="EPSG:32633",
+            append=name == "b",
+        )
     with refused("file.too-many-parts", limit=4, parts="entries"):
         read_gis_lines(path)
 

@@ -65,9 +65,14 @@ def _written(path: Path, driver: str) -> Path:
     ends = np.stack([np.stack([at, at * 0], 1), np.stack([at + 1, at * 0 + 5.25], 1)], 1)
     names = np.array([None if i % 7 == 0 else f"n{i}é" for i in range(COUNT)], object)
     pyogrio.raw.write(
-        path, shapely.to_wkb(shapely.linestrings(ends)), [names, at, np.arange(COUNT)],
-        ["name", "length", "number"], geometry_type="LineString", driver=driver, crs="EPSG:32633",
-    )  # fmt: skip
+        path,
+        shapely.to_wkb(shapely.linestrings(ends)),
+        [names, at, np.arange(COUNT)],
+        ["name", "length", "number"],
+        geometry_type="LineString",
+        driver=driver,
+        crs="EPSG:32633",
+    )
     return path
 
 
@@ -95,8 +100,11 @@ def test_a_file_is_read_the_same_in_a_process_of_its_own(
     monkeypatch.setattr("vomstudio.io.gis.vector_layers._SMALL_BYTES", 1 << 40)
     (here,) = read_layers(path, [None], columns, _unreadable)
     assert (apart.name, apart.kind, apart.crs, apart.fields) == (
-        here.name, here.kind, here.crs, here.fields,
-    )  # fmt: skip
+        here.name,
+        here.kind,
+        here.crs,
+        here.fields,
+    )
     assert apart.shapes is not None
     assert here.shapes is not None
     assert apart.shapes.tolist() == here.shapes.tolist()
@@ -156,8 +164,12 @@ def _listed(path: Path) -> object:
 
 
 READERS: list[Callable[[Path], object]] = [
-    read_gis_lines, read_lines, read_area, _listed, lambda path: in_polygons(np.zeros((3, 3)), path)
-]  # fmt: skip
+    read_gis_lines,
+    read_lines,
+    read_area,
+    _listed,
+    lambda path: in_polygons(np.zeros((3, 3)), path),
+]
 
 
 @pytest.mark.parametrize("read", READERS)
@@ -193,9 +205,14 @@ def test_only_columns_that_are_asked_for_are_read(tmp_path: Path) -> None:
     lines = shapely.to_wkb([shapely.LineString([(0, 0), (1, k)]) for k in range(3)])
     names = np.array(["a", "b", "c"], object)
     pyogrio.raw.write(
-        tmp_path / "t.gpkg", lines, [names, names, names], ["Set", "other", "repeat_of"],
-        geometry_type="LineString", driver="GPKG", crs="EPSG:32633",
-    )  # fmt: skip
+        tmp_path / "t.gpkg",
+        lines,
+        [names, names, names],
+        ["Set", "other", "repeat_of"],
+        geometry_type="LineString",
+        driver="GPKG",
+        crs="EPSG:32633",
+    )
     found = read_lines(tmp_path / "t.gpkg", columns=["set"])
     assert list(found.columns) == ["Set"]
     assert found.column("SET", "--set") == ["a", "b", "c"]

@@ -39,9 +39,16 @@ def write(path: Path, values: np.ndarray, transform: Affine | None = NORTH_UP, *
     tags = profile.pop("units", None)
     scale = profile.pop("scale", None)
     with rasterio.open(
-        path, "w", driver="GTiff", count=len(bands), height=bands.shape[1], width=bands.shape[2],
-        dtype=bands.dtype, transform=transform, **profile,
-    ) as dataset:  # fmt: skip
+        path,
+        "w",
+        driver="GTiff",
+        count=len(bands),
+        height=bands.shape[1],
+        width=bands.shape[2],
+        dtype=bands.dtype,
+        transform=transform,
+        **profile,
+    ) as dataset:
         dataset.write(bands)
         if tags:
             dataset.units = [tags]

@@ -45,10 +45,15 @@ class Scene:
     def __init__(self) -> None:
         self.body = b""
         self.json: dict[str, Any] = {
-            "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
-            "nodes": [{"mesh": 0}], "meshes": [{"primitives": []}],
-            "accessors": [], "bufferViews": [], "buffers": [],
-        }  # fmt: skip
+            "asset": {"version": "2.0"},
+            "scene": 0,
+            "scenes": [{"nodes": [0]}],
+            "nodes": [{"mesh": 0}],
+            "meshes": [{"primitives": []}],
+            "accessors": [],
+            "bufferViews": [],
+            "buffers": [],
+        }
 
     def view(self, content: bytes) -> int:
         self.json["bufferViews"].append(
@@ -65,9 +70,11 @@ class Scene:
             {
                 "bufferView": self.view(np.ascontiguousarray(table).tobytes()),
                 "componentType": kinds[table.dtype.str[1:]],
-                "count": len(table), "type": kind, **more,
+                "count": len(table),
+                "type": kind,
+                **more,
             }
-        )  # fmt: skip
+        )
         return len(self.json["accessors"]) - 1
 
     def primitive(self, points: np.ndarray, faces: np.ndarray | None = None, **more: Any) -> dict:
@@ -540,8 +547,14 @@ def test_data_without_compression_beside_compressed_ones_are_used(
     scene = roof()
     scene.json["extensionsUsed"] = ["EXT_meshopt_compression"]
     for view in scene.json["bufferViews"]:
-        packed = {"buffer": 0, "byteOffset": 0, "byteLength": 4, "byteStride": 12, "count": 5,
-                  "mode": "ATTRIBUTES"}  # fmt: skip
+        packed = {
+            "buffer": 0,
+            "byteOffset": 0,
+            "byteLength": 4,
+            "byteStride": 12,
+            "count": 5,
+            "mode": "ATTRIBUTES",
+        }
         view["extensions"] = {"EXT_meshopt_compression": packed}
         view["buffer"] = 0 if there else 1
     path = scene.glb(tmp_path / "roof.glb")
@@ -554,10 +567,13 @@ def test_data_without_compression_beside_compressed_ones_are_used(
         )
         text = json.dumps(scene.json).encode()
         path.write_bytes(
-            struct.pack("<4sIII4s", b"glTF", 2, 28 + len(text) + len(scene.body), len(text),
-                        b"JSON") + text + struct.pack("<I4s", len(scene.body), b"BIN\0")
+            struct.pack(
+                "<4sIII4s", b"glTF", 2, 28 + len(text) + len(scene.body), len(text), b"JSON"
+            )
+            + text
+            + struct.pack("<I4s", len(scene.body), b"BIN\0")
             + scene.body
-        )  # fmt: skip
+        )
         with refused("file.damaged"):
             read_model(path)
         return

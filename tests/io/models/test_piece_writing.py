@@ -27,9 +27,13 @@ def two_materials(folder) -> Mesh:
     uv = np.stack([x.ravel() / 5.0, z.ravel()], axis=1).astype(np.float32)
     materials = tuple(Material(n, folder / f"{n}.png") for n in "abc")
     return Mesh(
-        vertices, faces, materials, np.array([0, 2, 4, 5]), uv,
+        vertices,
+        faces,
+        materials,
+        np.array([0, 2, 4, 5]),
+        uv,
         fields={"height": vertices[:, 2].copy()},
-    )  # fmt: skip
+    )
 
 
 def loaded(data, path) -> LoadedModel:
@@ -104,9 +108,15 @@ def test_what_cannot_be_a_piece_is_said_and_leaves_nothing(tmp_path):
     other = LoadedModel(mesh, "mesh", None, (), tmp_path / "cliff.obj", "another")
     with refused("model.file-changed"):
         write_piece(
-            other, np.packbits(np.ones(5, bool)), tmp_path / "cliff.obj", "hash", None,
-            tmp_path / "models", "x", Silent(),
-        )  # fmt: skip
+            other,
+            np.packbits(np.ones(5, bool)),
+            tmp_path / "cliff.obj",
+            "hash",
+            None,
+            tmp_path / "models",
+            "x",
+            Silent(),
+        )
     assert not (tmp_path / "models").exists() or not list((tmp_path / "models").iterdir())
 
 

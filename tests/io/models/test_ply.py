@@ -429,11 +429,14 @@ def test_a_file_in_pieces_is_the_file_as_a_whole(
         form,
         [
             ("vertex", ["double x", "double y", "double z", "short age"], vertices),
-            ("face", ["list uchar int vertex_indices", "list uchar double texcoord",
-                      "uchar texnumber"], faces),
+            (
+                "face",
+                ["list uchar int vertex_indices", "list uchar double texcoord", "uchar texnumber"],
+                faces,
+            ),
         ],
         ("TextureFile a.png", "TextureFile b.png"),
-    )  # fmt: skip
+    )
     path = save(tmp_path, content[: len(content) - cut])
     found = []
     for at_once in (1 << 20, 11, 3, 1):
@@ -462,11 +465,14 @@ def test_a_corner_that_is_no_index_costs_its_face_alone(tmp_path: Path, word: st
     content = encode(
         "ascii",
         [
-            ("vertex", ["float x", "float y", "float z"],
-             [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)]),
+            (
+                "vertex",
+                ["float x", "float y", "float z"],
+                [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)],
+            ),
             ("face", ["list uchar uint vertex_indices"], [([0, 1, 2],), ([1, 3, 2],)]),
         ],
-    ).replace(b"3 1 3 2", b"3 1 " + word.encode() + b" 2")  # fmt: skip
+    ).replace(b"3 1 3 2", b"3 1 " + word.encode() + b" 2")
     loaded = read_model(save(tmp_path, content))
     assert isinstance(loaded.data, Mesh)
     assert loaded.data.faces.tolist() == [[0, 1, 2]]

@@ -19,8 +19,9 @@ from vomstudio.io.models.opening import read_model
 def sphere(folder: Path, kind: str) -> tuple[Path, trimesh.Trimesh]:
     ball = trimesh.creation.icosphere(subdivisions=2, radius=3.0)
     path = folder / "ball.stl"
-    path.write_bytes(ball.export(file_type=kind) if kind == "stl" else
-                     ball.export(file_type=kind).encode())  # fmt: skip
+    path.write_bytes(
+        ball.export(file_type=kind) if kind == "stl" else ball.export(file_type=kind).encode()
+    )
     return path, ball
 
 

@@ -175,8 +175,11 @@ def test_trimesh_reads_a_glb_as_it_was_meant(tmp_path: Path) -> None:
     write_model(mesh, "EPSG:32615", path)
     scene = trimesh.load(path)
     assert len(scene.geometry) == 3
-    origin = np.array(json.loads(path.read_bytes()[20:].split(b"\0")[0].split(b"BIN")[0][:-4])
-                      ["asset"]["extras"]["origin"])  # fmt: skip
+    origin = np.array(
+        json.loads(path.read_bytes()[20:].split(b"\0")[0].split(b"BIN")[0][:-4])["asset"]["extras"][
+            "origin"
+        ]
+    )
     assert (origin == np.rint(origin)).all()
     joined = scene.to_geometry().triangles
     upright = np.stack([joined[..., 0], -joined[..., 2], joined[..., 1]], -1) + origin
@@ -446,10 +449,15 @@ def test_a_tiff_becomes_png_inside_a_glb(tmp_path: Path) -> None:
 def test_odd_names_of_fields_are_kept_apart_and_said(tmp_path: Path) -> None:
     values = np.arange(3.0)
     fields = {
-        "Roughness (0.5)": values, "roughness 0 5": values + 1, "x": values + 2, "red": values + 3,
-        "é": values + 4, "a name that is much longer than thirty-two bytes": values + 5,
-        "X": values + 6, "big": np.array([2**60, 1, 2]),
-    }  # fmt: skip
+        "Roughness (0.5)": values,
+        "roughness 0 5": values + 1,
+        "x": values + 2,
+        "red": values + 3,
+        "é": values + 4,
+        "a name that is much longer than thirty-two bytes": values + 5,
+        "X": values + 6,
+        "big": np.array([2**60, 1, 2]),
+    }
     given = PointCloud(np.eye(3), fields=fields)
     for ending in (".ply", ".laz", ".csv", ".glb"):
         findings = write_model(given, None, tmp_path / f"m{ending}")

@@ -75,8 +75,9 @@ def test_materials_of_a_drawing_are_its_layers(tmp_path: Path) -> None:
     assert isinstance(found.data, Mesh)
     assert len(found.data.vertices) == len(mesh.vertices)
     assert [(m.name, m.diffuse) for m in found.data.materials] == [
-        ("bed", (1.0, 0.0, 0.0)), ("joint", (0.0, 0.0, 1.0)),
-    ]  # fmt: skip
+        ("bed", (1.0, 0.0, 0.0)),
+        ("joint", (0.0, 0.0, 1.0)),
+    ]
     assert found.units == ("m", "m", "m")
 
 
@@ -260,9 +261,11 @@ def test_faces_of_multipatches(tmp_path: Path) -> None:
 def test_points_of_several_a_row_and_records_without_a_shape(tmp_path: Path) -> None:
     places = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
     several = (
-        struct.pack("<i4di", 18, 0, 0, 0, 0, 2) + places[:, :2].tobytes()
-        + struct.pack("<2d", 0, 0) + places[:, 2].tobytes()
-    )  # fmt: skip
+        struct.pack("<i4di", 18, 0, 0, 0, 0, 2)
+        + places[:, :2].tobytes()
+        + struct.pack("<2d", 0, 0)
+        + places[:, 2].tobytes()
+    )
     path = shapefile(tmp_path / "p.shp", 18, struct.pack("<i", 0), several)
     found = read_model(path).data
     assert isinstance(found, PointCloud)

@@ -179,10 +179,23 @@ def test_a_decimal_comma_is_a_point() -> None:
 
 @pytest.mark.parametrize(
     "content",
-    [b"1 2\n", b"1 2 3 4\n", b"1 2 3\n\n4 5 6\n", b"1 2 nan\n", b"1 2 3e2\n", b"1 2 # 3\n",
-     b"007 2 3\n", b"1 2 0.12345678901234567\n", b"1 2 1234567890123456\n", b"1 2 +3\n", b"",
-     b"1\x0b2 3 4\n", "1 2 ٣\n".encode(), b"1 2 '3'\n"],
-)  # fmt: skip
+    [
+        b"1 2\n",
+        b"1 2 3 4\n",
+        b"1 2 3\n\n4 5 6\n",
+        b"1 2 nan\n",
+        b"1 2 3e2\n",
+        b"1 2 # 3\n",
+        b"007 2 3\n",
+        b"1 2 0.12345678901234567\n",
+        b"1 2 1234567890123456\n",
+        b"1 2 +3\n",
+        b"",
+        b"1\x0b2 3 4\n",
+        "1 2 ٣\n".encode(),
+        b"1 2 '3'\n",
+    ],
+)
 def test_what_is_not_plain_is_left_to_pandas(content: bytes) -> None:
     assert xyz.plain_numbers(content, layout(" ", ".", 3)) is None
 

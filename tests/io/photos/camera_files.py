@@ -100,10 +100,19 @@ def opensfm_json(path: Path, views: Sequence[View]) -> Path:
     side = float(LENS.width)
     fx, fy, cx, cy, k1, k2, p1, p2 = LENS.params
     camera = {
-        "projection_type": "brown", "width": LENS.width, "height": LENS.height,
-        "focal_x": fx / side, "focal_y": fy / side, "c_x": (cx - LENS.width / 2) / side,
-        "c_y": (cy - LENS.height / 2) / side, "k1": k1, "k2": k2, "k3": 0.0, "p1": p1, "p2": p2,
-    }  # fmt: skip
+        "projection_type": "brown",
+        "width": LENS.width,
+        "height": LENS.height,
+        "focal_x": fx / side,
+        "focal_y": fy / side,
+        "c_x": (cx - LENS.width / 2) / side,
+        "c_y": (cy - LENS.height / 2) / side,
+        "k1": k1,
+        "k2": k2,
+        "k3": 0.0,
+        "p1": p1,
+        "p2": p2,
+    }
     shots = {
         view.name: {
             "rotation": Rotation.from_matrix(view.rotation).as_rotvec().tolist(),
@@ -124,14 +133,17 @@ def shots_geojson(path: Path, views: Sequence[View]) -> Path:
         {
             "type": "Feature",
             "properties": {
-                "filename": view.name, "focal": 0.8, "width": LENS.width, "height": LENS.height,
+                "filename": view.name,
+                "focal": 0.8,
+                "width": LENS.width,
+                "height": LENS.height,
                 "translation": view.centre.tolist(),
                 "rotation": Rotation.from_matrix(view.rotation).as_rotvec().tolist(),
             },
             "geometry": {"type": "Point", "coordinates": [13.0, 45.0, 300.0]},
         }
         for view in views
-    ]  # fmt: skip
+    ]
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
     return path

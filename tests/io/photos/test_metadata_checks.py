@@ -41,9 +41,12 @@ def test_the_sign_of_heights_is_that_of_xmp_if_the_sizes_agree(exif, xmp, used) 
 def test_contradicting_heights_are_one_finding_of_a_folder(tmp_path: Path) -> None:
     for i in range(3):
         maker.write_photo(
-            tmp_path / f"{i}.jpg", seed=i, main=CAMERA, gps=maker.at(47, 12, 50.33, 1),
+            tmp_path / f"{i}.jpg",
+            seed=i,
+            main=CAMERA,
+            gps=maker.at(47, 12, 50.33, 1),
             xmp=maker.drone_xmp(AbsoluteAltitude="+50.33", RelativeAltitude="+30.10"),
-        )  # fmt: skip
+        )
     folder = read_photos(tmp_path)
     assert [p.altitude_m for p in folder.photos] == [50.33] * 3
     assert {p.altitude_reference for p in folder.photos} == {"sea level"}
@@ -83,8 +86,10 @@ def test_one_level_photo_to_the_north_among_others_keeps_its_angles(tmp_path: Pa
         ("yaw=120;pitch=-8;roll=1.5", (120.0, -8.0, 1.5)),
         ("pitch:-8.0 yaw:-120 roll:1e0", (-120.0, -8.0, 1.0)),
         ('{"roll": 1.5, "pitch": -8, "yaw": 120, "latitude": 47.1}', (120.0, -8.0, 1.5)),
-        ('{"XMPdata":{"CameraYaw":"120","CameraPitch":"-8","CameraRoll":"1.5"}}',
-         (120.0, -8.0, 1.5)),
+        (
+            '{"XMPdata":{"CameraYaw":"120","CameraPitch":"-8","CameraRoll":"1.5"}}',
+            (120.0, -8.0, 1.5),
+        ),
         ('text {% {"camera_pan": 120, "camera_tilt": -8} %}', (120.0, -8.0, None)),
         ("FlightYaw: 7 FlightPitch: 9 GimbalYawDegree=120 GimbalPitchDegree=-8", (120, -8, None)),
         ("Yaw (deg): 120, Pitch (deg): -8, Roll (deg): 1.5", (120.0, -8.0, 1.5)),
@@ -96,7 +101,7 @@ def test_one_level_photo_to_the_north_among_others_keeps_its_angles(tmp_path: Pa
         ("the yawning pitch of a roll 3", None),
         ("", None),
     ],
-)  # fmt: skip
+)
 def test_the_forms_of_angles_in_a_comment(text: str, angles) -> None:
     assert comment_angles(text) == angles
 

@@ -174,9 +174,11 @@ def test_cameras_that_look_elsewhere_are_doubted(tmp_path: Path) -> None:
     assert "cameras.not-looking" in by_code(far.warnings)
 
 
-XML = '<document><chunk><sensors><sensor id="0"><resolution width="{0}" height="3"/>{1}</sensor>' \
-    '</sensors>\n<cameras><camera id="0" sensor_id="0" label="A">\n<transform>{2}</transform>' \
-    "</camera></cameras></chunk></document>"  # fmt: skip
+XML = (
+    '<document><chunk><sensors><sensor id="0"><resolution width="{0}" height="3"/>{1}</sensor>'
+    '</sensors>\n<cameras><camera id="0" sensor_id="0" label="A">\n<transform>{2}</transform>'
+    "</camera></cameras></chunk></document>"
+)
 SHOT = '[{{"cameras": {{"a": {{"width": 4, "height": 3, "focal": 0.8}}}}, "shots": {{"A": {0}}}}}]'
 FLAT = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"
 

@@ -274,10 +274,15 @@ def test_an_rtk_drone_says_how_well_it_knows_its_place(tmp_path: Path) -> None:
         tmp_path / "a.jpg",
         gps=maker.at(46, 7, 512.0),
         xmp=maker.drone_xmp(
-            RtkStdLon="0.012", RtkStdLat="0.009", AltitudeType="RtkAlt", GimbalYawDegree="-131.30",
-            GimbalPitchDegree="-60.0", GimbalRollDegree="+0.00", RelativeAltitude="+40.00",
+            RtkStdLon="0.012",
+            RtkStdLat="0.009",
+            AltitudeType="RtkAlt",
+            GimbalYawDegree="-131.30",
+            GimbalPitchDegree="-60.0",
+            GimbalRollDegree="+0.00",
+            RelativeAltitude="+40.00",
         ),
-    )  # fmt: skip
+    )
     photo = one(tmp_path)
     assert photo.gps_accuracy_m == pytest.approx(0.015)
     assert photo.altitude_reference == "ellipsoid"

@@ -126,9 +126,14 @@ def test_files_that_gdal_writes(tmp_path: Path, ending: str, driver: str, kind: 
     shapes = np.array([shapely.to_wkb(shapely.Point(k, k)) for k in range(3)], object)
     fields = {} if driver == "DXF" else {"dip": np.arange(3)}
     pyogrio.raw.write(
-        path, shapes, list(fields.values()), list(fields), geometry_type="Point", crs="EPSG:4326",
+        path,
+        shapes,
+        list(fields.values()),
+        list(fields),
+        geometry_type="Point",
+        crs="EPSG:4326",
         driver=driver,
-    )  # fmt: skip
+    )
     assert recognise_kind(path.read_bytes()).key == kind  # type: ignore[union-attr]
     if driver == "ESRI Shapefile":
         beside = path.with_suffix(".dbf").read_bytes()

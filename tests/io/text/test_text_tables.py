@@ -468,10 +468,24 @@ def of_many(kind: str, lines: int, files: dict[str, bytes], folder: Path) -> Pat
 
 @pytest.mark.parametrize(
     "kind",
-    ["t.csv", "field.csv", "slips.txt", "log.csv", "geo.txt", "positions.csv", "pairs.csv",
-     "bars.csv", "levels.csv", "compass.csv", "attitudes.csv", "centres.csv", "marks.csv",
-     "control.csv", "stations.csv"],
-)  # fmt: skip
+    [
+        "t.csv",
+        "field.csv",
+        "slips.txt",
+        "log.csv",
+        "geo.txt",
+        "positions.csv",
+        "pairs.csv",
+        "bars.csv",
+        "levels.csv",
+        "compass.csv",
+        "attitudes.csv",
+        "centres.csv",
+        "marks.csv",
+        "control.csv",
+        "stations.csv",
+    ],
+)
 def test_more_rows_than_memory_may_hold_are_refused(
     kind: str, sound: dict[str, dict[str, bytes]], tmp_path: Path
 ) -> None:

@@ -287,9 +287,16 @@ def nadir_oblique(said: float | None = 25.0) -> Survey:
     views = block(3, 5, camera, height=45, step=(15, 20))
     for heading in (0, 90, 180, 270):
         views += block(
-            1, 3, camera, height=40, step=(16, 16), tilt_deg=35, heading_deg=heading,
-            first=len(views), seed=heading,
-        )  # fmt: skip
+            1,
+            3,
+            camera,
+            height=40,
+            step=(16, 16),
+            tilt_deg=35,
+            heading_deg=heading,
+            first=len(views),
+            seed=heading,
+        )
     name = "nadir and oblique" + ("" if said else ", no EXIF")
     return Survey(name, ground(), tuple(views), (said,) * len(views), 2.0)
 
@@ -359,8 +366,12 @@ def strip(count: int = 40, said: float | None = 35.0) -> Survey:
         aim = place + [rng.normal(0, 0.6), 10, 0.8 + rng.normal(0, 0.3)]
         views.append(looking(f"IMG_{i + 1:04d}.jpg", camera, place, aim, float(rng.normal(0, 1))))
     name = "strip" + ("" if said else ", no EXIF")
-    return Survey(name, Face(face.vertices, face.faces, rock_face.rock_paint(41, 0.025)),
-                  tuple(views), (said,) * count)  # fmt: skip
+    return Survey(
+        name,
+        Face(face.vertices, face.faces, rock_face.rock_paint(41, 0.025)),
+        tuple(views),
+        (said,) * count,
+    )
 
 
 def wrong_exif(count: int = 12, half_deg: float = 35.0) -> Survey:
@@ -391,8 +402,9 @@ def turned_by_program(said: float | None = None) -> Survey:
         f, w, h = camera.focal[0], camera.width, camera.height
         other = Intrinsics("OPENCV", h, w, (f, f, h / 2, w / 2, -0.1, 0.05, 0.0, 0.0))
         views[i] = replace(views[i], intrinsics=other)
-    return Survey("turned by a program, no EXIF", rock_face.rough_face(), tuple(views),
-                  (said,) * 12)  # fmt: skip
+    return Survey(
+        "turned by a program, no EXIF", rock_face.rough_face(), tuple(views), (said,) * 12
+    )
 
 
 SURVEYS: dict[str, Callable[[], Survey]] = {

@@ -105,8 +105,12 @@ def test_what_can_be_told_of_planes_rests_on_the_model_not_on_the_pixels() -> No
 
 
 def test_figures_are_those_of_the_cameras() -> None:
-    views = [view("a", (0, 4, 8), (0, 4, 0)), view("b", (2, 4, 8), (2, 4, 0)),
-             view("c", (0, 4, 16), (0, 4, 0)), view("d", (4.62, 4, 8), (0, 4, 0))]  # fmt: skip
+    views = [
+        view("a", (0, 4, 8), (0, 4, 0)),
+        view("b", (2, 4, 8), (2, 4, 0)),
+        view("c", (0, 4, 16), (0, 4, 0)),
+        view("d", (4.62, 4, 8), (0, 4, 0)),
+    ]
     made = scene(views)
     assert photo_pixel_sizes(made)[:3] == pytest.approx([0.01, 0.01, 0.02], rel=0.02)
     # 8 m are seen, moved by 2 m: three quarters; the farther one sees all of the nearer.
@@ -167,8 +171,10 @@ def test_what_was_not_placed_and_fell_apart_is_said() -> None:
 
 
 def test_pixel_sizes_low_overlap_few_views_and_errors_are_measured() -> None:
-    views = [view(f"v{i}", (x, 4, 8), (x + (1.5 if i % 2 else -1.5), 4, 0))
-             for i, x in enumerate((-8.0, -4.0, 0.0, 4.0, 8.0))]  # fmt: skip
+    views = [
+        view(f"v{i}", (x, 4, 8), (x + (1.5 if i % 2 else -1.5), 4, 0))
+        for i, x in enumerate((-8.0, -4.0, 0.0, 4.0, 8.0))
+    ]
     report = check_scene(scene([*views, view("far", (0, 4, 200), (0, 4, 0))], noise_px=3.0))
     assert {"gsd-spread", "few-views", "high-error"} <= grave(report)
     by_code = {f.code: f for f in report.findings}
@@ -178,15 +184,29 @@ def test_pixel_sizes_low_overlap_few_views_and_errors_are_measured() -> None:
 
 def test_a_scene_of_nothing_is_an_answer() -> None:
     empty = SparseScene(
-        (), np.empty((0, 3)), np.empty((0, 3), np.uint8), np.empty(0, np.float32),
-        np.zeros(1, np.int64), np.empty(0, np.int32), np.empty((0, 2), np.float32),
-    )  # fmt: skip
+        (),
+        np.empty((0, 3)),
+        np.empty((0, 3), np.uint8),
+        np.empty(0, np.float32),
+        np.zeros(1, np.int64),
+        np.empty(0, np.int32),
+        np.empty((0, 2), np.float32),
+    )
     report = check_scene(empty, unregistered=["a.jpg", "b.jpg"])
     assert report.assessment[0].code == "survey.incomplete"
     # Placed, but without a single point.
-    alone = SparseScene((view("a", (0, 0, 8), (0, 0, 0)),), *(
-        getattr(empty, n) for n in (
-            "points", "colors", "errors_px", "track_offsets", "track_views", "track_pixels",
-        )
-    ))  # fmt: skip
+    alone = SparseScene(
+        (view("a", (0, 0, 8), (0, 0, 0)),),
+        *(
+            getattr(empty, n)
+            for n in (
+                "points",
+                "colors",
+                "errors_px",
+                "track_offsets",
+                "track_views",
+                "track_pixels",
+            )
+        ),
+    )
     assert "weak-photos" in grave(check_scene(alone))

@@ -60,8 +60,10 @@ assert (pixels.width, pixels.height) == (8, 6)
 def test_pictures_survive_beside_colmap(parts: tuple[str, ...]) -> None:
     ran = subprocess.run(
         [sys.executable, "-c", "\n".join((*parts, "print('all there')"))],
-        capture_output=True, text=True, timeout=LONGEST_S,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        timeout=LONGEST_S,
+    )
     assert ran.returncode == 0, ran.stderr
     assert ran.stdout.strip() == "all there"
 

@@ -96,8 +96,10 @@ def test_the_zone_of_the_gps_is_proposed_where_the_points_lie_in_it() -> None:
     # On the central meridian of zone 33 at 45 degrees: 500 000, 4 982 950 (0.9996 of the meridian
     # arc of 4 984 944 m).
     photos = [replace(p, latitude_deg=45.0, longitude_deg=15.0, altitude_m=9.0) for p in PHOTOS]
-    near = [replace(p, position=(p.position[0] + 5e5, p.position[1] + 4982950.0, 9.0 + i * i))
-            for i, p in enumerate(POINTS)]  # fmt: skip
+    near = [
+        replace(p, position=(p.position[0] + 5e5, p.position[1] + 4982950.0, 9.0 + i * i))
+        for i, p in enumerate(POINTS)
+    ]
     found = check_control(near, marks(*"ABCD"), photos)
     assert found.crs == "EPSG:32633"
     assert found.crs_reason.code == "control.crs-proposed"

@@ -43,8 +43,12 @@ def by_hand(view: View, point) -> tuple[float, float]:
     return fx * (u * radial + du) + cx, fy * (v * radial + dv) + cy
 
 
-VIEWS = (looking("a.jpg", -2.0, 12.0), looking("b.jpg", 0.0), looking("c.jpg", 2.5, -15.0),
-         looking("far.jpg", 40.0))  # fmt: skip
+VIEWS = (
+    looking("a.jpg", -2.0, 12.0),
+    looking("b.jpg", 0.0),
+    looking("c.jpg", 2.5, -15.0),
+    looking("far.jpg", 40.0),
+)
 PLACED = PlacedPhotos((Cameras(VIEWS, Path("photos")),))
 POINT = (0.7, 0.3, -0.9)
 
@@ -210,8 +214,9 @@ def test_points_are_changed_renamed_and_removed() -> None:
 
 def test_photos_are_known_by_the_last_part_of_their_name() -> None:
     photos = ["left/one.jpg", "right/one.jpg", "right/two.jpg"]
-    made, strangers = Marking().with_marks([Mark("A", "TWO.JPG", 1, 2), Mark("A", "x", 1, 2)],
-                                           photos)  # fmt: skip
+    made, strangers = Marking().with_marks(
+        [Mark("A", "TWO.JPG", 1, 2), Mark("A", "x", 1, 2)], photos
+    )
     assert made.within("right/two.jpg") == {"A": (1.0, 2.0)}
     assert strangers == ["x"]
     assert made.within("x"), "kept for when the photo is there again"

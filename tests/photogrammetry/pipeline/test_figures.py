@@ -13,15 +13,28 @@ from vomstudio.photogrammetry.pipeline.report_data import as_placed, calibration
 NAMES = ("f", "cx", "cy", "k")
 ASSUMED = Finding("lens.focal-assumed", focal_mm=30.0, error_percent=None)
 BY_GROUND = Finding(
-    "lens.ground-estimated", count=3, focal_px=1500.0, sigma_px=6.0, change_percent=15.0,
-    ground_percent=0.4, required_percent=1.5,
-)  # fmt: skip
+    "lens.ground-estimated",
+    count=3,
+    focal_px=1500.0,
+    sigma_px=6.0,
+    change_percent=15.0,
+    ground_percent=0.4,
+    required_percent=1.5,
+)
 UNKNOWN = np.full((4, 4), np.nan)
 UNKNOWN[3, 3] = 1.0
 HELD = Calibration(
-    "SIMPLE_RADIAL", NAMES, (1300.0, 800.0, 600.0, 0.01), (0.0, 0.0, 0.0, 0.002),
-    tuple(map(tuple, UNKNOWN)), ("a.jpg", "b.jpg", "c.jpg"), "held", (ASSUMED,), None, 20.0,
-)  # fmt: skip
+    "SIMPLE_RADIAL",
+    NAMES,
+    (1300.0, 800.0, 600.0, 0.01),
+    (0.0, 0.0, 0.0, 0.002),
+    tuple(map(tuple, UNKNOWN)),
+    ("a.jpg", "b.jpg", "c.jpg"),
+    "held",
+    (ASSUMED,),
+    None,
+    20.0,
+)
 LENS = {"photos": list(HELD.photos), "freed": True, "sigma_px": 6.0, "reason": BY_GROUND.to_dict()}
 FREED = {"lenses": [LENS]}
 
@@ -37,9 +50,14 @@ def scene(focal: float) -> SparseScene:
     points = np.column_stack([rng.uniform(-2, 2, (60, 2)), rng.uniform(9, 11, 60)])
     pixels = np.stack([view.project(points) for view in views], axis=1).reshape(-1, 2)
     return SparseScene(
-        views, points, np.zeros((60, 3), np.uint8), np.zeros(60, np.float32),
-        np.arange(0, 181, 3), np.tile(np.arange(3, dtype=np.int32), 60), pixels.astype(np.float32),
-    )  # fmt: skip
+        views,
+        points,
+        np.zeros((60, 3), np.uint8),
+        np.zeros(60, np.float32),
+        np.arange(0, 181, 3),
+        np.tile(np.arange(3, dtype=np.int32), 60),
+        pixels.astype(np.float32),
+    )
 
 
 def test_a_focal_length_that_the_ground_has_told_is_no_guess_any_more() -> None:

@@ -88,10 +88,15 @@ def with_exchanged_labels(control: list[ControlPoint], marks: list[Mark]) -> Tab
 @pytest.mark.parametrize(
     "spoil",
     [
-        wild, in_other_photos, in_one_photo_each, only_two, on_a_line, at_one_place,
+        wild,
+        in_other_photos,
+        in_one_photo_each,
+        only_two,
+        on_a_line,
+        at_one_place,
         with_exchanged_labels,
     ],
-)  # fmt: skip
+)
 def test_control_that_cannot_register_leaves_a_local_frame_and_a_finding(
     spoil: Callable[[list[ControlPoint], list[Mark]], Tables],
 ) -> None:

@@ -34,11 +34,15 @@ def result(**registration: Any) -> dict[str, Any]:
         "covariance": np.diag([1e-6] * 4 + [1e-4] * 3).tolist(),
         "centre": (4e5, 5e6, 300.0),
         "points": [
-            {"label": "A", "role": "control", "residual_m": (0.01, 0.0, -0.02),
-             "surveyed": np.array([4e5, 5e6, 310.0])},
+            {
+                "label": "A",
+                "role": "control",
+                "residual_m": (0.01, 0.0, -0.02),
+                "surveyed": np.array([4e5, 5e6, 310.0]),
+            },
         ],
         "shape": {"reach_m": 12.5, "normal": [0.0, -1.0, 0.0]},
-    }  # fmt: skip
+    }
     return {"frame": "EPSG:32633", "scaled": True, "registration": own | registration}
 
 

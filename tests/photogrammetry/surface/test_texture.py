@@ -48,12 +48,16 @@ def photos(face: rock.Face, views: list, **how) -> list:
         rock.taken(
             view,
             rock.photograph(
-                face, view, seed=k, shaded=False, noise=1.0,
+                face,
+                view,
+                seed=k,
+                shaded=False,
+                noise=1.0,
                 **{name: value[k] for name, value in how.items()},
             ),
         )
         for k, view in enumerate(views)
-    ]  # fmt: skip
+    ]
 
 
 @pytest.fixture(scope="module")

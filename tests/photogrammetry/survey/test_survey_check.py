@@ -45,10 +45,12 @@ def finding(report: SurveyReport, code: str) -> Finding:
 def few(count: int = 8, step: float = 1.2):
     """Photos along the wall, alternately face on and turned by some 25 degrees."""
     return [
-        ((i * step - 4 + (3.4 if i % 3 == 1 else -3.4 if i % 3 == 2 else 0), 3.5, 7.5),
-         (i * step - 4, 3.5 + 0.3 * (i % 2), 0))
+        (
+            (i * step - 4 + (3.4 if i % 3 == 1 else -3.4 if i % 3 == 2 else 0), 3.5, 7.5),
+            (i * step - 4, 3.5 + 0.3 * (i % 2), 0),
+        )
         for i in range(count)
-    ]  # fmt: skip
+    ]
 
 
 # -- blur ----------------------------------------------------------------------------------------
@@ -277,9 +279,10 @@ def test_gps_that_is_everywhere_the_same_is_useless(tmp_path: Path) -> None:
     wall.write_set(tmp_path, few(4), gps=False)
     for i in range(3):
         photo_maker.write_photo(
-            tmp_path / f"x{i}.jpg", pixels=wall.render((i, 3, 8), (i, 3, 0)),
+            tmp_path / f"x{i}.jpg",
+            pixels=wall.render((i, 3, 8), (i, 3, 0)),
             gps=wall.gps_fields(here[0]),
-        )  # fmt: skip
+        )
     report = check_photos(read_photos(tmp_path))
     assert finding(report, "gps-equal").values["photos"] == ("x0.jpg", "x1.jpg", "x2.jpg")
 
@@ -382,9 +385,11 @@ def test_degrees_become_metres(tmp_path: Path) -> None:
     for i in range(3):
         for j in range(i):
             *_, truth = geod.inv(
-                photos[i].longitude_deg, photos[i].latitude_deg,
-                photos[j].longitude_deg, photos[j].latitude_deg,
-            )  # fmt: skip
+                photos[i].longitude_deg,
+                photos[i].latitude_deg,
+                photos[j].longitude_deg,
+                photos[j].latitude_deg,
+            )
             assert np.linalg.norm(found[i, :2] - found[j, :2]) == pytest.approx(truth, rel=1e-3)
     assert found[:, 2] == pytest.approx([-10, 0, 10])
 

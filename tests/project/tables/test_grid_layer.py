@@ -26,10 +26,18 @@ SEEN = Station("s", "St 1", "m", "0" * 64, ((1.0, 2.0, 3.0),))
 
 def grid(**more) -> FaceGrid:
     fields = {
-        "id": "g", "name": "Grid 1", "model_id": "m", "model_hash": "0" * 64,
-        "origin": (1.0, 2.0, 3.0), "right": (0.6, 0.8, 0.0), "up": (0.0, 0.0, 1.0), "cell": 0.5,
-        "columns": 3, "rows": 2, "marks": "d-euud",
-    }  # fmt: skip
+        "id": "g",
+        "name": "Grid 1",
+        "model_id": "m",
+        "model_hash": "0" * 64,
+        "origin": (1.0, 2.0, 3.0),
+        "right": (0.6, 0.8, 0.0),
+        "up": (0.0, 0.0, 1.0),
+        "cell": 0.5,
+        "columns": 3,
+        "rows": 2,
+        "marks": "d-euud",
+    }
     return FaceGrid(**{**fields, **more})
 
 
@@ -38,8 +46,9 @@ def test_cells_lie_where_the_model_stands() -> None:
     turn = Rotation.from_euler("z", -30, degrees=True).as_matrix()
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = 2.0 * turn, (500_000.0, 4_000_000.0, 100.0)
-    by = Registration("r", "control", "control", Frame("crs", "EPSG:32633"),
-                      tuple(map(tuple, matrix.tolist())))  # fmt: skip
+    by = Registration(
+        "r", "control", "control", Frame("crs", "EPSG:32633"), tuple(map(tuple, matrix.tolist()))
+    )
     placed = Model("m", "cliff", "cliff.obj", "mesh", "0" * 64, by)
     for model, to_world in ((MODEL, np.eye(4)), (placed, matrix)):
         numbers, corners = cells_in_world(grid(), {"m": model, "r": by, "g": grid()})
@@ -75,9 +84,15 @@ def test_exports_have_a_ring_for_every_cell(tmp_path: Path) -> None:
     rows = {name: list(c) for name, c in zip(meta["fields"], columns, strict=True)}
     assert meta["crs"] == "EPSG:32633"
     assert rows["found"] == [
-        "done", "not looked at", "empty", "unmeasurable", "unmeasurable", "done",
-        "done", "not looked at",
-    ]  # fmt: skip
+        "done",
+        "not looked at",
+        "empty",
+        "unmeasurable",
+        "unmeasurable",
+        "done",
+        "done",
+        "not looked at",
+    ]
     assert rows["cell"][:4] == ["1, 1", "2, 1", "3, 1", "1, 2"]
     assert rows["model"] == ["cliff"] * 8
     assert set(rows["id"]) == {"g", "h"}

@@ -49,16 +49,22 @@ OBLIQUE = math.degrees(math.asin(math.sqrt(3.0) / 4.0))
 TURN = math.degrees(math.atan(HALF**2 / HIGH))
 CASES = {
     # Dips east: the hanging wall is the eastern block, which goes north where it is sinistral.
-    "east, down dip": Case(
-        (90, 60), (HALF, 0, -HIGH), 90, 60, 90, {"normal": -90, "reverse": 90}
-    ),
+    "east, down dip": Case((90, 60), (HALF, 0, -HIGH), 90, 60, 90, {"normal": -90, "reverse": 90}),
     "east, strike": Case((90, 60), (0, 1, 0), 0, 0, 0, {"sinistral": 0, "dextral": 180}),
     "east, oblique to the north": Case(
-        (90, 60), (0.25, HIGH, -HALF * HIGH), TURN, OBLIQUE, 30,
+        (90, 60),
+        (0.25, HIGH, -HALF * HIGH),
+        TURN,
+        OBLIQUE,
+        30,
         {"normal": -30, "reverse": 150, "sinistral": -30, "dextral": 150},
     ),
     "east, oblique to the south": Case(
-        (90, 60), (0.25, -HIGH, -HALF * HIGH), 180 - TURN, OBLIQUE, 150,
+        (90, 60),
+        (0.25, -HIGH, -HALF * HIGH),
+        180 - TURN,
+        OBLIQUE,
+        150,
         {"normal": -150, "reverse": 30, "sinistral": 30, "dextral": -150},
     ),
     # Dips west, the net's other side: the western block goes south where it is sinistral.
@@ -67,11 +73,19 @@ CASES = {
     ),
     "west, strike": Case((270, 60), (0, 1, 0), 0, 0, 0, {"sinistral": 0, "dextral": 180}),
     "west, oblique to the south": Case(
-        (270, 60), (-0.25, -HIGH, -HALF * HIGH), 180 + TURN, OBLIQUE, 30,
+        (270, 60),
+        (-0.25, -HIGH, -HALF * HIGH),
+        180 + TURN,
+        OBLIQUE,
+        30,
         {"normal": -30, "reverse": 150, "sinistral": -30, "dextral": 150},
     ),
     "west, oblique to the north": Case(
-        (270, 60), (-0.25, HIGH, -HALF * HIGH), 360 - TURN, OBLIQUE, 150,
+        (270, 60),
+        (-0.25, HIGH, -HALF * HIGH),
+        360 - TURN,
+        OBLIQUE,
+        150,
         {"normal": -150, "reverse": 30, "sinistral": 30, "dextral": -150},
     ),
     # A thrust over the foreland in the north-north-east.
@@ -82,7 +96,10 @@ CASES = {
             math.cos(math.radians(20)) ** 2,
             math.sin(math.radians(20)),
         ),
-        200, 20, 90, {"normal": -90, "reverse": 90},
+        200,
+        20,
+        90,
+        {"normal": -90, "reverse": 90},
     ),
     # Vertical, striking north: the eastern block counts, whichever way the dip is written.
     "vertical, oblique": Case(
@@ -104,7 +121,7 @@ CASES = {
     # Horizontal: rakes count from the strike of a dip to the north, which is west; no sense holds.
     "horizontal, to the north-east": Case((0, 0), (1, 1, 0), 45, 0, 135, {}),
     "horizontal, to the north": Case((77, 0), (0, 1, 0), 0, 0, 90, {}),
-}  # fmt: skip
+}
 SENSES: tuple[SlipSense, ...] = ("", "normal", "reverse", "sinistral", "dextral")
 # A UTM place, since differences of such numbers are what is measured.
 HERE = np.array([576_700.0, 5_188_100.0, 160.0])
@@ -137,9 +154,11 @@ def written(records: dict[str, Record], folder: Path) -> dict[str, dict[str, dic
     text = [t for t in table.read_text(encoding="utf-8").splitlines() if not t.startswith("#")]
     found = {"csv": {row["id"]: row for row in csv.DictReader(text)}}
     for file, layer in (
-        (layers, "lines"), (layers, "lineations"),
-        (shapes.with_stem("t_lines"), None), (shapes.with_stem("t_lineations"), None),
-    ):  # fmt: skip
+        (layers, "lines"),
+        (layers, "lineations"),
+        (shapes.with_stem("t_lines"), None),
+        (shapes.with_stem("t_lineations"), None),
+    ):
         meta, _, _, columns = pyogrio.raw.read(file, layer=layer)
         rows = [dict(zip(meta["fields"], row, strict=True)) for row in zip(*columns, strict=True)]
         found[layer or file.stem] = {row["id"]: row for row in rows}
@@ -163,10 +182,15 @@ def plain(value: Any) -> Any:
 
 
 SHORT = {
-    "trend_deg": "trend", "plunge_deg": "plunge", "rake_deg": "rake", "slip_rake_deg": "slip_rake",
-    "slip_sense": "slip_sense", "on_plane": "on_plane",
-    "on_plane_dip_direction_deg": "onplane_dd", "on_plane_dip_deg": "onplanedip",
-}  # fmt: skip
+    "trend_deg": "trend",
+    "plunge_deg": "plunge",
+    "rake_deg": "rake",
+    "slip_rake_deg": "slip_rake",
+    "slip_sense": "slip_sense",
+    "on_plane": "on_plane",
+    "on_plane_dip_direction_deg": "onplane_dd",
+    "on_plane_dip_deg": "onplanedip",
+}
 
 
 @pytest.mark.filterwarnings("ignore:'crs' was not provided:UserWarning")
@@ -181,12 +205,15 @@ def test_a_slip_comes_out_of_every_table_and_layer_as_it_was_worked_out(
         assert sorted(rows) == sorted(sense or "none" for sense in SENSES)
         for sense in SENSES:
             expected = {
-                "trend_deg": case.trend, "plunge_deg": case.plunge, "rake_deg": case.rake,
-                "slip_rake_deg": case.slips.get(sense), "slip_sense": sense or None,
+                "trend_deg": case.trend,
+                "plunge_deg": case.plunge,
+                "rake_deg": case.rake,
+                "slip_rake_deg": case.slips.get(sense),
+                "slip_sense": sense or None,
                 "on_plane": "F01",
                 "on_plane_dip_direction_deg": case.plane[0] if case.plane[1] else 0.0,
                 "on_plane_dip_deg": case.plane[1],
-            }  # fmt: skip
+            }
             agree(file, rows[sense or "none"], expected)
 
 

@@ -163,8 +163,26 @@ IDLE = Job("idle", Lane.INSPECTION, Nothing, Nothing, _idle)
 LEVITATE = Job("levitate", Lane.MODELS, Nothing, Nothing, _deaf)
 """No worker knows it."""
 
-KNOWN = (CHATTER, COUNT, DEAF, DEAFEST, DIE, NAN, FAULT, NO_MEMORY, OTHER_ANSWER, HUNGRY,
-         KILLED, FULL, GIVEN_UP, MISTAKE, ASIDE, SEGFAULT, ABORT, IDLE)  # fmt: skip
+KNOWN = (
+    CHATTER,
+    COUNT,
+    DEAF,
+    DEAFEST,
+    DIE,
+    NAN,
+    FAULT,
+    NO_MEMORY,
+    OTHER_ANSWER,
+    HUNGRY,
+    KILLED,
+    FULL,
+    GIVEN_UP,
+    MISTAKE,
+    ASIDE,
+    SEGFAULT,
+    ABORT,
+    IDLE,
+)
 
 if __name__ == "__main__":
     tasks.TASKS.update({job.name: job for job in KNOWN})

@@ -76,8 +76,13 @@ def worker(monkeypatch):
 
 
 def test_events_survive_the_wire():
-    for event in (Stage(1, "reading", 10), Stage(2, "…", None), Step(1, 3), Done(1, {"a": [1.5]}),
-                  Failed(1, {"code": "input", "message": "no"}, 2)):  # fmt: skip
+    for event in (
+        Stage(1, "reading", 10),
+        Stage(2, "…", None),
+        Step(1, 3),
+        Done(1, {"a": [1.5]}),
+        Failed(1, {"code": "input", "message": "no"}, 2),
+    ):
         assert from_line(to_line(event)) == event
 
 
@@ -92,9 +97,18 @@ def test_a_failed_job_states_the_place_of_its_error_in_the_file():
 
 
 @pytest.mark.parametrize(
-    "line", ["", "nonsense", "5", "[]", "{}", '{"event": "Stage"}', '{"event": "Other", "job": 1}',
-             '{"event": "Step", "job": 1, "done": 1, "more": 2}'],
-)  # fmt: skip
+    "line",
+    [
+        "",
+        "nonsense",
+        "5",
+        "[]",
+        "{}",
+        '{"event": "Stage"}',
+        '{"event": "Other", "job": 1}',
+        '{"event": "Step", "job": 1, "done": 1, "more": 2}',
+    ],
+)
 def test_what_is_no_event_is_refused(line):
     with pytest.raises(ValueError, match=r"."):
         from_line(line)
@@ -303,9 +317,10 @@ def test_native_code_that_hears_nothing_ends_with_a_killed_supervisor():
     )
     with subprocess.Popen(
         [sys.executable, "-c", supervisor],
-        stdout=subprocess.PIPE, text=True,
+        stdout=subprocess.PIPE,
+        text=True,
         env={**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)},
-    ) as process:  # fmt: skip
+    ) as process:
         child_id = int(process.stdout.readline())
         time.sleep(0.3)
         process.kill()
@@ -321,8 +336,12 @@ def test_native_code_that_hears_nothing_ends_with_a_killed_supervisor():
 def child(**more) -> subprocess.Popen[str]:
     return subprocess.Popen(
         [sys.executable, "-m", "vomstudio", "--worker"],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **more,
-    )  # fmt: skip
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        **more,
+    )
 
 
 @pytest.mark.parametrize("named", ["", "."])

@@ -427,7 +427,10 @@ def test_a_stretch_on_a_parallel_contact_is_drawn_and_kept(tool, context, monkey
     ).after[trace.id]
     assert shorter.doubtful == ((first - 10, last - 10),)
     gone = edits.set_vertices(
-        context.session.records, trace.id, trace.vertices[:first], resolution=0.02,
+        context.session.records,
+        trace.id,
+        trace.vertices[:first],
+        resolution=0.02,
         outcrop_normal=None,
-    ).after[trace.id]  # fmt: skip
+    ).after[trace.id]
     assert gone.doubtful == ()

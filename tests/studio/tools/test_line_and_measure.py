@@ -188,8 +188,10 @@ def test_a_distance_is_done_with_its_second_click(measure, context):
     (found,) = of(context, Dimension)
     assert (found.name, found.kind) == ("D01", "distance")
     assert context.measure(found).dimension == {
-        "distance_m": 13.0, "horizontal_m": 5.0, "vertical_m": 12.0,
-    }  # fmt: skip
+        "distance_m": 13.0,
+        "horizontal_m": 5.0,
+        "vertical_m": 12.0,
+    }
     context.session.undo()
     assert of(context, Dimension) == []
     context.session.redo()

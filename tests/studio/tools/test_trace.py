@@ -359,8 +359,9 @@ def test_after_every_step_the_next_start_has_the_same_open_trace(tool, context, 
             assert back.continued == tool.continued
             assert back.trace.id == tool.trace.id
             assert (back.trace.type_id, back.trace.set_name) == (
-                tool.trace.type_id, tool.trace.set_name,
-            )  # fmt: skip
+                tool.trace.type_id,
+                tool.trace.set_name,
+            )
 
 
 def test_a_restored_trace_can_be_undone_and_finished(tool, context):

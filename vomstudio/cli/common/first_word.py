@@ -10,11 +10,39 @@ from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 
 COMMANDS = (
-    "demo", "info", "convert", "fit", "stats", "fold", "sets", "repeats", "stereonet", "rose",
-    "slope", "slip", "fractures", "displacement", "threepoint", "log", "ortho", "dem", "section",
-    "extend", "surface", "measurable", "facets", "trace", "plan", "check", "frames",
-    "reconstruct", "register", "compare", "project", "export",
-)  # fmt: skip
+    "demo",
+    "info",
+    "convert",
+    "fit",
+    "stats",
+    "fold",
+    "sets",
+    "repeats",
+    "stereonet",
+    "rose",
+    "slope",
+    "slip",
+    "fractures",
+    "displacement",
+    "threepoint",
+    "log",
+    "ortho",
+    "dem",
+    "section",
+    "extend",
+    "surface",
+    "measurable",
+    "facets",
+    "trace",
+    "plan",
+    "check",
+    "frames",
+    "reconstruct",
+    "register",
+    "compare",
+    "project",
+    "export",
+)
 """The words after `vomstudio` that are commands, each the name of its module here."""
 
 

@@ -11,16 +11,14 @@ from vomstudio.cli.common.arguments import progress_of
 from vomstudio.core.findings import Finding
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
+    from vomstudio.core.arrays import GenericArray
     from vomstudio.studio.world_models import WorldModel
 
 
 def write_labelled(
     args: argparse.Namespace,
     model: WorldModel,
-    fields: Mapping[str, npt.NDArray[np.generic]],
+    fields: Mapping[str, GenericArray],
     target: str | None = None,
 ) -> list[Finding]:
     """The model in World with these fields, to `target`, else to `args.labels`; returns warnings.

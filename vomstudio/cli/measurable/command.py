@@ -87,9 +87,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
     result: dict[str, Any] = {"file": args.output, **found.to_dict()}
     if raster:
         result["raster"] = write_raster(
-            args.output, model.data, found, crs=model.crs, cell_m=target.gsd_m, force=args.force,
+            args.output,
+            model.data,
+            found,
+            crs=model.crs,
+            cell_m=target.gsd_m,
+            force=args.force,
             progress=progress,
-        )  # fmt: skip
+        )
     elif args.output is not None:
         args.labels = args.output
         warnings += write_labelled(args, model, found.as_fields())

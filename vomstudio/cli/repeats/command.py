@@ -25,13 +25,16 @@ if TYPE_CHECKING:
 
 def add_parser(subparsers: Subparsers) -> None:
     parser = add_command(
-        subparsers, "repeats", run,
+        subparsers,
+        "repeats",
+        run,
         help_=tr("The spread of repeated picks beside the errors that they state"),
-    )  # fmt: skip
+    )
     parser.add_argument(
-        "table", metavar="TABLE|PROJECT",
+        "table",
+        metavar="TABLE|PROJECT",
         help=tr("table of planes or lines with repeats, or a project"),
-    )  # fmt: skip
+    )
     add_options(parser, RepeatOptions)
     add_azimuth(parser)
 
@@ -53,37 +56,53 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 def _result_text(repeats: TableRepeats) -> str:
     lines = [
-        tr_n("{count} pick, {structures} of them picked again", "{count} picks, {structures} of "
-             "them picked again", repeats.n, structures=repeats.structures)
-    ]  # fmt: skip
+        tr_n(
+            "{count} pick, {structures} of them picked again",
+            "{count} picks, {structures} of them picked again",
+            repeats.n,
+            structures=repeats.structures,
+        )
+    ]
     rows = [
-        [p.first, p.repeat, " / ".join(p.by) if any(p.by) else "", f"{p.angle_deg:.1f}",
-         text_tables.number(p.stated95_deg, 1),
-         "" if p.within95 is None else tr("yes") if p.within95 else tr("no")]
+        [
+            p.first,
+            p.repeat,
+            " / ".join(p.by) if any(p.by) else "",
+            f"{p.angle_deg:.1f}",
+            text_tables.number(p.stated95_deg, 1),
+            "" if p.within95 is None else tr("yes") if p.within95 else tr("no"),
+        ]
         for p in repeats.pairs
-    ]  # fmt: skip
+    ]
     if rows:
-        heads = [
-            tr("first"), tr("repeat"), tr("by"), tr("angle"), tr("stated 95 %"), tr("within")
-        ]  # fmt: skip
+        heads = [tr("first"), tr("repeat"), tr("by"), tr("angle"), tr("stated 95 %"), tr("within")]
         lines.append(text_tables.table(heads, ["", "", "", "deg", "deg", ""], rows))
     if repeats.spread is not None:
         lines.append(
-            tr("95 % of a pick: {error} deg by its repeats, {stated} deg as stated",
-               error=text_tables.number(repeats.spread.error95_deg, 2),
-               stated=text_tables.number(repeats.stated95_deg, 2))
-        )  # fmt: skip
+            tr(
+                "95 % of a pick: {error} deg by its repeats, {stated} deg as stated",
+                error=text_tables.number(repeats.spread.error95_deg, 2),
+                stated=text_tables.number(repeats.stated95_deg, 2),
+            )
+        )
     if repeats.test is not None:
         lines.append(
-            tr("within the stated errors: {within} of {count} (expected: 95 %)",
-               within=repeats.test.within95, count=repeats.test.n)
-        )  # fmt: skip
+            tr(
+                "within the stated errors: {within} of {count} (expected: 95 %)",
+                within=repeats.test.within95,
+                count=repeats.test.n,
+            )
+        )
     lines += [
-        tr_n("{name}: {error:.2f} deg (95 %), {count} repeat", "{name}: {error:.2f} deg (95 %), "
-             "{count} repeats", own.spread.n, name=own.name or tr("not named"),
-             error=own.spread.error95_deg)
+        tr_n(
+            "{name}: {error:.2f} deg (95 %), {count} repeat",
+            "{name}: {error:.2f} deg (95 %), {count} repeats",
+            own.spread.n,
+            name=own.name or tr("not named"),
+            error=own.spread.error95_deg,
+        )
         for own in repeats.interpreters
-    ]  # fmt: skip
+    ]
     left_out = [
         Finding("feature.left-out", feature=each.id, reason=each.reason)
         for each in repeats.left_out

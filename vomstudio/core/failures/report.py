@@ -16,10 +16,29 @@ from vomstudio.core.failures.redaction import scrub
 from vomstudio.core.version import __version__
 
 _LIBRARIES = (
-    "PySide6-Essentials", "vtk", "pyvista", "pyvistaqt", "numpy", "scipy", "numba", "pandas",
-    "matplotlib", "mplstereonet", "laspy", "pyproj", "shapely", "pyogrio", "rasterio", "Pillow",
-    "pycolmap", "pycolmap-cuda12", "open3d", "open3d-cpu", "opencv-python-headless", "psutil",
-)  # fmt: skip
+    "PySide6-Essentials",
+    "vtk",
+    "pyvista",
+    "pyvistaqt",
+    "numpy",
+    "scipy",
+    "numba",
+    "pandas",
+    "matplotlib",
+    "mplstereonet",
+    "laspy",
+    "pyproj",
+    "shapely",
+    "pyogrio",
+    "rasterio",
+    "Pillow",
+    "pycolmap",
+    "pycolmap-cuda12",
+    "open3d",
+    "open3d-cpu",
+    "opencv-python-headless",
+    "psutil",
+)
 _LOG_LINES = 400
 
 Section = tuple[str, Callable[[], Sequence[str]]]

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.regular import open_regular
 
@@ -30,14 +30,14 @@ _LOCKED = 1
 _ENDING = ".npy"
 
 
-class Arrays(Mapping[str, npt.NDArray[Any]]):
+class Arrays(Mapping[str, AnyArray]):
     """The arrays of a file by name, each read when it is asked for. Raises KeyError for a name that
     is not there, and ValueError for an array that is damaged."""
 
     def __init__(self, archive: zipfile.ZipFile, members: dict[str, zipfile.ZipInfo]) -> None:
         self._archive, self._members = archive, members
 
-    def __getitem__(self, name: str) -> npt.NDArray[Any]:
+    def __getitem__(self, name: str) -> AnyArray:
         member = self._members[name]
         try:
             with self._archive.open(member) as stream:
@@ -100,7 +100,7 @@ def _members(archive: zipfile.ZipFile, size: int) -> dict[str, zipfile.ZipInfo]:
     return found
 
 
-def _read(stream: BinaryIO | Any, size: int) -> npt.NDArray[Any]:
+def _read(stream: BinaryIO | Any, size: int) -> AnyArray:
     """The array of a member of so many bytes. Raises ValueError."""
     version = np.lib.format.read_magic(stream)
     if version == (1, 0):

@@ -22,9 +22,16 @@ from vomstudio.core.files.disk_errors import not_written, number_of_failure
 from vomstudio.core.findings import Finding, cause_of
 
 _OF_THE_TARGET = {
-    errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EACCES, errno.EPERM, errno.EROFS, errno.EIO,
-    errno.ENAMETOOLONG, errno.ENOENT,
-}  # fmt: skip
+    errno.ENOSPC,
+    errno.EDQUOT,
+    errno.EFBIG,
+    errno.EACCES,
+    errno.EPERM,
+    errno.EROFS,
+    errno.EIO,
+    errno.ENAMETOOLONG,
+    errno.ENOENT,
+}
 _OLD = ".old"
 
 

@@ -17,10 +17,17 @@ _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _FORBIDDEN = {errno.EACCES, errno.EPERM}
 _UNCLEAR = {0, errno.EIO}
 _SAID_OF_DISK = (
-    "disk I/O error", "disk is full", "readonly database", "unable to open database",
-    "database factory", "(file).is_open()", "Input/output error", "Read-only file system",
-    "No space left", "Permission denied",
-)  # fmt: skip
+    "disk I/O error",
+    "disk is full",
+    "readonly database",
+    "unable to open database",
+    "database factory",
+    "(file).is_open()",
+    "Input/output error",
+    "Read-only file system",
+    "No space left",
+    "Permission denied",
+)
 """What SQLite in COLMAP, COLMAP itself, and C++ streams say of a disk."""
 _LITTLE = 64 * 1024
 """Bytes with which neither a database nor a picture gets anywhere."""

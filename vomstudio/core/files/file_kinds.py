@@ -102,12 +102,20 @@ _KINDS = (
     FileKind("shapefile", "shapefile", _AS_CSV),
     FileKind("dbase", to_translate("attribute table of a shapefile (dBASE)"), _SHEET),
     FileKind("mapinfo", "MapInfo MIF", _AS_CSV),
-    FileKind("esri-grid", to_translate("grid of heights (Esri ASCII)"), to_translate(
-        "Convert it to GeoTIFF, for example with gdal_translate, and open it as a model."
-    )),
-    FileKind("surfer-grid", to_translate("grid of heights (Surfer)"), to_translate(
-        "Convert it to GeoTIFF, for example with gdal_translate, and open it as a model."
-    )),
+    FileKind(
+        "esri-grid",
+        to_translate("grid of heights (Esri ASCII)"),
+        to_translate(
+            "Convert it to GeoTIFF, for example with gdal_translate, and open it as a model."
+        ),
+    ),
+    FileKind(
+        "surfer-grid",
+        to_translate("grid of heights (Surfer)"),
+        to_translate(
+            "Convert it to GeoTIFF, for example with gdal_translate, and open it as a model."
+        ),
+    ),
     FileKind("gocad", "GOCAD", _LINES_AS_CSV),
     FileKind("ply", "PLY", _MODEL),
     FileKind("obj", "Wavefront OBJ", _MODEL),
@@ -115,9 +123,11 @@ _KINDS = (
     FileKind("las", "LAS/LAZ", _MODEL),
     FileKind("e57", "E57", _MODEL),
     FileKind("glb", "glTF (GLB)", _MODEL),
-    FileKind("pcd", to_translate("point cloud of PCL (PCD)"), to_translate(
-        "Convert it to PLY or LAS, for example in CloudCompare."
-    )),
+    FileKind(
+        "pcd",
+        to_translate("point cloud of PCL (PCD)"),
+        to_translate("Convert it to PLY or LAS, for example in CloudCompare."),
+    ),
     FileKind("xlsx", to_translate("Excel workbook"), _SHEET),
     FileKind("ods", to_translate("OpenDocument spreadsheet"), _SHEET),
     FileKind("docx", to_translate("text document"), _DOCUMENT),
@@ -135,7 +145,7 @@ _KINDS = (
     FileKind("jpeg", "JPEG", _PICTURE),
     FileKind("png", "PNG", _PICTURE),
     FileKind("picture", to_translate("picture"), _PICTURE),
-)  # fmt: skip
+)
 _BY_KEY = {kind.key: kind for kind in _KINDS}
 
 _MAGIC = (

@@ -75,10 +75,17 @@ def is_shortage(error: BaseException) -> bool:
 
 
 _SAID_OF_MEMORY = (
-    "bad_alloc", "bad allocation", "Insufficient memory", "Cannot allocate memory",
-    "can't start new thread", "Resource temporarily unavailable", "out of memory",
-    "cannot map zero-fill pages", "failed to map segment", "cannot allocate memory",
-)  # fmt: skip
+    "bad_alloc",
+    "bad allocation",
+    "Insufficient memory",
+    "Cannot allocate memory",
+    "can't start new thread",
+    "Resource temporarily unavailable",
+    "out of memory",
+    "cannot map zero-fill pages",
+    "failed to map segment",
+    "cannot allocate memory",
+)
 """Of the C++ library, OpenCV, the system, Python, CUDA, and the loader of libraries."""
 
 

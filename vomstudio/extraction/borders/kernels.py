@@ -143,9 +143,22 @@ def _turn(angle):  # type: ignore[no-untyped-def]
     "f8[:,::1], i4[:,::1])"
 )
 def rolled_around(  # type: ignore[no-untyped-def]
-    points, x, y, per, columns, begins, reach, radius, sparing, table, seen, queue, near, arcs,
+    points,
+    x,
+    y,
+    per,
+    columns,
+    begins,
+    reach,
+    radius,
+    sparing,
+    table,
+    seen,
+    queue,
+    near,
+    arcs,
     edges,
-):  # fmt: skip
+):
     """The pairs of points between which a disc without points rolls over, and how many; -1 where
     there are more than fit.
 

@@ -7,15 +7,11 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.extraction.borders.kernels import flattened, into_cells, rolled_around, thin_out
 from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.kernels.jit import for_kernels
-
-Array = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
-Ints = npt.NDArray[np.int64]
 
 _CHANCE_GAPS = 0.1
 """As many gaps of a random facet may be taken for holes or bays by chance."""
@@ -32,14 +28,16 @@ _CROWDED, _SQUARES = 64, 8
 _CLOSED = 0.8
 
 
-def axes_in(normal: Array) -> Array:
+def axes_in(normal: FloatArray) -> FloatArray:
     """Two axes (2, 3) in a plane."""
     u = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
     u /= np.linalg.norm(u)
     return np.stack([u, np.cross(normal, u)])
 
 
-def polygon_of_faces(corners: Array, centre: Array, normal: Array) -> tuple[Any, Array]:
+def polygon_of_faces(
+    corners: FloatArray, centre: FloatArray, normal: FloatArray
+) -> tuple[Any, FloatArray]:
     """Of faces (k, 3, 3): what their free edges go around, as a shapely geometry in the plane's
     coordinates, and these axes (2, 3)."""
     nodes = welded(corners.reshape(-1, 3)).reshape(-1, 3)
@@ -54,7 +52,7 @@ def polygon_of_faces(corners: Array, centre: Array, normal: Array) -> tuple[Any,
     return _closed(lines, ends, np.repeat(pieces, 3), _CLOSED * side), axes
 
 
-def _pieces(nodes: Ints) -> Ints:
+def _pieces(nodes: IntArray) -> IntArray:
     """(k,) which piece that hangs together each face (k, 3) is of."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
@@ -65,7 +63,7 @@ def _pieces(nodes: Ints) -> Ints:
     return np.asarray(connected_components(graph, directed=False)[1][nodes[:, 0]], np.int64)
 
 
-def _closed(lines: Array, ends: Ints, pieces: Ints, width: float) -> Any:
+def _closed(lines: FloatArray, ends: IntArray, pieces: IntArray, width: float) -> Any:
     """What the pieces' free edges go around, which may overlap, with the gaps between them that are
     narrower than twice the width."""
     import shapely
@@ -79,8 +77,8 @@ def _closed(lines: Array, ends: Ints, pieces: Ints, width: float) -> Any:
 
 
 def polygon_of_points(
-    points: Array, spacing: float, centre: Array, normal: Array
-) -> tuple[Any, Array]:
+    points: FloatArray, spacing: float, centre: FloatArray, normal: FloatArray
+) -> tuple[Any, FloatArray]:
     """The same of points (k, 3) with that mean spacing: what their alpha shape goes around
     (Edelsbrunner, Kirkpatrick & Seidel 1983), which leaves out what a disc without points can reach
     that is larger than chance makes gaps."""
@@ -92,7 +90,9 @@ def polygon_of_points(
     return _around(_lines_by_triangles(flat, radius) if lines is None else lines), axes
 
 
-def _lines_of(flat: Array, ends: Array, spacing: float, radius: float) -> Array | None:
+def _lines_of(
+    flat: FloatArray, ends: FloatArray, spacing: float, radius: float
+) -> FloatArray | None:
     """Of the border: its lines (k, 2, 2), from a disc that rolls around the points. None where that
     does not close, as where rounding decides whether four points are on one circle."""
     low, size = ends[0], ends[1] - ends[0]
@@ -108,10 +108,19 @@ def _lines_of(flat: Array, ends: Array, spacing: float, radius: float) -> Array 
     own = own[: thin_out(own, begins, *grid, columns, _CROWDED, squares)]
     edges = np.empty((6 * len(own), 2), np.int32)
     count = rolled_around(
-        own, *grid, columns, begins, reach, radius, n > _FEW_POINTS, _sectors(),
-        np.zeros(len(own), np.bool_), *(np.empty(len(own), np.int32) for _ in range(2)),
-        np.empty((len(own), 2)), edges,
-    )  # fmt: skip
+        own,
+        *grid,
+        columns,
+        begins,
+        reach,
+        radius,
+        n > _FEW_POINTS,
+        _sectors(),
+        np.zeros(len(own), np.bool_),
+        *(np.empty(len(own), np.int32) for _ in range(2)),
+        np.empty((len(own), 2)),
+        edges,
+    )
     if count < 0:
         return None
     pairs = edges[:count].astype(np.int64)
@@ -122,7 +131,7 @@ def _lines_of(flat: Array, ends: Array, spacing: float, radius: float) -> Array 
 
 
 @cache
-def _sectors() -> Ints:
+def _sectors() -> IntArray:
     """Where a neighbour lies, in squares over twice the radius to each side, and of 64 sectors of
     directions, as bits, those that it forbids a disc from anywhere in its square."""
     edge = np.linspace(-2.0, 2.0, _SECTOR_SQUARES + 1)
@@ -135,7 +144,7 @@ def _sectors() -> Ints:
     return np.asarray((bits << np.arange(64, dtype=np.uint64)).sum(axis=-1).view(np.int64))
 
 
-def _lines_by_triangles(flat: Array, radius: float) -> Array:
+def _lines_by_triangles(flat: FloatArray, radius: float) -> FloatArray:
     """The same lines from a Delaunay triangulation: the free edges of the triangles whose circles
     have no larger radius."""
     from scipy.spatial import Delaunay, QhullError
@@ -163,7 +172,7 @@ def _gap_radius(count: int) -> float:
     return float(np.sqrt(x / np.pi))
 
 
-def wkt(polygon: Any, axes: Array, centre: Array, tolerance: float) -> str | None:
+def wkt(polygon: Any, axes: FloatArray, centre: FloatArray, tolerance: float) -> str | None:
     """The polygon in World as WKT with z, thinned by the tolerance, and more where the text would
     be too long for a cell of a table. None where there is none."""
     import shapely
@@ -183,7 +192,7 @@ def wkt(polygon: Any, axes: Array, centre: Array, tolerance: float) -> str | Non
     return text or None
 
 
-def _free(ends: Ints) -> Bools:
+def _free(ends: IntArray) -> BoolArray:
     """Which of the edges (k, 2) belong to one face only; of those that more than two share, an odd
     one."""
     key = ends.min(axis=1) * (int(ends.max()) + 1) + ends.max(axis=1)
@@ -193,7 +202,7 @@ def _free(ends: Ints) -> Bools:
     return np.asarray((count[which] % 2 == 1) & first)
 
 
-def _around(lines: Array) -> Any:
+def _around(lines: FloatArray) -> Any:
     """What lines (k, 2, 2) go around, with holes; they may cross where the surface is folded."""
     import shapely
 

@@ -16,9 +16,20 @@ _FEW = 4
     "f8[:,::1], f8[::1], i4[::1], b1[::1])"
 )
 def hand_down(  # type: ignore[no-untyped-def]
-    points, begins, starts, near, labels, normals, reach, least_cosine, centres, facing, limits,
-    out, open_
-):  # fmt: skip
+    points,
+    begins,
+    starts,
+    near,
+    labels,
+    normals,
+    reach,
+    least_cosine,
+    centres,
+    facing,
+    limits,
+    out,
+    open_,
+):
     """Give points to the nearest plane among those of their cell and of the cells around, or to
     none.
 
@@ -105,8 +116,10 @@ def cell_figures(  # type: ignore[no-untyped-def]
         if points >= fewest and variation[c] <= thin:
             # The scatter around is also relief, but where the cell cuts it.
             own = (
-                inner[c, 0] * x * x + inner[c, 1] * y * y + inner[c, 2] * z * z
+                inner[c, 0] * x * x
+                + inner[c, 1] * y * y
+                + inner[c, 2] * z * z
                 + 2.0 * (inner[c, 3] * x * y + inner[c, 4] * x * z + inner[c, 5] * y * z)
-            )  # fmt: skip
+            )
             square = min(square, own * points / max(points - 3.0, 1.0))
         noise[c] = math.sqrt(max(square, 0.0))

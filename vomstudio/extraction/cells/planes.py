@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.progress import Progress
 from vomstudio.extraction.cells.kernels import cell_figures, hand_down, to_points
 from vomstudio.extraction.elements import FEWEST_AROUND, Begun, Elements, middle_of
@@ -20,9 +20,6 @@ from vomstudio.geometry.kernels.cell_lists import block_planes, cell_moments
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.nearby.cell_grid import CellGrid, grid_of
 from vomstudio.geometry.nearby.point_grid import in_blocks
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 _PER_CELL = 16.0
 _WIDER = 2.5
@@ -44,7 +41,7 @@ _BLOCK = 10_000
 
 
 def begun_on_cells(
-    local: Array,
+    local: FloatArray,
     angle_deg: float,
     max_distance: float | None,
     least_points: int,
@@ -69,9 +66,14 @@ def begun_on_cells(
     reach = reach_of(cells, max_distance)
     usual = middle_of(reach)
     labels = grown(
-        cells, angle_deg=angle_deg, reach=reach, least_count=least_cells, least_area=np.inf,
-        usual=usual, progress=progress,
-    )  # fmt: skip
+        cells,
+        angle_deg=angle_deg,
+        reach=reach,
+        least_count=least_cells,
+        least_area=np.inf,
+        usual=usual,
+        progress=progress,
+    )
     planes = planes_of(cells, labels)
     inside = labels >= 0
     points = np.bincount(labels[inside], np.diff(grid.begins)[inside], len(planes.area))
@@ -80,16 +82,29 @@ def begun_on_cells(
     n = len(grid.places)
     own, open_ = np.empty(n, np.int32), np.empty(n, np.bool_)
     hand_down(
-        grid.places, grid.begins, cells.starts, cells.near, labels,
-        for_kernels(cells.normals, np.float64), reach,
-        float(np.cos(np.radians(angle_deg))), for_kernels(planes.centre, np.float64),
-        for_kernels(planes.normal, np.float64), limits_of(planes, usual), own, open_,
-    )  # fmt: skip
+        grid.places,
+        grid.begins,
+        cells.starts,
+        cells.near,
+        labels,
+        for_kernels(cells.normals, np.float64),
+        reach,
+        float(np.cos(np.radians(angle_deg))),
+        for_kernels(planes.centre, np.float64),
+        for_kernels(planes.normal, np.float64),
+        limits_of(planes, usual),
+        own,
+        open_,
+    )
     given = np.empty((n, 3)), np.empty(n), np.empty(n), np.empty(n)
     to_points(
-        grid.begins, for_kernels(cells.normals, np.float64), cells.variation, cells.areas,
-        cells.noise, *given,
-    )  # fmt: skip
+        grid.begins,
+        for_kernels(cells.normals, np.float64),
+        cells.variation,
+        cells.areas,
+        cells.noise,
+        *given,
+    )
     return grid, Begun(own, open_, *given, wide)
 
 
@@ -100,13 +115,13 @@ class _Found:
 
     grid: CellGrid
     cells: Elements
-    count: Ints
+    count: IntArray
     usual: float
     width: float
 
 
 def _quiet_cells(
-    local: Array, per_cell: float, wider: float, quiet: float, progress: Progress
+    local: FloatArray, per_cell: float, wider: float, quiet: float, progress: Progress
 ) -> _Found:
     """The smallest cells of ten times as many points at most whose surroundings are flat."""
     most, least = 10.0 * per_cell, np.inf
@@ -128,7 +143,7 @@ def _quiet_cells(
             return _Found(grid, cells, count, usual, width)
 
 
-def _cells(grid: CellGrid, quiet: float, progress: Progress) -> tuple[Elements, Ints] | None:
+def _cells(grid: CellGrid, quiet: float, progress: Progress) -> tuple[Elements, IntArray] | None:
     """The cells as elements, and how many points are in each and around it; None where some of them
     tell that they are by far not quiet."""
     m = len(grid.keys)
@@ -139,9 +154,17 @@ def _cells(grid: CellGrid, quiet: float, progress: Progress) -> tuple[Elements, 
 
     def work(block: slice) -> None:
         block_planes(
-            block.start, block.stop, grid.begins, means, inner, starts, near, count, normals,
+            block.start,
+            block.stop,
+            grid.begins,
+            means,
+            inner,
+            starts,
+            near,
+            count,
+            normals,
             spreads,
-        )  # fmt: skip
+        )
 
     points = np.diff(grid.begins)
     if np.isfinite(quiet) and m > 2 * _RUN * _RUNS:
@@ -158,7 +181,17 @@ def _cells(grid: CellGrid, quiet: float, progress: Progress) -> tuple[Elements, 
         grid.begins, count, inner, spreads, _FEWEST_WITHIN, _THIN, normals, area, variation, noise
     )
     return Elements(
-        "cell", np.zeros(3), means, normals, area * points, inner,
-        variation, np.sqrt(area), noise, starts, near,
-        np.arange(m), np.arange(m),
-    ), count  # fmt: skip
+        "cell",
+        np.zeros(3),
+        means,
+        normals,
+        area * points,
+        inner,
+        variation,
+        np.sqrt(area),
+        noise,
+        starts,
+        near,
+        np.arange(m),
+        np.arange(m),
+    ), count

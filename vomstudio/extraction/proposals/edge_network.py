@@ -10,8 +10,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray, Float32Array
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.memory_limit import limited_by
 from vomstudio.core.files.regular import read_small
@@ -19,9 +19,6 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
 from vomstudio.extraction.proposals.onnx_head import Head, head_of
-
-Bytes = npt.NDArray[np.uint8]
-Floats = npt.NDArray[np.float32]
 
 _MOST_BYTES = 1 << 29
 _TILE = 512
@@ -48,7 +45,7 @@ class EdgeNetwork:
         self.channels, self._sides = self._taken(head)
         self._net = self._loaded(raw)
 
-    def probability(self, picture: Bytes, progress: Progress) -> Floats:
+    def probability(self, picture: ByteArray, progress: Progress) -> Float32Array:
         """(h, w) of each pixel of a picture (h, w, 3). Raises InputError where the network answers
         something else, Cancelled."""
         height, width = picture.shape[:2]
@@ -114,7 +111,7 @@ class EdgeNetwork:
             raise self._refused(Finding("network.not-loaded", reason=_reason(error))) from error
         return net
 
-    def _answer(self, part: Bytes, tall: int, wide: int) -> Floats:
+    def _answer(self, part: ByteArray, tall: int, wide: int) -> Float32Array:
         """(tall, wide) for a part of a picture, which may be smaller."""
         import cv2
 

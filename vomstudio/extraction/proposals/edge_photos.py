@@ -5,13 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
-import numpy as np
-import numpy.typing as npt
-
+from vomstudio.core.arrays import ByteArray
 from vomstudio.extraction.calibrated_photos import CalibratedPhotos
 from vomstudio.extraction.proposals.edge_pictures import Find
-
-Bytes = npt.NDArray[np.uint8]
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +17,7 @@ class EdgePhotos(CalibratedPhotos):
     find: Find = lambda pictures, folder: ()
     folder: Path = Path()
 
-    def pixels(self, view: int) -> Bytes:
+    def pixels(self, view: int) -> ByteArray:
         (made,) = self.find([self.files[view]], self.folder / str(view))
         shown = replace(self, files={**self.files, view: made})
         return CalibratedPhotos.pixels(shown, view)

@@ -8,17 +8,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray, FloatArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.files.untrusted.pictures import open_picture
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-
-Array = npt.NDArray[np.float64]
-Bytes = npt.NDArray[np.uint8]
 
 DRAWN = "dark"
 """By which such a model is looked at."""
@@ -82,8 +79,8 @@ def wearing_edges(
 
 
 def _edges_of_points(
-    points: Array, colours: Bytes, spacing: float, find: Find, folder: Path
-) -> Bytes:
+    points: FloatArray, colours: ByteArray, spacing: float, find: Find, folder: Path
+) -> ByteArray:
     """(n,) of points, seen at right angles to the plane in which they lie as a whole, from above
     or from outside; 255, which is no edge, for those that others hide there."""
     from PIL import Image

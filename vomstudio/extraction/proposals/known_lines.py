@@ -7,15 +7,14 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from vomstudio.core.arrays import FloatArray, IntArray
 
 # More than half of a line beside a known one shows the same.
 _SAME_SHARE = 0.5
 
 
-def run_along(lines: Sequence[Array], known: Sequence[Array], reach: float) -> list[bool]:
+def run_along(lines: Sequence[FloatArray], known: Sequence[FloatArray], reach: float) -> list[bool]:
     """Whether at least half of each of the lines (n, 3) lies within reach of the known ones (m, 3)
     together."""
     from scipy.spatial import cKDTree
@@ -25,13 +24,15 @@ def run_along(lines: Sequence[Array], known: Sequence[Array], reach: float) -> l
         return [False] * len(lines)
     tree = cKDTree(np.concatenate(dense))
     return [
-        bool((tree.query(_dense(line, reach), distance_upper_bound=reach)[0] <= reach).mean()
-             >= _SAME_SHARE)
+        bool(
+            (tree.query(_dense(line, reach), distance_upper_bound=reach)[0] <= reach).mean()
+            >= _SAME_SHARE
+        )
         for line in lines
-    ]  # fmt: skip
+    ]
 
 
-def way_points(line: Array, reach: float, most: int) -> npt.NDArray[np.int64]:
+def way_points(line: FloatArray, reach: float, most: int) -> IntArray:
     """Rows of the vertices of a line (n, 3) that are kept of it, its ends among them: those by
     which straight pieces are off by at most reach, or `most`, after Douglas and Peucker (1973),
     Cartographica 10, 112."""
@@ -45,7 +46,7 @@ def way_points(line: Array, reach: float, most: int) -> npt.NDArray[np.int64]:
     return np.array(sorted(set(kept)), np.int64)
 
 
-def _farthest(line: Array, one: int, other: int) -> tuple[float, int]:
+def _farthest(line: FloatArray, one: int, other: int) -> tuple[float, int]:
     """How far the farthest vertex between two lies from the straight piece, and its row."""
     if other - one < 2:
         return 0.0, one
@@ -57,7 +58,7 @@ def _farthest(line: Array, one: int, other: int) -> tuple[float, int]:
     return float(off[row]), one + 1 + row
 
 
-def _dense(line: Array, reach: float) -> Array:
+def _dense(line: FloatArray, reach: float) -> FloatArray:
     """With points between the vertices, at most half of reach apart, and their number not without
     bounds."""
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)

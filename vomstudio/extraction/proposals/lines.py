@@ -13,15 +13,12 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, Int32Array, IntArray
 from vomstudio.extraction.path_costs import OF_COLOURS, looked_for, smoothed
 from vomstudio.extraction.shortest_paths import shortest
 from vomstudio.extraction.surface_graph import Graph
 from vomstudio.extraction.trace_options import ONNX
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 SURROGATES = 49
 # Steps of smoothing: of the evidence, and of the surroundings that it is held against.
@@ -43,13 +40,13 @@ class Line:
     deviations of the noise; strength : by which lines are compared, evidence times the root of the
     length in arcs"""
 
-    nodes: Ints
+    nodes: IntArray
     length: float
     evidence: float
     strength: float
 
 
-def evidence_of(graph: Graph, cost: str) -> Array:
+def evidence_of(graph: Graph, cost: str) -> FloatArray:
     """(n,) how far each node stands out of its surroundings, in standard deviations of the noise
     there. cost : of COSTS but "colour", or a field, whose low values are looked for."""
     raw = -looked_for(graph, cost)
@@ -70,7 +67,7 @@ def evidence_of(graph: Graph, cost: str) -> Array:
     return np.asarray(found)
 
 
-def find_lines(graph: Graph, evidence: Array, least_length: float, most: int) -> list[Line]:
+def find_lines(graph: Graph, evidence: FloatArray, least_length: float, most: int) -> list[Line]:
     """The lines at least so long, the strongest first."""
     arc = graph.usual_arc
     found: list[Line] = []
@@ -80,8 +77,8 @@ def find_lines(graph: Graph, evidence: Array, least_length: float, most: int) ->
 
 
 def strongest_in_noise(
-    graph: Graph, evidence: Array, cost: str, least_length: float, check: Callable[[int], None]
-) -> Array:
+    graph: Graph, evidence: FloatArray, cost: str, least_length: float, check: Callable[[int], None]
+) -> FloatArray:
     """(SURROGATES,) strength of the strongest line in each of them, 0 for none, in rising order.
 
     check : called with the number of those that are done; it may raise Cancelled
@@ -107,13 +104,13 @@ def strongest_in_noise(
     return np.sort(strongest)
 
 
-def doubt_of(strength: float, strongest: Array) -> float:
+def doubt_of(strength: float, strongest: FloatArray) -> float:
     """The chance that the strongest line in noise is as strong as this, from 1 / 50 to 1."""
     reached = len(strongest) - int(np.searchsorted(strongest, strength, side="left"))
     return (1 + reached) / (1 + len(strongest))
 
 
-def _smoothing(graph: Graph, evidence: Array, random: np.random.Generator) -> int:
+def _smoothing(graph: Graph, evidence: FloatArray, random: np.random.Generator) -> int:
     """How often white noise is smoothed until neighbours are as alike as those of the evidence."""
     source = np.repeat(np.arange(len(evidence)), np.diff(graph.starts))
     calm = np.abs(evidence) < _MOST_NOISE
@@ -129,14 +126,14 @@ def _smoothing(graph: Graph, evidence: Array, random: np.random.Generator) -> in
     return _MOST_SMOOTHING
 
 
-def _likeness(values: Array, one: Ints, other: npt.NDArray[np.int32]) -> float:
+def _likeness(values: FloatArray, one: IntArray, other: Int32Array) -> float:
     a, b = values[one], values[other]
     if len(a) < 2 or a.std() == 0.0 or b.std() == 0.0:
         return 0.0
     return float(np.corrcoef(a, b)[0, 1])
 
 
-def _pieces(graph: Graph, nodes: Ints, least: float) -> Iterator[tuple[Ints, Graph]]:
+def _pieces(graph: Graph, nodes: IntArray, least: float) -> Iterator[tuple[IntArray, Graph]]:
     """What hangs together of these nodes, each as the graph's nodes and a graph of its own; those
     of fewer nodes than a line of `least` arcs could have are left out."""
     from scipy.sparse import csr_array
@@ -158,9 +155,9 @@ def _pieces(graph: Graph, nodes: Ints, least: float) -> Iterator[tuple[Ints, Gra
     place[order] = np.arange(len(order))
     by_source = np.argsort(place[one], kind="stable")
     near = place[other[by_source]]
-    starts = np.concatenate(
-        [[0], np.cumsum(np.bincount(place[one], minlength=len(nodes)))]
-    ).astype(np.int64)  # fmt: skip
+    starts = np.concatenate([[0], np.cumsum(np.bincount(place[one], minlength=len(nodes)))]).astype(
+        np.int64
+    )
     ends = np.concatenate([[0], np.cumsum(np.bincount(label, minlength=pieces))])
     for first, last in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):
         # An arc may be some times as long as the usual one.
@@ -168,15 +165,22 @@ def _pieces(graph: Graph, nodes: Ints, least: float) -> Iterator[tuple[Ints, Gra
             continue
         own = nodes[order[first:last]]
         begin, end = starts[first], starts[last]
-        yield own, Graph(
-            np.ascontiguousarray(graph.places[own]), starts[first : last + 1] - begin,
-            (near[begin:end] - first).astype(np.int32), None, {},
-            partial(np.zeros, last - first), own,
-        )  # fmt: skip
+        yield (
+            own,
+            Graph(
+                np.ascontiguousarray(graph.places[own]),
+                starts[first : last + 1] - begin,
+                (near[begin:end] - first).astype(np.int32),
+                None,
+                {},
+                partial(np.zeros, last - first),
+                own,
+            ),
+        )
 
 
 def _lines_of(
-    nodes: Ints, piece: Graph, evidence: Array, least_length: float, arc: float, most: int
+    nodes: IntArray, piece: Graph, evidence: FloatArray, least_length: float, arc: float, most: int
 ) -> list[Line]:
     """The longest way through a piece, that through the longest branch beside it, and so on."""
     from scipy.spatial import cKDTree
@@ -205,7 +209,7 @@ def _lines_of(
     return found
 
 
-def _unturned(places: Array, path: Ints) -> list[Ints]:
+def _unturned(places: FloatArray, path: IntArray) -> list[IntArray]:
     """The parts of a path, cut where it turns, whose ends are far enough apart for their length."""
     found, left = [], [path]
     while left:
@@ -226,11 +230,11 @@ def _unturned(places: Array, path: Ints) -> list[Ints]:
     return found
 
 
-def _length(places: Array) -> float:
+def _length(places: FloatArray) -> float:
     return float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
 
 
-def _longest(piece: Graph, evidence: Array) -> Ints:
+def _longest(piece: Graph, evidence: FloatArray) -> IntArray:
     """Nodes on the way between two places of a piece that are about as far apart as any."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra

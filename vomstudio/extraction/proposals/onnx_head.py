@@ -31,8 +31,11 @@ def head_of(raw: bytes) -> Head:
         if not isinstance(value, memoryview):
             continue
         if field == _INITIALIZER:
-            given |= {bytes(v) for f, v in _fields(value)
-                      if f == _NAME_OF_TENSOR and isinstance(v, memoryview)}  # fmt: skip
+            given |= {
+                bytes(v)
+                for f, v in _fields(value)
+                if f == _NAME_OF_TENSOR and isinstance(v, memoryview)
+            }
         elif field == _INPUT:
             inputs.append((_part(value, 1), _shape(value)))
         elif field == _OUTPUT:

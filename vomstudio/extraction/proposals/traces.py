@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.reprs import Shown
@@ -45,7 +45,7 @@ class Proposal(Shown):
     """
 
     line: str
-    points: npt.NDArray[np.float64] = field(repr=False, metadata=HIDDEN)
+    points: FloatArray = field(repr=False, metadata=HIDDEN)
     length_m: float
     evidence: float
     doubt: float
@@ -125,8 +125,13 @@ def propose_traces(
             plane = {**plane, "id": number}
         found.append(
             Proposal(
-                number, points, line.length, line.evidence, doubt_of(line.strength, strongest),
-                plane, band,
+                number,
+                points,
+                line.length,
+                line.evidence,
+                doubt_of(line.strength, strongest),
+                plane,
+                band,
             )
-        )  # fmt: skip
+        )
     return ProposedTraces(tuple(found), name, least, SURROGATES, warnings)

@@ -3,11 +3,9 @@ what is chosen already."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.extraction.texture_colours import TextureColours
@@ -15,11 +13,6 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.field_style import ELEVATION, field_names
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
-Colours = npt.NDArray[np.uint8]
 
 _SAMPLE = 50_000
 _FINE = 64
@@ -32,14 +25,16 @@ def fields_of(data: Mesh | PointCloud) -> tuple[str, ...]:
     return () if isinstance(data, StreamedCloud) else field_names(data)
 
 
-def range_of(data: Mesh | PointCloud, to_world: Array, name: str) -> tuple[float, float]:
+def range_of(data: Mesh | PointCloud, to_world: FloatArray, name: str) -> tuple[float, float]:
     """Least and greatest value of a field; NaN where it has none."""
     values = _values(data, to_world, name)
     known = values[np.isfinite(values)] if values.dtype.kind == "f" else values
     return (float(known.min()), float(known.max())) if len(known) else (np.nan, np.nan)
 
 
-def within(data: Mesh | PointCloud, to_world: Array, name: str, low: float, high: float) -> Mask:
+def within(
+    data: Mesh | PointCloud, to_world: FloatArray, name: str, low: float, high: float
+) -> BoolArray:
     """(n,) which faces, by the mean of their corners, or points have a value from low to high;
     where low is above high, as azimuths about north, those outside of it. to_world : (4, 4)"""
     values = _values(data, to_world, name)
@@ -73,15 +68,16 @@ class ElementColours:
         small = (np.asarray(colours) // (256 // _FINE)).astype(np.int32)
         self._codes = (small[:, 0] * _FINE + small[:, 1]) * _FINE + small[:, 2]
 
-    def like(self, ids: Ints, tolerance: float) -> Mask:
+    def like(self, ids: IntArray, tolerance: float) -> BoolArray:
         """(n,) which have a colour within the tolerance of one of those of `ids`: of their mean, in
         CIE L*a*b* with half the weight for lightness, since a face in the shade is darker and no
         other rock. 2.3 is what the eye just tells apart (Mahy et al. 1994, Color Res. Appl. 19,
         105)."""
         some = ids[:: max(1, len(ids) // _SAMPLE)]
         every = _lab(_cells())
-        own = every[self._codes[self._faces[some]].ravel() if self._faces is not None
-                    else self._codes[some]]  # fmt: skip
+        own = every[
+            self._codes[self._faces[some]].ravel() if self._faces is not None else self._codes[some]
+        ]
         off = every - own.mean(axis=0)
         off[:, 0] *= 0.5
         near = np.sqrt((off * off).sum(axis=1)) <= tolerance
@@ -92,21 +88,21 @@ class ElementColours:
         return np.asarray(inside[a].astype(np.int8) + inside[b] + inside[c] >= 2)
 
 
-def _values(data: Mesh | PointCloud, to_world: Array, name: str) -> npt.NDArray[Any]:
+def _values(data: Mesh | PointCloud, to_world: FloatArray, name: str) -> AnyArray:
     places = data.vertices if isinstance(data, Mesh) else data.points
     if name == ELEVATION:
         return np.asarray(places @ to_world[2, :3] + to_world[2, 3])
     return np.asarray(data.fields[name])
 
 
-def _cells() -> Array:
+def _cells() -> FloatArray:
     """(_FINE^3, 3) colours in the middle of the steps, 0..1."""
     steps = (np.arange(_FINE) + 0.5) / _FINE
     red, green, blue = np.meshgrid(steps, steps, steps, indexing="ij")
     return np.stack([red.ravel(), green.ravel(), blue.ravel()], axis=1)
 
 
-def _lab(rgb: Array) -> Array:
+def _lab(rgb: FloatArray) -> FloatArray:
     """CIE L*a*b* (D65) of sRGB 0..1 (IEC 61966-2-1, CIE 15)."""
     linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
     turn = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, Int32Array, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Silent
@@ -24,10 +24,6 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.point_grid import PointGrid, in_blocks
 from vomstudio.geometry.nearby.shared_corners import across_gaps
 from vomstudio.geometry.streaming.octree import StreamedCloud
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
 
 MOST = 2_000_000
 """So many faces or points a piece has at most that grows from one click."""
@@ -45,7 +41,7 @@ class Piece:
     """mask : (n,) which faces or points belong to it; count : how many; stopped : it would have
     grown on, but for the most it may have"""
 
-    mask: Mask
+    mask: BoolArray
     count: int
     stopped: bool
 
@@ -54,16 +50,16 @@ class Neighbours(Protocol):
     """Of all the faces or points of one model. Lengths are in the file's unit."""
 
     def piece(
-        self, seed: int, *, angle_deg: float, distance: float, left_out: Mask | None
+        self, seed: int, *, angle_deg: float, distance: float, left_out: BoolArray | None
     ) -> Piece:
         """The surface around `seed` as far as it is even: what hangs together, with normals within
         the angle of its plane and places within the distance of that. The plane is fitted anew as
         the piece grows. left_out : (n,) what takes no part"""
 
-    def wider(self, chosen: Mask) -> Mask:
+    def wider(self, chosen: BoolArray) -> BoolArray:
         """With those beside the chosen ones."""
 
-    def narrower(self, chosen: Mask) -> Mask:
+    def narrower(self, chosen: BoolArray) -> BoolArray:
         """Without those that have one beside them which is not chosen."""
 
 
@@ -108,7 +104,7 @@ class MeshNeighbours:
         in_blocks(mean, len(faces), Silent(), _AT_ONCE)
         self._reach_over_gaps(nodes)
 
-    def _reach_over_gaps(self, nodes: npt.NDArray[np.int32]) -> None:
+    def _reach_over_gaps(self, nodes: Int32Array) -> None:
         """Tiles that share no corners are one surface all the same. nodes : of the vertices"""
         alone = self._beside < 0
         if alone.mean() > _APART:
@@ -122,7 +118,7 @@ class MeshNeighbours:
         self._beside[free[row], side] = free[other]
 
     def piece(
-        self, seed: int, *, angle_deg: float, distance: float, left_out: Mask | None
+        self, seed: int, *, angle_deg: float, distance: float, left_out: BoolArray | None
     ) -> Piece:
         from vomstudio.extraction.selection.region_kernels import grow_faces
 
@@ -137,14 +133,23 @@ class MeshNeighbours:
                 return Piece(_only(seed, n), 1, False)
             seed = int(sound[0])
         count = grow_faces(
-            self._vertices, self._faces, self._beside, self._normals, taken, seed,
-            float(np.cos(np.radians(angle_deg))), distance, np.zeros(6), np.zeros(10), queue,
-        )  # fmt: skip
+            self._vertices,
+            self._faces,
+            self._beside,
+            self._normals,
+            taken,
+            seed,
+            float(np.cos(np.radians(angle_deg))),
+            distance,
+            np.zeros(6),
+            np.zeros(10),
+            queue,
+        )
         mask = np.zeros(n, np.bool_)
         mask[queue[:count]] = True
         return Piece(mask, count, count == len(queue) < n)
 
-    def wider(self, chosen: Mask) -> Mask:
+    def wider(self, chosen: BoolArray) -> BoolArray:
         from vomstudio.extraction.selection.region_kernels import at_marked, mark_nodes
 
         given = for_kernels(chosen, np.bool_)
@@ -161,7 +166,7 @@ class MeshNeighbours:
         in_blocks(read, len(out), Silent(), _AT_ONCE)
         return out
 
-    def narrower(self, chosen: Mask) -> Mask:
+    def narrower(self, chosen: BoolArray) -> BoolArray:
         return chosen & ~self.wider(~chosen)
 
 
@@ -190,11 +195,11 @@ class CloudNeighbours:
         if cloud.normals is not None:
             self._given = for_kernels(np.asarray(cloud.normals)[self._rows], np.float32)
 
-    def _grid(self) -> tuple[Ints, Ints, npt.NDArray[np.int32], Ints, Ints, int]:
+    def _grid(self) -> tuple[IntArray, IntArray, Int32Array, IntArray, IntArray, int]:
         return self._begins, self._row, self._column, self._names, self._ends, self._ny
 
     def piece(
-        self, seed: int, *, angle_deg: float, distance: float, left_out: Mask | None
+        self, seed: int, *, angle_deg: float, distance: float, left_out: BoolArray | None
     ) -> Piece:
         from vomstudio.extraction.selection.region_kernels import grow_points
 
@@ -207,23 +212,34 @@ class CloudNeighbours:
             return Piece(mask, 0, False)
         cell = int(np.searchsorted(self._begins, at, side="right")) - 1
         count = grow_points(
-            self._points, self._given, *self._grid(), self._normals, out,
-            np.zeros(cells, np.bool_), at, cell, float(np.cos(np.radians(angle_deg))),
-            distance, np.zeros(6), np.zeros(10), np.empty(27, np.int64), np.empty(cells, np.int32),
+            self._points,
+            self._given,
+            *self._grid(),
+            self._normals,
+            out,
+            np.zeros(cells, np.bool_),
+            at,
+            cell,
+            float(np.cos(np.radians(angle_deg))),
+            distance,
+            np.zeros(6),
+            np.zeros(10),
+            np.empty(27, np.int64),
+            np.empty(cells, np.int32),
             queue,
-        )  # fmt: skip
+        )
         if count < 0:
             return Piece(mask, 0, False)
         mask[self._rows[queue[:count]]] = True
         return Piece(mask, count, count == len(queue) < n)
 
-    def wider(self, chosen: Mask) -> Mask:
+    def wider(self, chosen: BoolArray) -> BoolArray:
         return self._ring(chosen, gains=True)
 
-    def narrower(self, chosen: Mask) -> Mask:
+    def narrower(self, chosen: BoolArray) -> BoolArray:
         return self._ring(chosen, gains=False)
 
-    def _sorted(self, chosen: Mask) -> tuple[Mask, npt.NDArray[np.int32]]:
+    def _sorted(self, chosen: BoolArray) -> tuple[BoolArray, Int32Array]:
         """The chosen ones among the sorted points, and the cells that hold any."""
         ids = np.flatnonzero(chosen)
         if len(ids) * _FEW > len(chosen):
@@ -240,7 +256,7 @@ class CloudNeighbours:
         np.not_equal(cells[1:], cells[:-1], out=fresh[1:])
         return own, for_kernels(cells[fresh], np.int32)
 
-    def _ring(self, chosen: Mask, *, gains: bool) -> Mask:
+    def _ring(self, chosen: BoolArray, *, gains: bool) -> BoolArray:
         from vomstudio.extraction.selection.region_kernels import ring_of_points
 
         own, some = self._sorted(chosen)
@@ -248,9 +264,15 @@ class CloudNeighbours:
 
         def work(rows: slice) -> None:
             ring_of_points(
-                self._points, *self._grid(), own, some[rows], self._cell, np.empty(27, np.int64),
-                gained, lost,
-            )  # fmt: skip
+                self._points,
+                *self._grid(),
+                own,
+                some[rows],
+                self._cell,
+                np.empty(27, np.int64),
+                gained,
+                lost,
+            )
 
         in_blocks(work, len(some), Silent(), _AT_ONCE // 4)
         result = chosen.copy()
@@ -259,8 +281,8 @@ class CloudNeighbours:
 
 
 def _runs(
-    columns: npt.NDArray[np.int32], names: Ints, ends: Ints
-) -> tuple[Ints, Ints, npt.NDArray[np.int32], Ints]:
+    columns: Int32Array, names: IntArray, ends: IntArray
+) -> tuple[IntArray, IntArray, Int32Array, IntArray]:
     """Of points sorted by rows of cells and along these: where each cell begins (c + 1,), its row
     and its column (c,), and the runs of cells of each row in place of `ends`, runs of points."""
     fresh = np.ones(len(columns), np.bool_)
@@ -276,13 +298,13 @@ def _runs(
     return np.append(first, len(columns)), row, for_kernels(columns[first], np.int32), runs
 
 
-def _only(row: int, count: int) -> Mask:
+def _only(row: int, count: int) -> BoolArray:
     mask = np.zeros(count, np.bool_)
     mask[row] = True
     return mask
 
 
-def _faces_at(corners: npt.NDArray[np.int32], count: int) -> tuple[Ints, npt.NDArray[np.int32]]:
+def _faces_at(corners: Int32Array, count: int) -> tuple[IntArray, Int32Array]:
     """The faces at each of `count` places: runs of the second array that begin at the first."""
     from scipy.sparse import csr_array
 

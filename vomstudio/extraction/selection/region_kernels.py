@@ -36,9 +36,13 @@ def _plane(sums, plane):  # type: ignore[no-untyped-def]
         return
     x, y, z = sums[1] / w, sums[2] / w, sums[3] / w
     found = eigen_of(
-        sums[4] / w - x * x, sums[5] / w - y * y, sums[6] / w - z * z,
-        sums[7] / w - x * y, sums[8] / w - x * z, sums[9] / w - y * z,
-    )  # fmt: skip
+        sums[4] / w - x * x,
+        sums[5] / w - y * y,
+        sums[6] / w - z * z,
+        sums[7] / w - x * y,
+        sums[8] / w - x * z,
+        sums[9] / w - y * z,
+    )
     if found[4] > 1e-3 * found[5]:
         plane[0], plane[1], plane[2] = x, y, z
         plane[3], plane[4], plane[5] = found[0], found[1], found[2]
@@ -212,9 +216,13 @@ def _cell_normal(points, begins, near, count, cell, given, normals):  # type: ig
             xy, xz, yz = xy + dx * dy, xz + dx * dz, yz + dy * dz
     sx, sy, sz = sx / n, sy / n, sz / n
     found = eigen_of(
-        xx / n - sx * sx, yy / n - sy * sy, zz / n - sz * sz,
-        xy / n - sx * sy, xz / n - sx * sz, yz / n - sy * sz,
-    )  # fmt: skip
+        xx / n - sx * sx,
+        yy / n - sy * sy,
+        zz / n - sz * sz,
+        xy / n - sx * sy,
+        xz / n - sx * sz,
+        yz / n - sy * sz,
+    )
     if n > 3.5 and found[4] > 1e-3 * found[5]:
         normals[cell, 0], normals[cell, 1], normals[cell, 2] = found[0], found[1], found[2]
     else:
@@ -226,9 +234,27 @@ def _cell_normal(points, begins, near, count, cell, given, normals):  # type: ig
     "b1[::1], b1[::1], i8, i8, f8, f8, f8[::1], f8[::1], i8[::1], i4[::1], i4[::1])"
 )
 def grow_points(  # type: ignore[no-untyped-def]
-    points, given, begins, rows, columns, names, ends, ny, normals, left_out, met, seed, cell,
-    cosine, reach, plane, sums, near, cells, queue,
-):  # fmt: skip
+    points,
+    given,
+    begins,
+    rows,
+    columns,
+    names,
+    ends,
+    ny,
+    normals,
+    left_out,
+    met,
+    seed,
+    cell,
+    cosine,
+    reach,
+    plane,
+    sums,
+    near,
+    cells,
+    queue,
+):
     """As `grow_faces`, of points that stand sorted by the cells of a grid, from the point `seed` in
     `cell` on: from cell to cell that touch. A cell is met where its normal is within the angle, and
     its points taken that lie within `reach`. How many; -1 where the seed's own cell has no plane.

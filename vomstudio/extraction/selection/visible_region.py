@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 from vomstudio.core.progress import Silent
 from vomstudio.geometry.boxes import ClipBox
 from vomstudio.geometry.cloud import PointCloud
@@ -16,10 +16,6 @@ from vomstudio.geometry.kernels.jit import for_kernels, for_reading
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.point_grid import in_blocks
 from vomstudio.geometry.streaming.octree import StreamedCloud
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
-Pixels = npt.NDArray[np.uint8]
 
 _AT_ONCE = 1_000_000
 _STEEPEST = 10.0
@@ -40,15 +36,15 @@ class Looking:
     clip : what lies outside of it is cut away; None for nothing
     """
 
-    position: Array
-    right: Array
-    up: Array
-    direction: Array
+    position: FloatArray
+    right: FloatArray
+    up: FloatArray
+    direction: FloatArray
     half_height: float
     parallel: bool
     size: tuple[int, int]
     ratio: float = 1.0
-    depth: npt.NDArray[np.float32] | None = None
+    depth: Float32Array | None = None
     clip: ClipBox | None = None
 
     @property
@@ -56,13 +52,13 @@ class Looking:
         """Pixels of a metre across the view, at depth 1 where that matters."""
         return self.size[1] / (2.0 * self.half_height)
 
-    def before_eye(self, to_world: Array) -> Array:
+    def before_eye(self, to_world: FloatArray) -> FloatArray:
         """(3, 4) from a file's frame to metres right, up and away from the eye."""
         frame = np.stack([self.right, self.up, self.direction])
         linear = frame @ to_world[:3, :3]
         return np.column_stack([linear, frame @ (to_world[:3, 3] - self.position)])
 
-    def filled(self, outline: Sequence[tuple[float, float]]) -> Pixels:
+    def filled(self, outline: Sequence[tuple[float, float]]) -> ByteArray:
         """(height, width) 1 inside of a ring of places in the window's pixels, 0 outside."""
         from PIL import Image, ImageDraw
 
@@ -72,7 +68,7 @@ class Looking:
             ImageDraw.Draw(picture).polygon(ring, fill=1)
         return np.array(picture, np.uint8)
 
-    def farthest(self) -> npt.NDArray[np.float32]:
+    def farthest(self) -> Float32Array:
         """(height, width) depth beyond which what lies in a pixel is hidden; of no rows where it is
         not known what is seen."""
         if self.depth is None:
@@ -93,12 +89,12 @@ class Looking:
     def inside(
         self,
         data: Mesh | PointCloud,
-        to_world: Array,
-        shape: Pixels,
+        to_world: FloatArray,
+        shape: ByteArray,
         *,
         through: bool,
         spacing: float = 0.0,
-    ) -> Mask:
+    ) -> BoolArray:
         """(n,) which faces of a mesh, by their centres of gravity, or points of a cloud lie inside
         a shape; unless `through` only those that are seen. Of a cloud that is read as it is looked
         at those that are there.
@@ -116,7 +112,7 @@ class Looking:
             self._points(data, matrix, told, out)
         return out if self.clip is None else self._uncut(data, to_world, self.clip, out)
 
-    def _faces(self, mesh: Mesh, matrix: Array, told: tuple, out: Mask) -> None:  # type: ignore[type-arg]
+    def _faces(self, mesh: Mesh, matrix: FloatArray, told: tuple, out: BoolArray) -> None:  # type: ignore[type-arg]
         from vomstudio.extraction.selection.picture_kernels import faces_inside
 
         vertices, faces = for_reading(mesh.vertices, np.float64), for_reading(mesh.faces, np.int32)
@@ -126,19 +122,21 @@ class Looking:
 
         in_blocks(work, len(faces), Silent(), _AT_ONCE)
 
-    def _points(self, cloud: PointCloud, matrix: Array, told: tuple, out: Mask) -> None:  # type: ignore[type-arg]
+    def _points(self, cloud: PointCloud, matrix: FloatArray, told: tuple, out: BoolArray) -> None:  # type: ignore[type-arg]
         from vomstudio.extraction.selection.picture_kernels import points_inside
 
         for start, part in pieces_of(cloud):
             points = for_reading(part, np.float64)
             own = out[start : start + len(points)]
 
-            def work(rows: slice, points: Array = points, own: Mask = own) -> None:
+            def work(rows: slice, points: FloatArray = points, own: BoolArray = own) -> None:
                 points_inside(points[rows], matrix, *told, own[rows])
 
             in_blocks(work, len(points), Silent(), _AT_ONCE)
 
-    def _uncut(self, data: Mesh | PointCloud, to_world: Array, box: ClipBox, chosen: Mask) -> Mask:
+    def _uncut(
+        self, data: Mesh | PointCloud, to_world: FloatArray, box: ClipBox, chosen: BoolArray
+    ) -> BoolArray:
         ids = np.flatnonzero(chosen)
         places = places_of(data, ids) @ to_world[:3, :3].T + to_world[:3, 3]
         chosen[ids[~box.holds(places)]] = False
@@ -150,7 +148,7 @@ def count_of(data: Mesh | PointCloud) -> int:
     return len(data.faces) if isinstance(data, Mesh) else data.count
 
 
-def places_of(data: Mesh | PointCloud, ids: npt.NDArray[np.int64]) -> Array:
+def places_of(data: Mesh | PointCloud, ids: IntArray) -> FloatArray:
     """(k, 3) centres of gravity of faces, or points, in the file's frame."""
     if isinstance(data, Mesh):
         return np.asarray(data.vertices[data.faces[ids]].mean(axis=1), np.float64)
@@ -159,7 +157,7 @@ def places_of(data: Mesh | PointCloud, ids: npt.NDArray[np.int64]) -> Array:
     return np.asarray(data.points[ids], np.float64)
 
 
-def pieces_of(cloud: PointCloud) -> Iterator[tuple[int, Array]]:
+def pieces_of(cloud: PointCloud) -> Iterator[tuple[int, FloatArray]]:
     """The first id and the points (k, 3) of each run of points that are there."""
     if not isinstance(cloud, StreamedCloud):
         yield 0, cloud.points

@@ -108,10 +108,17 @@ def bed_log(
             warnings.append(Finding("log.thickness-uncertain", base=called[low], top=called[high]))
         intervals.append(
             Interval(
-                number, called[low], called[high], float(height[low]) - base,
-                float(height[high]) - base, thick, rocks[low], fields or {}, said[low],
+                number,
+                called[low],
+                called[high],
+                float(height[low]) - base,
+                float(height[high]) - base,
+                thick,
+                rocks[low],
+                fields or {},
+                said[low],
             )
-        )  # fmt: skip
+        )
     if moved:
         warnings.append(Finding("log.boundaries-moved", boundaries=moved))
     total = across(int(order[0]), int(order[-1]))

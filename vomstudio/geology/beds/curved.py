@@ -18,13 +18,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.plane_errors import joint_quantile
 from vomstudio.geometry.vectors import dip_of_normals
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 HIGHEST = 4
 LEVEL = 0.05
@@ -63,7 +61,7 @@ class CurvedBed:
     n: int
     n_effective: float
     dips: tuple[LocalDip, ...]
-    along: Floats
+    along: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,10 +69,10 @@ class _Fit:
     """coefficients (k,), their covariance over the variance of the points (k, k), sum of squares,
     residuals (n,), likeness : by which points count less than once"""
 
-    coefficients: Floats
-    shape: Floats
+    coefficients: FloatArray
+    shape: FloatArray
     squares: float
-    residuals: Floats
+    residuals: FloatArray
     likeness: float
 
 
@@ -126,7 +124,7 @@ def curved_bed(ids: Sequence[str], points: npt.ArrayLike, offsets: npt.ArrayLike
     return CurvedBed(degree, p, rms, len(xyz), n_effective, tuple(dips), along)
 
 
-def _fits(u: Floats, v: Floats, w: Floats, cuts: Ints) -> list[_Fit]:
+def _fits(u: FloatArray, v: FloatArray, w: FloatArray, cuts: IntArray) -> list[_Fit]:
     """Of degree 1, 2 and so on, as far as the points determine them. What neighbours have in common
     is told by the highest: a bend that a lower degree leaves is no noise."""
     found: list[_Fit] = []
@@ -175,8 +173,8 @@ def _degree(fits: list[_Fit], n: int) -> tuple[int, float | None]:
 
 
 def _slopes(
-    fit: _Fit, degree: int, u: Floats, v: Floats, size: float, variance: float, free: float
-) -> tuple[Floats, Floats]:
+    fit: _Fit, degree: int, u: FloatArray, v: FloatArray, size: float, variance: float, free: float
+) -> tuple[FloatArray, FloatArray]:
     """(n, 2) slopes along the axes, and (n,) larger half-angle of their joint 95 % region,
     degrees."""
     gradient = np.stack(_gradients(u, v, degree), axis=1) / size
@@ -191,11 +189,11 @@ def _powers(degree: int) -> list[tuple[int, int]]:
     return [(i - j, j) for i in range(degree + 1) for j in range(i + 1)]
 
 
-def _columns(u: Floats, v: Floats, degree: int) -> Floats:
+def _columns(u: FloatArray, v: FloatArray, degree: int) -> FloatArray:
     return np.stack([u**i * v**j for i, j in _powers(degree)], axis=1)
 
 
-def _gradients(u: Floats, v: Floats, degree: int) -> tuple[Floats, Floats]:
+def _gradients(u: FloatArray, v: FloatArray, degree: int) -> tuple[FloatArray, FloatArray]:
     """(n, k) along u and along v."""
     powers = _powers(degree)
     along = [i * u ** max(i - 1, 0) * v**j for i, j in powers]
@@ -203,7 +201,7 @@ def _gradients(u: Floats, v: Floats, degree: int) -> tuple[Floats, Floats]:
     return np.stack(along, axis=1), np.stack(across, axis=1)
 
 
-def _likeness(residuals: Floats, cuts: Ints) -> float:
+def _likeness(residuals: FloatArray, cuts: IntArray) -> float:
     """(1 + r) / (1 - r) with the correlation r of neighbours on the traces, at least 1."""
     last = np.zeros(len(residuals), np.bool_)
     ends = cuts[1:][cuts[1:] > 0] - 1

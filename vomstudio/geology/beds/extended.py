@@ -14,17 +14,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.plane_errors import LEVEL, joint_quantile
 from vomstudio.geometry.planes import PlaneFit
 from vomstudio.geometry.rotation_errors import CHI2_TWO
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 MOST_BEDS = 2000
 
@@ -38,21 +35,21 @@ class PlaneBelief:
     slope along the two directions; free : degrees of freedom, infinite where variances are known
     """
 
-    middle: Floats
-    axes: Floats
+    middle: FloatArray
+    axes: FloatArray
     of_middle: float
-    of_tilts: Floats
+    of_tilts: FloatArray
     free: float
 
     @property
     def plane(self) -> Plane:
         return Plane.from_normal(self.axes[2])
 
-    def distances(self, points: Floats) -> Floats:
+    def distances(self, points: FloatArray) -> FloatArray:
         """(n,) of points (n, 3), positive above the plane."""
         return np.asarray((points - self.middle) @ self.axes[2])
 
-    def sd(self, points: Floats) -> Floats:
+    def sd(self, points: FloatArray) -> FloatArray:
         """(n,) standard deviation of the plane's position beside points (n, 3), m."""
         flat = (points - self.middle) @ self.axes[:2].T
         return np.asarray(np.sqrt(self.of_middle + (flat**2) @ self.of_tilts))
@@ -72,14 +69,14 @@ class Repeats:
     itself; thickness_m : between neighbours, None for the plane alone; of_thickness : its variance,
     m2"""
 
-    numbers: Ints
+    numbers: IntArray
     thickness_m: float | None
     of_thickness: float = 0.0
 
     def offset(self, number: int) -> float:
         return 0.0 if self.thickness_m is None else number * self.thickness_m
 
-    def nearest(self, distances: Floats) -> Ints:
+    def nearest(self, distances: FloatArray) -> IntArray:
         """(n,) number of the plane that each distance from the first is nearest to."""
         if self.thickness_m is None:
             return np.zeros(len(distances), np.int64)
@@ -92,12 +89,12 @@ class Bands:
     """Of points (n,): bed, number of the nearest plane; distance_m from it, positive above;
     error95_m of its position there; inside : within that of the plane"""
 
-    bed: Ints
-    distance_m: Floats
-    error95_m: Floats
+    bed: IntArray
+    distance_m: FloatArray
+    error95_m: FloatArray
 
     @property
-    def inside(self) -> npt.NDArray[np.bool_]:
+    def inside(self) -> BoolArray:
         return np.asarray(np.abs(self.distance_m) <= self.error95_m)
 
 
@@ -114,9 +111,7 @@ def belief_of_fit(fit: PlaneFit) -> PlaneBelief:
     if fit.method != "pca":
         raise GeometryError(Finding("plane.regression-band"))
     if not largest < 45.0:
-        raise GeometryError(
-            Finding("plane.too-uncertain", error_deg=largest)
-        )  # fmt: skip
+        raise GeometryError(Finding("plane.too-uncertain", error_deg=largest))
     free = max(fit.n_effective - 3.0, 0.5)
     limit = float(joint_quantile(np.array([free]))[0]) * free
     tilts = np.asarray(np.tan(np.radians([smallest, largest])) ** 2 / limit)
@@ -130,7 +125,7 @@ def belief_of_fit(fit: PlaneFit) -> PlaneBelief:
 
 
 def belief_of_attitude(
-    plane: Plane, through: Floats, error95_deg: float, error95_m: float = 0.0
+    plane: Plane, through: FloatArray, error95_deg: float, error95_m: float = 0.0
 ) -> PlaneBelief:
     """Of a plane by dip direction and dip through a point (3,); error95_deg : half-angle of the
     joint 95 % region of its normal, alike to all sides; error95_m : of the point across it."""
@@ -150,7 +145,7 @@ def belief_of_attitude(
 
 
 def repeated(
-    belief: PlaneBelief, points: Floats, thickness_m: float | None, error95_m: float = 0.0
+    belief: PlaneBelief, points: FloatArray, thickness_m: float | None, error95_m: float = 0.0
 ) -> Repeats:
     """All planes at a thickness that reach between the points (n, 3) of a model; the plane alone
     without one. error95_m : of the thickness. Raises GeometryError for a thickness that makes more
@@ -161,8 +156,9 @@ def repeated(
         return Repeats(np.zeros(1, np.int64), None)
     away = belief.distances(points)
     low, high = (
-        float(np.floor(away.min() / thickness_m)), float(np.ceil(away.max() / thickness_m))
-    )  # fmt: skip
+        float(np.floor(away.min() / thickness_m)),
+        float(np.ceil(away.max() / thickness_m)),
+    )
     if high - low > MOST_BEDS:
         raise GeometryError(
             Finding("beds.too-many", thickness_m=thickness_m, n=high - low + 1, maximum=MOST_BEDS),
@@ -172,12 +168,12 @@ def repeated(
     return Repeats(numbers, thickness_m, (error95_m / Z95) ** 2)
 
 
-def bands(belief: PlaneBelief, repeats: Repeats, points: Floats) -> Bands:
+def bands(belief: PlaneBelief, repeats: Repeats, points: FloatArray) -> Bands:
     """How points (n, 3) lie to the nearest of the planes. The error of the k-th holds k times that
     of the thickness."""
     away = belief.distances(points)
     bed = repeats.nearest(away)
-    offset: Floats = np.zeros(len(away))
+    offset: FloatArray = np.zeros(len(away))
     if repeats.thickness_m is not None:
         offset = bed.astype(np.float64) * repeats.thickness_m
     variance = belief.sd(points) ** 2 + bed.astype(np.float64) ** 2 * repeats.of_thickness
@@ -189,7 +185,7 @@ def _wider(one: float | None, other: float | None) -> float | None:
     return max(known) if known else None
 
 
-def _right_handed(axes: Floats) -> Floats:
+def _right_handed(axes: FloatArray) -> FloatArray:
     made = axes.copy()
     if made[2, 2] < 0.0:
         made[2] = -made[2]

@@ -3,28 +3,63 @@
 from __future__ import annotations
 
 PRIMARY = (
-    "siliciclastic", "limestone", "dolostone", "organic_coal", "evaporite", "chert", "ironstone",
-    "phosphatic", "volcaniclastic",
-)  # fmt: skip
+    "siliciclastic",
+    "limestone",
+    "dolostone",
+    "organic_coal",
+    "evaporite",
+    "chert",
+    "ironstone",
+    "phosphatic",
+    "volcaniclastic",
+)
 SILICICLASTIC = (
-    "claystone", "mudstone", "shale", "siltstone", "sandstone", "conglomerate", "breccia",
-)  # fmt: skip
+    "claystone",
+    "mudstone",
+    "shale",
+    "siltstone",
+    "sandstone",
+    "conglomerate",
+    "breccia",
+)
 DUNHAM = (
-    "wackestone", "packstone", "grainstone", "boundstone", "cementstone", "recrystallized",
-    "floatstone", "rudstone", "framestone", "bafflestone", "bindstone",
-)  # fmt: skip
+    "wackestone",
+    "packstone",
+    "grainstone",
+    "boundstone",
+    "cementstone",
+    "recrystallized",
+    "floatstone",
+    "rudstone",
+    "framestone",
+    "bafflestone",
+    "bindstone",
+)
 """Dunham's mudstone is written "lime mudstone", for mudstone alone is siliciclastic."""
 VOLCANICLASTIC = (
-    "volcanic mudstone", "volcanic sandstone", "lapillistone", "agglomerate", "volcanic breccia",
-    "bentonite", "tuff", "welded tuff", "ignimbrite",
-)  # fmt: skip
+    "volcanic mudstone",
+    "volcanic sandstone",
+    "lapillistone",
+    "agglomerate",
+    "volcanic breccia",
+    "bentonite",
+    "tuff",
+    "welded tuff",
+    "ignimbrite",
+)
 ORGANIC = ("amber", "peat", "lignite", "subbituminous", "bituminous", "coal ball", "tar", "coal")
 EVAPORITE = ("gypsum", "anhydrite", "halite")
 COVERED = ("covered", "unexposed")
 WORDS = (
-    *SILICICLASTIC, *(word.replace("_", " ") for word in PRIMARY), "lime mudstone", *DUNHAM,
-    *VOLCANICLASTIC, *ORGANIC, *EVAPORITE, "covered",
-)  # fmt: skip
+    *SILICICLASTIC,
+    *(word.replace("_", " ") for word in PRIMARY),
+    "lime mudstone",
+    *DUNHAM,
+    *VOLCANICLASTIC,
+    *ORGANIC,
+    *EVAPORITE,
+    "covered",
+)
 """What a rock may be called, each once."""
 FIELDS = ("primary_lithology", "siliciclastic_type", "dunham_classification", "other_type")
 
@@ -33,20 +68,42 @@ def words() -> tuple[str, ...]:
     """All that `in_strabospot` knows, to choose from: first the common rocks of the field."""
     primary = tuple(name.replace("_", " ") for name in PRIMARY)
     return (
-        *SILICICLASTIC, "limestone", "lime mudstone", *DUNHAM, "dolostone",
+        *SILICICLASTIC,
+        "limestone",
+        "lime mudstone",
+        *DUNHAM,
+        "dolostone",
         *(name for name in primary if name not in ("limestone", "dolostone")),
-        *EVAPORITE, *ORGANIC, *VOLCANICLASTIC, *COVERED,
-    )  # fmt: skip
+        *EVAPORITE,
+        *ORGANIC,
+        *VOLCANICLASTIC,
+        *COVERED,
+    )
 
 
 _COLORS = {
-    "siliciclastic": "#d9fdd3", "claystone": "#d5e6cc", "mudstone": "#cfefdf", "shale": "#ace4c8",
-    "siltstone": "#d6fe9a", "sandstone": "#cdffd9", "conglomerate": "#b7d9cc",
-    "breccia": "#a7ba86", "limestone": "#43aff9", "dolostone": "#6bc3ff",
-    "organic_coal": "#820041", "peat": "#ffcf81", "evaporite": "#019ccd", "chert": "#9abfc0",
-    "ironstone": "#b99598", "phosphatic": "#bfe3dc", "volcaniclastic": "#ffe0de",
-    "bentonite": "#c0d0c0", "tuff": "#f9d3d3", "welded tuff": "#fff3c9", "ignimbrite": "#ffe5c3",
-}  # fmt: skip
+    "siliciclastic": "#d9fdd3",
+    "claystone": "#d5e6cc",
+    "mudstone": "#cfefdf",
+    "shale": "#ace4c8",
+    "siltstone": "#d6fe9a",
+    "sandstone": "#cdffd9",
+    "conglomerate": "#b7d9cc",
+    "breccia": "#a7ba86",
+    "limestone": "#43aff9",
+    "dolostone": "#6bc3ff",
+    "organic_coal": "#820041",
+    "peat": "#ffcf81",
+    "evaporite": "#019ccd",
+    "chert": "#9abfc0",
+    "ironstone": "#b99598",
+    "phosphatic": "#bfe3dc",
+    "volcaniclastic": "#ffe0de",
+    "bentonite": "#c0d0c0",
+    "tuff": "#f9d3d3",
+    "welded tuff": "#fff3c9",
+    "ignimbrite": "#ffe5c3",
+}
 """The colours of lithologies on the state geologic maps of the U.S. Geological Survey."""
 
 
@@ -75,8 +132,10 @@ def in_strabospot(word: str) -> dict[str, str] | None:
         name = plain.removeprefix("lime ")
         return {**found, "primary_lithology": "limestone", "dunham_classification": name}
     for primary, names in (
-        ("volcaniclastic", VOLCANICLASTIC), ("organic_coal", ORGANIC), ("evaporite", EVAPORITE)
-    ):  # fmt: skip
+        ("volcaniclastic", VOLCANICLASTIC),
+        ("organic_coal", ORGANIC),
+        ("evaporite", EVAPORITE),
+    ):
         if plain in names:
             return {**found, "primary_lithology": primary, "other_type": plain}
     return None

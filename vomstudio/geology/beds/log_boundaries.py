@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry.lines import nearest_approach
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,7 +18,7 @@ class Crossing:
     them there; along_m : the way along the line up to there"""
 
     name: str
-    place: Floats
+    place: FloatArray
     distance_m: float
     along_m: float
 

@@ -20,13 +20,11 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.plane_errors import joint_quantile, quantiles
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 FEWEST = 3
 """Points of a trace whose scatter counts."""
@@ -115,19 +113,19 @@ class _Traces:
         tilts, where these are known by how much traces are turned against each other
     """
 
-    tilts: Floats
-    of_middle: Floats
-    axes: Floats
-    sums: Floats
-    leans: Floats
-    spread: Floats
-    judged: npt.NDArray[np.bool_]
-    free: Floats
-    independent: Floats
+    tilts: FloatArray
+    of_middle: FloatArray
+    axes: FloatArray
+    sums: FloatArray
+    leans: FloatArray
+    spread: FloatArray
+    judged: BoolArray
+    free: FloatArray
+    independent: FloatArray
     free_tilts: float | None = None
 
     @property
-    def of_tilts(self) -> Floats:
+    def of_tilts(self) -> FloatArray:
         return np.asarray(self.tilts.sum(axis=0))
 
 
@@ -206,7 +204,7 @@ def parallel_beds(
     )
 
 
-def _errors(flat: Floats, counts: Ints, starts: Ints, ordered: bool) -> _Traces:
+def _errors(flat: FloatArray, counts: IntArray, starts: IntArray, ordered: bool) -> _Traces:
     """flat : (n, 3) points about their own middles, in the axes of the common plane"""
     groups = len(counts)
     sums, leans, axes = np.zeros((groups, 2)), np.zeros((groups, 2)), np.zeros((groups, 2, 2))
@@ -254,8 +252,8 @@ def _errors(flat: Floats, counts: Ints, starts: Ints, ordered: bool) -> _Traces:
 
 
 def _with_width(
-    turned: Floats, sums: Floats, leans: Floats, counts: Ints, starts: Ints
-) -> npt.NDArray[np.bool_]:
+    turned: FloatArray, sums: FloatArray, leans: FloatArray, counts: IntArray, starts: IntArray
+) -> BoolArray:
     """(G, 2) which of its own axes tell something of how a trace's plane is turned: of a straight
     one that is no wider than it strays from the common plane, what it strays lies in the face that
     it runs over, and its width would tell the attitude of that face.
@@ -299,7 +297,7 @@ def _shared_free(traces: _Traces) -> float:
 
 
 def _same(
-    traces: _Traces, which: tuple[int, int], ids: tuple[str, str], apart: Floats
+    traces: _Traces, which: tuple[int, int], ids: tuple[str, str], apart: FloatArray
 ) -> SamePlane:
     """apart : (3,) from the middle of the first to that of the second, in the axes"""
     of_tilts = np.einsum("i,gij,j->g", apart[:2], traces.tilts, apart[:2])
@@ -317,7 +315,7 @@ def _same(
     )
 
 
-def _pooled(shares: Floats, free: Floats) -> tuple[Floats, Floats]:
+def _pooled(shares: FloatArray, free: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Shares of a variance and their degrees of freedom, those whose noise is known well enough as
     one (Satterthwaite 1946, Biometrics Bulletin 2, 110)."""
     used = shares > 0.0
@@ -330,7 +328,7 @@ def _pooled(shares: Floats, free: Floats) -> tuple[Floats, Floats]:
     return np.append(shares[few], part), np.append(free[few], together)
 
 
-def _t95(shares: Floats, free: Floats) -> float:
+def _t95(shares: FloatArray, free: FloatArray) -> float:
     """Of a figure whose variance has these shares, each known by so many degrees of freedom: the
     mean of Student's quantiles by the shares (Cochran & Cox 1957, Experimental Designs, section
     4.14). Where one is known by a single degree of freedom and happens to be small, degrees of
@@ -340,7 +338,7 @@ def _t95(shares: Floats, free: Floats) -> float:
     return float(shares @ stdtrit(free, 1.0 - LEVEL / 2.0))
 
 
-def _tail(t: float, shares: Floats, free: Floats) -> float:
+def _tail(t: float, shares: FloatArray, free: FloatArray) -> float:
     """The p at which that mean is t, two sided."""
     from scipy.optimize import brentq
     from scipy.special import stdtr, stdtrit

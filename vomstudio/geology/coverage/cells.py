@@ -14,11 +14,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 MOST_CELLS = 40_000
 _BLOCK = 200_000
@@ -30,9 +28,9 @@ class CellGrid:
     side of a cell; columns to the right, rows upward. Cells are numbered row by row from 0 at the
     origin. Any frame, any unit."""
 
-    origin: Array
-    right: Array
-    up: Array
+    origin: FloatArray
+    right: FloatArray
+    up: FloatArray
     cell: float
     columns: int
     rows: int
@@ -42,20 +40,20 @@ class CellGrid:
         return self.columns * self.rows
 
     @property
-    def normal(self) -> Array:
+    def normal(self) -> FloatArray:
         """(3,) toward the viewer."""
         return np.cross(self.right, self.up)
 
-    def local(self, points: Array) -> Array:
+    def local(self, points: FloatArray) -> FloatArray:
         """(..., 3) to the right, up and toward the viewer of points, in sides of a cell."""
         axes = np.stack([self.right, self.up, self.normal], axis=-1)
         return np.asarray((points - self.origin) @ axes / self.cell)
 
-    def at(self, points: Array) -> Ints:
+    def at(self, points: FloatArray) -> IntArray:
         """(n,) the cell of each point (n, 3) as it is seen; -1 outside."""
         return self.numbers(np.floor(self.local(points)[:, :2]))
 
-    def numbers(self, places: Array) -> Ints:
+    def numbers(self, places: FloatArray) -> IntArray:
         """(n,) of column and row (n, 2), whole numbers; -1 outside."""
         inside = ((places >= 0) & (places < [self.columns, self.rows])).all(axis=1)
         found = np.full(len(places), -1, np.int64)
@@ -63,7 +61,7 @@ class CellGrid:
         found[inside] = row * self.columns + column
         return found
 
-    def corners(self, numbers: Ints) -> Array:
+    def corners(self, numbers: IntArray) -> FloatArray:
         """(n, 4, 3) of cells in the grid's plane, around from the lower left."""
         row, column = np.divmod(numbers, self.columns)
         steps = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float64)
@@ -83,15 +81,15 @@ class Exposed:
         a cell); empty where nobody asked for them
     """
 
-    surface: Array
-    covered: Array
-    pieces: Array
-    cell: Ints
-    lines: Array
+    surface: FloatArray
+    covered: FloatArray
+    pieces: FloatArray
+    cell: IntArray
+    lines: FloatArray
 
 
 def grid_around(
-    points: Array, right: Array, up: Array, cell: float, margin: float = 0.0
+    points: FloatArray, right: FloatArray, up: FloatArray, cell: float, margin: float = 0.0
 ) -> CellGrid:
     """Whole cells around points (n, 3), in the plane through the one nearest to the viewer.
 
@@ -119,7 +117,7 @@ def grid_around(
 
 
 def exposed_faces(
-    grid: CellGrid, points: Array, faces: npt.NDArray[np.integer[Any]], *, pieces: bool = False
+    grid: CellGrid, points: FloatArray, faces: npt.NDArray[np.integer[Any]], *, pieces: bool = False
 ) -> Exposed:
     """Of triangles, (m, 3) rows of points (n, 3). What faces away from the viewer is not
     exposed; which way faces look is taken from most of their area, since files differ."""
@@ -135,7 +133,7 @@ def exposed_faces(
     return seen.result()
 
 
-def exposed_points(grid: CellGrid, points: Array, spacing: float) -> Exposed:
+def exposed_points(grid: CellGrid, points: FloatArray, spacing: float) -> Exposed:
     """Of a cloud (n, 3), each point of which stands for a square as wide as the spacing."""
     cells = grid.at(points)
     counts = np.bincount(cells[cells >= 0], minlength=grid.count).astype(np.float64)
@@ -148,15 +146,15 @@ class _Sums:
     def __init__(self, grid: CellGrid, keep: bool) -> None:
         self.grid, self._keep = grid, keep
         self.surface, self.covered = np.zeros(grid.count), np.zeros(grid.count)
-        self._pieces: list[Array] = []
-        self._cells: list[Ints] = []
-        self._lines: list[Array] = []
+        self._pieces: list[FloatArray] = []
+        self._cells: list[IntArray] = []
+        self._lines: list[FloatArray] = []
 
-    def add(self, local: Array) -> None:
+    def add(self, local: FloatArray) -> None:
         """Triangles (m, 3, 3) in the grid's local axes."""
         cut = local
         for axis, count in ((0, self.grid.columns), (1, self.grid.rows)):
-            lines: list[Array] = []
+            lines: list[FloatArray] = []
             cut = np.concatenate([np.zeros((0, 3, 3)), *_cut(cut, axis, count, lines)])
             if self._keep:
                 # Cut along the first axis as yet, these may reach past the ends of the second.
@@ -188,7 +186,9 @@ class _Sums:
         )
 
 
-def _cut(triangles: Array, axis: int, count: int, lines: list[Array]) -> Iterator[Array]:
+def _cut(
+    triangles: FloatArray, axis: int, count: int, lines: list[FloatArray]
+) -> Iterator[FloatArray]:
     """Pieces that lie between two neighbouring lines of the grid, 0 to `count`, along an axis;
     `lines` gets the cuts."""
     left = triangles
@@ -211,7 +211,9 @@ def _cut(triangles: Array, axis: int, count: int, lines: list[Array]) -> Iterato
         left = above
 
 
-def _halves(sorted_: Array, line: Array, axis: int) -> tuple[Array, Array, Array]:
+def _halves(
+    sorted_: FloatArray, line: FloatArray, axis: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Triangles whose corners are in order along an axis, cut by a line each: what lies below and
     above, and (m, 2, 3) the cuts."""
     a, b, c = sorted_[:, 0], sorted_[:, 1], sorted_[:, 2]
@@ -219,14 +221,20 @@ def _halves(sorted_: Array, line: Array, axis: int) -> tuple[Array, Array, Array
     low = line <= b[:, axis]
     q = np.where(low[:, None], _between(a, b, line, axis), _between(b, c, line, axis))
     one, two = low, ~low
-    below = [_stack(a[one], q[one], p[one]), _stack(a[two], b[two], q[two]),
-             _stack(a[two], q[two], p[two])]  # fmt: skip
-    above = [_stack(q[one], b[one], c[one]), _stack(q[one], c[one], p[one]),
-             _stack(q[two], c[two], p[two])]  # fmt: skip
+    below = [
+        _stack(a[one], q[one], p[one]),
+        _stack(a[two], b[two], q[two]),
+        _stack(a[two], q[two], p[two]),
+    ]
+    above = [
+        _stack(q[one], b[one], c[one]),
+        _stack(q[one], c[one], p[one]),
+        _stack(q[two], c[two], p[two]),
+    ]
     return np.concatenate(below), np.concatenate(above), np.stack([q, p], axis=1)
 
 
-def _within(cuts: Array, rows: int) -> Array:
+def _within(cuts: FloatArray, rows: int) -> FloatArray:
     """What of lines (m, 2, 3) lies between the first and the last row."""
     first, last = cuts[:, 0, 1], cuts[:, 1, 1]
     cuts = cuts[(np.maximum(first, last) > 0.0) & (np.minimum(first, last) < rows)]
@@ -239,7 +247,7 @@ def _within(cuts: Array, rows: int) -> Array:
     return np.asarray(cuts[:, :1] + share[..., None] * up[:, None])
 
 
-def _between(a: Array, b: Array, line: Array, axis: int) -> Array:
+def _between(a: FloatArray, b: FloatArray, line: FloatArray, axis: int) -> FloatArray:
     """(m, 3) where the lines from a to b reach a height."""
     rise = b[:, axis] - a[:, axis]
     share = np.where(rise > 0.0, (line - a[:, axis]) / np.where(rise > 0.0, rise, 1.0), 0.0)
@@ -248,5 +256,5 @@ def _between(a: Array, b: Array, line: Array, axis: int) -> Array:
     return np.asarray(found)
 
 
-def _stack(a: Array, b: Array, c: Array) -> Array:
+def _stack(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     return np.stack([a, b, c], axis=1)

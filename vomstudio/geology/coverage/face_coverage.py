@@ -11,14 +11,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import Shown
 from vomstudio.core.words import to_translate
 from vomstudio.geology.coverage.cells import CellGrid
-
-Array = npt.NDArray[np.float64]
 
 OPEN, DONE, EMPTY, UNMEASURABLE = "-", "d", "e", "u"
 """What a cell may be: nobody has looked, features were picked, there are none, or none can be
@@ -85,9 +83,9 @@ def cell_name(grid: CellGrid, number: int) -> str:
 def looked_at(
     grid: CellGrid,
     marks: str,
-    surface: Array,
-    covered: Array,
-    lines: Sequence[Array] = (),
+    surface: FloatArray,
+    covered: FloatArray,
+    lines: Sequence[FloatArray] = (),
 ) -> LookedAt:
     """marks : one of the letters above for each cell; surface, covered : (cells,) as of
     `cells.Exposed`; lines : (k, 3) vertices of each feature, or the one place of it, in the grid's
@@ -125,15 +123,23 @@ def looked_at(
     names = tuple(cell_name(grid, c) for c in sorted(denied))
     looked = total - shares[OPEN].covered_m2
     return LookedAt(
-        int(there.sum()), grid.cell, shares[OPEN], shares[DONE], shares[EMPTY],
-        shares[UNMEASURABLE], looked / total if total > 0 else None, names, inside, area,
+        int(there.sum()),
+        grid.cell,
+        shares[OPEN],
+        shares[DONE],
+        shares[EMPTY],
+        shares[UNMEASURABLE],
+        looked / total if total > 0 else None,
+        names,
+        inside,
+        area,
         middles / area if area > 0 else None,
         float(lengths[counted].sum()) / area if area > 0 else None,
         tuple(_share_warnings(shares, names, area)),
-    )  # fmt: skip
+    )
 
 
-def lengths_in_cells(grid: CellGrid, line: Array) -> dict[int, float]:
+def lengths_in_cells(grid: CellGrid, line: FloatArray) -> dict[int, float]:
     """What of a line (k, 3) lies in each cell, as it is seen, in the grid's unit."""
     flat = grid.local(line)[:, :2]
     found: dict[int, float] = {}
@@ -158,7 +164,7 @@ def lengths_in_cells(grid: CellGrid, line: Array) -> dict[int, float]:
     return found
 
 
-def _middle(line: Array) -> Array:
+def _middle(line: FloatArray) -> FloatArray:
     """(3,) half way along a line."""
     if len(line) == 1:
         return np.asarray(line[0])

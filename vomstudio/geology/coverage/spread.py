@@ -17,12 +17,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.geometry.rotation_errors import CHI2_TWO
-
-Array = npt.NDArray[np.float64]
-Rows = npt.NDArray[np.int64]
 
 _SMALLEST_VARIANCE = 1e-18
 """Radians squared: a stated error of nothing is none."""
@@ -35,9 +32,9 @@ class Structure:
     """One structure picked m times. rows : (m,) of the picks; places : (m, 2) in the tangent plane
     at their mean, radians; covariances : (m, 2, 2) stated, zero where none is"""
 
-    rows: Rows
-    places: Array
-    covariances: Array
+    rows: IntArray
+    places: FloatArray
+    covariances: FloatArray
 
     @property
     def stated(self) -> bool:
@@ -108,14 +105,16 @@ class Between:
     p: float
 
 
-def structures(vectors: Array, axes: Array, groups: Sequence[Sequence[int]]) -> list[Structure]:
+def structures(
+    vectors: FloatArray, axes: FloatArray, groups: Sequence[Sequence[int]]
+) -> list[Structure]:
     """vectors : (n, 3) unit, axial, World; axes : (n, 2, 3) tangent vectors at them one standard
     deviation long, radians, zero where none is stated; groups : rows of each structure, the first
     pick first."""
     return [_structure(vectors, axes, np.asarray(rows, np.int64)) for rows in groups]
 
 
-def _structure(vectors: Array, axes: Array, rows: Rows) -> Structure:
+def _structure(vectors: FloatArray, axes: FloatArray, rows: IntArray) -> Structure:
     own = vectors[rows]
     signs = np.where(own @ own[0] < 0.0, -1.0, 1.0)
     own = own * signs[:, None]
@@ -167,11 +166,19 @@ def held_errors(found: Sequence[Structure]) -> HeldErrors | None:
     least = float(beta.ppf(0.025, within, n - within + 1)) if within else 0.0
     most = float(beta.ppf(0.975, within + 1, n - within)) if within < n else 1.0
     return HeldErrors(
-        n, total, free, float(chi2.sf(total, free)), float(np.sqrt(total / free)),
-        float(low), float(high),
+        n,
+        total,
+        free,
+        float(chi2.sf(total, free)),
+        float(np.sqrt(total / free)),
+        float(low),
+        float(high),
         float(np.sqrt(chi2.ppf(0.95, free) / chi2.ppf(1.0 - NOTICED_WITH, free))),
-        within, within / n, least, most,
-    )  # fmt: skip
+        within,
+        within / n,
+        least,
+        most,
+    )
 
 
 def apart(one: Structure, i: int, k: int) -> float:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import Shown
@@ -28,7 +28,6 @@ from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.tilted_planes import axes_without_registration, cells_of
 from vomstudio.geometry.rotation_errors import CHI2_TWO
 
-Array = npt.NDArray[np.float64]
 Holds = Literal["yes", "no", "undetermined"]
 
 REPEAT_OF, INTERPRETER = "repeat_of", "interpreter"
@@ -201,7 +200,7 @@ def _people(table: OrientationRows, column: str | None) -> list[str]:
 
 
 # --- what they state -----------------------------------------------------------------------------
-def _errors(table: OrientationRows, vectors: Array) -> Array:
+def _errors(table: OrientationRows, vectors: FloatArray) -> FloatArray:
     """(n, 2, 3) tangent vectors one standard deviation long, radians; of a line its larger error in
     all directions."""
     axes = np.zeros((len(table), 2, 3))
@@ -228,7 +227,7 @@ def _stated(found: Sequence[Structure]) -> float | None:
 
 
 def _pair(
-    table: OrientationRows, vectors: Array, one: Structure, k: int, people: Sequence[str]
+    table: OrientationRows, vectors: FloatArray, one: Structure, k: int, people: Sequence[str]
 ) -> RepeatedPick:
     first, again = int(one.rows[0]), int(one.rows[k])
     across = float(np.linalg.norm(np.cross(vectors[first], vectors[again])))
@@ -262,7 +261,7 @@ def _assess_repeats(
             low_deg=spread.error95_low_deg,
             high_deg=spread.error95_high_deg,
         )
-    ]  # fmt: skip
+    ]
     holds: Holds = "undetermined"
     if test is None:
         findings.append(Finding("repeats.no-errors"))

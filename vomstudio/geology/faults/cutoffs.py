@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Plane
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,8 +18,8 @@ class CutOffs:
     """hanging_wall, footwall : (3,) World, the points of both traces next to the fault; swapped :
     the second trace is the one on the hanging wall"""
 
-    hanging_wall: Floats
-    footwall: Floats
+    hanging_wall: FloatArray
+    footwall: FloatArray
     swapped: bool
 
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.measured import CONE95, Measured
@@ -25,8 +26,6 @@ from vomstudio.geology.orientation import (
     planes_to_normals,
 )
 from vomstudio.geometry.rotation_errors import Z95
-
-Floats = npt.NDArray[np.float64]
 
 _STEP = 1e-6
 _PARALLEL_DEG = 5.0
@@ -87,12 +86,12 @@ class Separations:
 
 def net_slip_of_piercing_points(
     hanging_wall: npt.ArrayLike, footwall: npt.ArrayLike, fault: Plane, errors: Errors = NO_ERRORS
-) -> Displacement:  # fmt: skip
+) -> Displacement:
     """From two places (3,) in World that were one. Raises GeometryError for places that are not
     finite."""
     points = _points(hanging_wall, footwall)
 
-    def vector(p: Floats) -> tuple[Floats, Floats]:
+    def vector(p: FloatArray) -> tuple[FloatArray, FloatArray]:
         return p[:3] - p[3:6], _tilted(fault, p[6:8])
 
     spread = _spread(errors, fault95=errors.fault95_deg)
@@ -125,7 +124,7 @@ def net_slip_of_cutoffs(
     ):
         raise GeometryError(Finding("displacement.slip-along-bed", limit_deg=_PARALLEL_DEG))
 
-    def vector(p: Floats) -> tuple[Floats, Floats]:
+    def vector(p: FloatArray) -> tuple[FloatArray, FloatArray]:
         normal, across = _tilted(fault, p[6:8]), _tilted(bed, p[8:10])
         strike, up_dip = _in_plane(normal, fault)
         rake_rad = math.radians(rake_deg) + p[10]
@@ -151,11 +150,9 @@ def separations(
     fault_normal = planes_to_normals(fault.dip_direction_deg, fault.dip_deg).ravel()
     bed_normal = planes_to_normals(bed.dip_direction_deg, bed.dip_deg).ravel()
     if np.linalg.norm(np.cross(fault_normal, bed_normal)) < math.sin(math.radians(_PARALLEL_DEG)):
-        raise GeometryError(
-            Finding("displacement.bed-along-fault", limit_deg=_PARALLEL_DEG)
-        )  # fmt: skip
+        raise GeometryError(Finding("displacement.bed-along-fault", limit_deg=_PARALLEL_DEG))
 
-    def across(p: Floats) -> Floats:
+    def across(p: FloatArray) -> FloatArray:
         return np.array([(p[:3] - p[3:6]) @ _tilted(bed, p[6:8])])
 
     at = np.concatenate([points, np.zeros(2)])
@@ -178,7 +175,7 @@ def separations(
 
 
 # --- vectors --------------------------------------------------------------------------------------
-def _points(hanging_wall: npt.ArrayLike, footwall: npt.ArrayLike) -> Floats:
+def _points(hanging_wall: npt.ArrayLike, footwall: npt.ArrayLike) -> FloatArray:
     """(6,) both, around the footwall's: a northing would cost the steps their digits."""
     h, f = (np.asarray(v, np.float64).ravel() for v in (hanging_wall, footwall))
     if h.shape != (3,) or f.shape != (3,) or not np.isfinite([*h, *f]).all():
@@ -186,20 +183,20 @@ def _points(hanging_wall: npt.ArrayLike, footwall: npt.ArrayLike) -> Floats:
     return np.concatenate([h - f, np.zeros(3)])
 
 
-def _axes(plane: Plane) -> tuple[Floats, Floats, Floats]:
+def _axes(plane: Plane) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Upward normal, down the dip, along the right-hand-rule strike."""
     normal = planes_to_normals(plane.dip_direction_deg, plane.dip_deg).ravel()
     return normal, plane.dip_vector(), plane.strike_vector()
 
 
-def _tilted(plane: Plane, tilt_rad: Floats) -> Floats:
+def _tilted(plane: Plane, tilt_rad: FloatArray) -> FloatArray:
     """The upward normal, turned by small angles down the dip and along the strike."""
     up, down, strike = _axes(plane)
     n = up + math.tan(tilt_rad[0]) * down + math.tan(tilt_rad[1]) * strike
     return np.asarray(n / np.linalg.norm(n))
 
 
-def _in_plane(normal: Floats, fault: Plane) -> tuple[Floats, Floats]:
+def _in_plane(normal: FloatArray, fault: Plane) -> tuple[FloatArray, FloatArray]:
     """Unit vectors along the strike and up the dip of a fault that was tilted to this normal; its
     strike is the one that rakes are counted from."""
     known = fault.strike_vector()
@@ -211,7 +208,7 @@ def _in_plane(normal: Floats, fault: Plane) -> tuple[Floats, Floats]:
 
 
 # --- errors ---------------------------------------------------------------------------------------
-def _spread(errors: Errors, **cones: float) -> Floats:
+def _spread(errors: Errors, **cones: float) -> FloatArray:
     """Standard deviations of the parameters: six coordinates, then tilts and the rake."""
     parts = [np.full(6, errors.sigma_m)]
     for name, value in cones.items():
@@ -220,12 +217,16 @@ def _spread(errors: Errors, **cones: float) -> Floats:
     return np.concatenate(parts)
 
 
-def _slopes(f: Callable[[Floats], Floats], at: Floats, step: float = _STEP) -> Floats:
+def _slopes(
+    f: Callable[[FloatArray], FloatArray], at: FloatArray, step: float = _STEP
+) -> FloatArray:
     steps = step * np.eye(len(at))
     return np.array([(f(at + s) - f(at - s)) / (2 * step) for s in steps]).T
 
 
-def _propagated(f: Callable[[Floats], Floats], at: Floats, spread: Floats) -> tuple[Floats, Floats]:
+def _propagated(
+    f: Callable[[FloatArray], FloatArray], at: FloatArray, spread: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Values and their standard deviations."""
     values = f(at)
     if not spread.any():
@@ -241,12 +242,12 @@ def _measured(value: float, sigma: float, errors: Errors) -> Measured:
 def _displacement(
     what: str,
     fault: Plane,
-    vector: Callable[[Floats], tuple[Floats, Floats]],
-    at: Floats,
-    spread: Floats,
+    vector: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
+    at: FloatArray,
+    spread: FloatArray,
     errors: Errors,
 ) -> Displacement:
-    def figures(p: Floats) -> Floats:
+    def figures(p: FloatArray) -> FloatArray:
         d, normal = vector(p)
         strike, up_dip = _in_plane(normal, fault)
         size = math.hypot(normal[0], normal[1])
@@ -262,6 +263,14 @@ def _displacement(
     line = Line.from_vector(d, directed=True) if moved else None
     rake = math.degrees(math.atan2(dip.value, strike.value)) if moved else None
     return Displacement(
-        what, net, throw, heave, strike, dip, rake,
-        line.trend_deg if line else None, line.plunge_deg if line else None, float(d @ normal),
-    )  # fmt: skip
+        what,
+        net,
+        throw,
+        heave,
+        strike,
+        dip,
+        rake,
+        line.trend_deg if line else None,
+        line.plunge_deg if line else None,
+        float(d @ normal),
+    )

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.reprs import Shown
@@ -24,8 +24,6 @@ from vomstudio.geology.faults.displacement_options import DisplacementOptions
 from vomstudio.geology.notation import line_option, plane_option
 from vomstudio.geology.orientation import Line, Plane, angle_line_plane, rake_of
 from vomstudio.geometry.rotation_errors import Z95
-
-Floats = npt.NDArray[np.float64]
 
 OFF_PLANE_DEG = 10.0
 """Slips that leave their fault by more are doubtful."""
@@ -63,8 +61,8 @@ class Displacements(Shown):
 
 def displacements(
     names: Sequence[str],
-    hanging_wall: Floats,
-    footwall: Floats,
+    hanging_wall: FloatArray,
+    footwall: FloatArray,
     options: DisplacementOptions,
 ) -> Displacements:
     """Compute the displacements of pairs of points on both sides of a fault.
@@ -187,8 +185,8 @@ def _vector(pair: Pair) -> Displacement | None:
 
 def _pair(
     name: str,
-    h: Floats,
-    f: Floats,
+    h: FloatArray,
+    f: FloatArray,
     fault: Plane,
     bed: Plane | None,
     rake: float | None,

@@ -20,7 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.geology.orientation import Array, planes_to_normals, sin_cos_deg
+from vomstudio.core.arrays import FloatArray
+from vomstudio.geology.orientation import planes_to_normals, sin_cos_deg
 from vomstudio.geology.statistics import orientation_tensor
 from vomstudio.geology.stereonet import unproject
 
@@ -35,7 +36,7 @@ _BETWEEN = 1e-12
 
 def movements(
     dip_direction_deg: npt.ArrayLike, dip_deg: npt.ArrayLike, slip_rake_deg: npt.ArrayLike
-) -> tuple[Array, Array]:
+) -> tuple[FloatArray, FloatArray]:
     """Upward normals and movements of the hanging wall (n, 3), World, of n faults; rakes as
     `slip_from_rake` counts them."""
     azimuth, dip, rake = (
@@ -53,12 +54,12 @@ def movements(
     return normals, cos_r * strike - sin_r * down
 
 
-def p_axes(normals: Array, slips: Array) -> Array:
+def p_axes(normals: FloatArray, slips: FloatArray) -> FloatArray:
     """(n, 3) unit vectors of greatest shortening."""
     return np.asarray((normals - slips) / np.sqrt(2.0))
 
 
-def t_axes(normals: Array, slips: Array) -> Array:
+def t_axes(normals: FloatArray, slips: FloatArray) -> FloatArray:
     """(n, 3) unit vectors of greatest extension."""
     return np.asarray((normals + slips) / np.sqrt(2.0))
 
@@ -69,12 +70,12 @@ class KinematicAxes:
     one mechanism. axes : (3, 3) rows, unit vectors of extension, the intermediate axis, and
     shortening. confidence95_deg : (3,) cones that hold 95 % of resamples; None of few faults"""
 
-    values: Array
-    axes: Array
-    confidence95_deg: Array | None
+    values: FloatArray
+    axes: FloatArray
+    confidence95_deg: FloatArray | None
 
 
-def kinematic_axes(normals: Array, slips: Array) -> KinematicAxes:
+def kinematic_axes(normals: FloatArray, slips: FloatArray) -> KinematicAxes:
     """Of all faults together, with errors by resampling them (bootstrap, fixed seed)."""
     each = np.einsum("ni,nj->nij", normals, slips)
     each = each + np.swapaxes(each, 1, 2)
@@ -94,7 +95,7 @@ def kinematic_axes(normals: Array, slips: Array) -> KinematicAxes:
     return KinematicAxes(values, axes, np.percentile(angles, 95.0, axis=0))
 
 
-def _principal(tensor: Array) -> tuple[Array, Array]:
+def _principal(tensor: FloatArray) -> tuple[FloatArray, FloatArray]:
     values, vectors = np.linalg.eigh(tensor)
     return values[::-1], vectors.T[::-1]
 
@@ -104,24 +105,24 @@ class RightDihedra:
     """directions : (m, 3) of the lower hemisphere, evenly spaced on an equal-area net. share : (m,)
     of the faults in whose dihedra of compression each lies; the rest extends there"""
 
-    directions: Array
-    share: Array
+    directions: FloatArray
+    share: FloatArray
 
-    def most_compressed(self) -> tuple[Array, float]:
+    def most_compressed(self) -> tuple[FloatArray, float]:
         """The middle of where most faults are compressed (3,), and that share."""
         return self._middle(self.share)
 
-    def most_extended(self) -> tuple[Array, float]:
+    def most_extended(self) -> tuple[FloatArray, float]:
         """The middle of where most faults are extended (3,), and that share."""
         return self._middle(1.0 - self.share)
 
-    def _middle(self, share: Array) -> tuple[Array, float]:
+    def _middle(self, share: FloatArray) -> tuple[FloatArray, float]:
         most = float(share.max())
         chosen = self.directions[share >= most - 1e-9]
         return orientation_tensor(chosen)[1][0], most
 
 
-def right_dihedra(normals: Array, slips: Array) -> RightDihedra:
+def right_dihedra(normals: FloatArray, slips: FloatArray) -> RightDihedra:
     """Over the net."""
     side = np.linspace(-1.0, 1.0, _SIDE)
     x, y = np.meshgrid(side, side)
@@ -130,7 +131,7 @@ def right_dihedra(normals: Array, slips: Array) -> RightDihedra:
     return RightDihedra(directions, compressed_share(directions, normals, slips))
 
 
-def compressed_share(directions: Array, normals: Array, slips: Array) -> Array:
+def compressed_share(directions: FloatArray, normals: FloatArray, slips: FloatArray) -> FloatArray:
     """(m,) share of the faults in whose dihedra of compression each direction (m, 3) lies. On the
     planes between the dihedra, as the strike of a fault that slips down its dip, it lies in
     neither, and counts half."""

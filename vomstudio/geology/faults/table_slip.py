@@ -6,9 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-import numpy as np
-import numpy.typing as npt
-
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import Shown
 from vomstudio.geology.faults.kinematics import (
@@ -18,7 +16,7 @@ from vomstudio.geology.faults.kinematics import (
     right_dihedra,
     t_axes,
 )
-from vomstudio.geology.orientation import Array, vectors_to_lines
+from vomstudio.geology.orientation import vectors_to_lines
 
 
 class SlipRows(Protocol):
@@ -29,11 +27,11 @@ class SlipRows(Protocol):
     @property
     def ids(self) -> tuple[str, ...]: ...
     @property
-    def dip_direction_deg(self) -> npt.NDArray[np.float64]: ...
+    def dip_direction_deg(self) -> FloatArray: ...
     @property
-    def dip_deg(self) -> npt.NDArray[np.float64]: ...
+    def dip_deg(self) -> FloatArray: ...
     @property
-    def slip_rake_deg(self) -> npt.NDArray[np.float64]: ...
+    def slip_rake_deg(self) -> FloatArray: ...
     @property
     def dropped(self) -> tuple[int, ...]: ...
     @property
@@ -145,6 +143,6 @@ def table_slip(table: SlipRows) -> TableSlip:
     )
 
 
-def _axes(vectors: Array, *, directed: bool = False) -> list[tuple[float, float]]:
+def _axes(vectors: FloatArray, *, directed: bool = False) -> list[tuple[float, float]]:
     trend, plunge, _ = vectors_to_lines(vectors, directed=directed)
     return list(zip(trend.tolist(), plunge.tolist(), strict=True))

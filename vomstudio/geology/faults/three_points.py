@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import Shown
@@ -22,8 +23,6 @@ from vomstudio.core.results import FLAT
 from vomstudio.geology.measured import CONE95
 from vomstudio.geology.orientation import Plane, normals_to_planes
 from vomstudio.geometry.rotation_errors import Z95
-
-Floats = npt.NDArray[np.float64]
 
 # Points are nearly on a line where they spread beside it so little of what they do along it.
 _NEARLY_ON_A_LINE = 0.05
@@ -116,7 +115,7 @@ def plane_of_three_points(points: npt.ArrayLike, sigma_m: float = 0.0) -> ThreeP
     return ThreePoints(plane, dip_error, turn, worst, n, rms, sigma, said)
 
 
-def _spread_is_noise(sizes: Floats, n: int, sigma_m: float) -> bool:
+def _spread_is_noise(sizes: FloatArray, n: int, sigma_m: float) -> bool:
     """Whether what n points spread beside their line may be their error alone, so that they show no
     direction there: by the stated error, else by how round their cross-section is (of two errors of
     one size W ** ((n - 3) / 2) is evenly distributed, W = 4 a b / (a + b) ** 2 of the squares)."""
@@ -129,7 +128,7 @@ def _spread_is_noise(sizes: Floats, n: int, sigma_m: float) -> bool:
     return bool(evenly > _BY_CHANCE)
 
 
-def _half_angles(sizes: Floats, error: float, *, noise: bool) -> tuple[float, float]:
+def _half_angles(sizes: FloatArray, error: float, *, noise: bool) -> tuple[float, float]:
     """By how much planes that agree tilt along the long and along the short axis of the points,
     radians; a right angle where all do. noise : the short axis is one of errors"""
 
@@ -140,7 +139,9 @@ def _half_angles(sizes: Floats, error: float, *, noise: bool) -> tuple[float, fl
     return tilt(float(sizes[0])), math.pi / 2 if noise else tilt(float(sizes[1]))
 
 
-def _figures(plane: Plane, axes: Floats, tilts: tuple[float, float]) -> tuple[float, float | None]:
+def _figures(
+    plane: Plane, axes: FloatArray, tilts: tuple[float, float]
+) -> tuple[float, float | None]:
     """How far dip and dip direction of the planes of a cone are from those of its middle, degrees;
     a dip direction by more than a right angle is None. tilts : of the cone along the first two
     `axes`, radians"""
@@ -173,7 +174,7 @@ def _figures(plane: Plane, axes: Floats, tilts: tuple[float, float]) -> tuple[fl
     return min(off, 90.0), turn if turn < 90.0 else None
 
 
-def _said_of_line(sizes: Floats, worst_deg: float | None) -> tuple[Finding, ...]:
+def _said_of_line(sizes: FloatArray, worst_deg: float | None) -> tuple[Finding, ...]:
     """Of points that do not tell the plane about the line that they are nearly on, or not at
     all. worst_deg : the error of the plane, None where it is not known"""
     on_a_line = float(sizes[1]) < _NEARLY_ON_A_LINE * float(sizes[0])

@@ -6,15 +6,15 @@ import math
 
 import numpy as np
 
-from vomstudio.geology.orientation import Array
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.statistics import flip_to
 
 
-def rms(values: Array) -> float:
+def rms(values: FloatArray) -> float:
     return math.sqrt(float(np.mean(np.asarray(values) ** 2)))
 
 
-def arc_deg(poles: Array, axes: Array) -> float:
+def arc_deg(poles: FloatArray, axes: FloatArray) -> float:
     """Shortest arc of the great circle that holds all poles: half a turn less the widest gap
     between neighbours, axially."""
     along = _along_deg(poles, axes)
@@ -22,7 +22,7 @@ def arc_deg(poles: Array, axes: Array) -> float:
     return float(180.0 - gaps.max())
 
 
-def arc_ends(poles: Array, axes: Array) -> tuple[int, int]:
+def arc_ends(poles: FloatArray, axes: FloatArray) -> tuple[int, int]:
     """The places of the poles at both ends of the arc that holds all."""
     angle = np.degrees(np.arctan2(poles @ axes[1], poles @ axes[0])) % 180.0
     order = np.argsort(angle)
@@ -31,12 +31,12 @@ def arc_ends(poles: Array, axes: Array) -> tuple[int, int]:
     return int(order[first]), int(order[(first + 1) % len(order)])
 
 
-def _along_deg(poles: Array, axes: Array) -> Array:
+def _along_deg(poles: FloatArray, axes: FloatArray) -> FloatArray:
     """Angles along the great circle, sorted, from 0 to 180."""
     return np.sort(np.degrees(np.arctan2(poles @ axes[1], poles @ axes[0])) % 180.0)
 
 
-def one_sided(poles: Array, axes: Array) -> Array:
+def one_sided(poles: FloatArray, axes: FloatArray) -> FloatArray:
     """The poles, each by that end which lies in the arc that holds all of them."""
     angle = np.degrees(np.arctan2(poles @ axes[1], poles @ axes[0])) % 180.0
     along = np.sort(angle)

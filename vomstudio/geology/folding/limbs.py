@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.geology.folding.arcs import one_sided, rms
-from vomstudio.geology.orientation import Array, Flags
 from vomstudio.geology.populations.distributions import f95
 from vomstudio.geology.populations.probabilities import chi2_tail, f_tail, t95
 from vomstudio.geology.statistics import flip_to, orientation_tensor
@@ -61,7 +61,7 @@ class Limbs:
     tight fold and the other its hinge, "arc" where one is rather an arc, "mixed" where some planes
     of one limb are overturned and some are not; "" without."""
 
-    poles: tuple[Array, Array]
+    poles: tuple[FloatArray, FloatArray]
     counts: tuple[int, int]
     apart_deg: float
     along_deg: float
@@ -78,7 +78,7 @@ class Limbs:
         return self.along_deg <= max(FLAT_LIMBS * self.across_deg, FLAT_DEG)
 
     @property
-    def up(self) -> tuple[Array, Array]:
+    def up(self) -> tuple[FloatArray, FloatArray]:
         """Unit normals of both toward younger beds, which is upward unless a limb is overturned."""
         first, second = (
             pole if (pole[2] > 0) != turned else -pole
@@ -86,7 +86,7 @@ class Limbs:
         )
         return first, second
 
-    def errors95_deg(self, axis: Array) -> tuple[float, float]:
+    def errors95_deg(self, axis: FloatArray) -> tuple[float, float]:
         """Of the angle between both, and the larger half-angle of the joint region of the plane
         that halves it, about the fold axis (3,). Of Student and Fisher, with the degrees of freedom
         by Welch (1947) for the angle: whether both limbs stray alike is not asked first, since few
@@ -125,7 +125,9 @@ class Limbs:
         return min(math.degrees(angle), 180.0), math.degrees(region)
 
 
-def limbs_of(poles: Array, axes: Array, overturned: Flags | None = None) -> Limbs | None:
+def limbs_of(
+    poles: FloatArray, axes: FloatArray, overturned: BoolArray | None = None
+) -> Limbs | None:
     """Two limbs, where the poles are two groups along the great circle; else None. overturned :
     (n,), None where nothing is known."""
     if len(poles) < 4:
@@ -161,13 +163,18 @@ def limbs_of(poles: Array, axes: Array, overturned: Flags | None = None) -> Limb
             doubt = "mixed"
     first, second = (float(np.var(along[group], ddof=1)) for group in groups)
     return Limbs(
-        (means[0], means[1]), (len(groups[0]), len(groups[1])),
-        math.degrees(apart), math.degrees(scatter), math.degrees(across),
-        (first, second), turned, doubt,
-    )  # fmt: skip
+        (means[0], means[1]),
+        (len(groups[0]), len(groups[1])),
+        math.degrees(apart),
+        math.degrees(scatter),
+        math.degrees(across),
+        (first, second),
+        turned,
+        doubt,
+    )
 
 
-def lone_limb(poles: Array) -> int | None:
+def lone_limb(poles: FloatArray) -> int | None:
     """The place of the one plane that is a limb by itself: all others have one dip, as a limb of
     `limbs_of` has, and lie far from it. None where there is none."""
     if len(poles) < 4:
@@ -186,7 +193,7 @@ def lone_limb(poles: Array) -> int | None:
     return row if apart >= LIMBS_APART * rms(along) else None
 
 
-def _doubt_of(groups: list[Array], apart: float, across: float) -> str:
+def _doubt_of(groups: list[FloatArray], apart: float, across: float) -> str:
     """Of two groups of angles along the great circle, so far apart, with their scatter across it
     (radians): as `Limbs.doubt`."""
     free = sum(map(len, groups)) - 2

@@ -15,9 +15,10 @@ from functools import cached_property
 
 import numpy as np
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.geology.folding.arcs import arc_deg, one_sided, rms
 from vomstudio.geology.folding.limbs import NO_SCATTER_DEG, Limbs, limbs_of
-from vomstudio.geology.orientation import Array, Flags, Line
+from vomstudio.geology.orientation import Line
 from vomstudio.geology.populations.probabilities import f_tail, t95
 from vomstudio.geology.statistics import flip_to, orientation_tensor, vollmer
 
@@ -105,8 +106,8 @@ class Shape:
     two_circles, limbs: None where there are too few, or none.
     """
 
-    poles: Array
-    axes: Array
+    poles: FloatArray
+    axes: FloatArray
     rms_deg: float
     within90_deg: float
     spread_deg: float
@@ -129,7 +130,9 @@ class Shape:
         return self.indexes[0] >= max(self.indexes[1:])
 
 
-def shape_of(poles: Array, values: Array, axes: Array, overturned: Flags | None = None) -> Shape:
+def shape_of(
+    poles: FloatArray, values: FloatArray, axes: FloatArray, overturned: BoolArray | None = None
+) -> Shape:
     """Of unit poles (n, 3) with their tensor; overturned : (n,), None where nothing is known."""
     off = np.degrees(np.abs(np.arcsin(np.clip(poles @ axes[2], -1.0, 1.0))))
     spread = np.degrees(np.arccos(np.minimum(np.abs(poles @ axes[0]), 1.0)))
@@ -146,7 +149,7 @@ def shape_of(poles: Array, values: Array, axes: Array, overturned: Flags | None 
     )
 
 
-def strays_of(poles: Array, axes: Array) -> Flags:
+def strays_of(poles: FloatArray, axes: FloatArray) -> BoolArray:
     """(n,) which few poles lie far from the great circle on which the others lie: over `STRAY`
     times the others' scatter (by the median), and `STRAY_LEAST_DEG`. None where they are more than
     one in `STRAYS_ONE_IN`, or leave fewer than eight."""
@@ -173,7 +176,7 @@ def strays_of(poles: Array, axes: Array) -> Flags:
 # A small circle ---------------------------------------------------------------------------------
 
 
-def small_circle(poles: Array, axes: Array) -> Cone | None:
+def small_circle(poles: FloatArray, axes: FloatArray) -> Cone | None:
     """Fit the best small circle; None for fewer than four poles.
 
     A pole has two ends. If the poles lie within an arc, their ends are those in the arc, and the
@@ -200,12 +203,12 @@ def small_circle(poles: Array, axes: Array) -> Cone | None:
     return Cone(circle.axis, circle.half_angle_deg, circle.rms_deg, p, width, likelihood, nearer)
 
 
-def _circle(axis: Array, half_angle: float, residuals: Array) -> SmallCircle:
+def _circle(axis: FloatArray, half_angle: float, residuals: FloatArray) -> SmallCircle:
     half = math.degrees(half_angle)
     return SmallCircle(Line.from_vector(axis), min(half, 180.0 - half), rms(np.degrees(residuals)))
 
 
-def _fitted_circle(x: Array) -> tuple[Array, float, Array]:
+def _fitted_circle(x: FloatArray) -> tuple[FloatArray, float, FloatArray]:
     """Axis (3,), half-angle and residuals (n,), radians, of directions (n, 3)."""
     mean = x.mean(axis=0)
     axis = np.linalg.svd(x - mean, full_matrices=False)[2][2]
@@ -233,16 +236,16 @@ class _Around:
     the plane across the axis and scatter about it, rad, by maximum likelihood with unknown ends
     """
 
-    axis: Array
+    axis: FloatArray
     half_angle: float
-    residuals: Array
-    poles: Array
+    residuals: FloatArray
+    poles: FloatArray
     offset: float
     sigma: float
     log_likelihood: float
 
 
-def _fit_around_axis(poles: Array, axes: Array) -> _Around | None:
+def _fit_around_axis(poles: FloatArray, axes: FloatArray) -> _Around | None:
     """Fit the small circle with the least squares among those by the nearer ends of the poles.
 
     Each start alternates between choosing ends and fitting a plane to them; angles are fitted for
@@ -273,7 +276,7 @@ def _fit_around_axis(poles: Array, axes: Array) -> _Around | None:
     return _Around(axis, half_angle, residuals, ends, offset, sigma, likelihood)
 
 
-def _second_gap_deg(ends: Array, axis: Array) -> float:
+def _second_gap_deg(ends: FloatArray, axis: FloatArray) -> float:
     """Return the second widest gap between directions (n, 3) around an axis."""
     across = np.linalg.svd(axis[None])[2][1:]
     x, y = (ends @ across.T).T
@@ -282,7 +285,7 @@ def _second_gap_deg(ends: Array, axis: Array) -> float:
     return float(np.sort(gaps)[-2])
 
 
-def _hemisphere(n: int) -> Array:
+def _hemisphere(n: int) -> FloatArray:
     """Return n directions spread over a hemisphere."""
     number = np.arange(n) + 0.5
     z = number / n
@@ -294,7 +297,7 @@ def _hemisphere(n: int) -> Array:
 _STARTS_ON_HEMISPHERE = _hemisphere(24)
 
 
-def _unknown_ends(elevations: Array) -> tuple[float, float, float]:
+def _unknown_ends(elevations: FloatArray) -> tuple[float, float, float]:
     """Fit a normal mixture with the means +offset and -offset to elevations (n,), rad.
 
     Returns offset, standard deviation and log likelihood (expectation and maximisation).
@@ -321,7 +324,7 @@ def _log_likelihood(n: int, sigma: float) -> float:
     return -n * math.log(max(sigma, math.radians(NO_SCATTER_DEG))) - 0.5 * n
 
 
-def _mixture_test(poles: Array, axes: Array, around: _Around) -> tuple[float, float]:
+def _mixture_test(poles: FloatArray, axes: FloatArray, around: _Around) -> tuple[float, float]:
     """Return p of the great circle against the small circle with unknown ends, and the 95 %
     half-width of its half-angle."""
     n = len(poles)
@@ -338,7 +341,7 @@ def _mixture_test(poles: Array, axes: Array, around: _Around) -> tuple[float, fl
     return p, math.degrees(t95(free) * around.sigma * math.sqrt(n / free * spread))
 
 
-def _design(x: Array, axis: Array) -> tuple[Array, Array]:
+def _design(x: FloatArray, axis: FloatArray) -> tuple[FloatArray, FloatArray]:
     """By how much the angles grow with the half-angle and with tilts of the axis: (n, 3), and the
     directions (2, 3) of the tilts."""
     across = np.linalg.svd(axis[None])[2][1:]
@@ -347,7 +350,7 @@ def _design(x: Array, axis: Array) -> tuple[Array, Array]:
     return np.column_stack([np.ones(len(x)), flat / length]), across
 
 
-def _cone_test(poles: Array, axes: Array, residuals: Array) -> tuple[float, float]:
+def _cone_test(poles: FloatArray, axes: FloatArray, residuals: FloatArray) -> tuple[float, float]:
     """p of the great circle against the small one, and the 95 % half-width of the half-angle; by
     where the poles lie along the great circle, as its error would be if that were the truth."""
     n = len(poles)
@@ -374,7 +377,7 @@ _STARTS = 40
 _FEWEST_FOR_TWO = 12
 
 
-def two_great_circles(poles: Array, axes: Array, cone: Cone | None) -> TwoCircles | None:
+def two_great_circles(poles: FloatArray, axes: FloatArray, cone: Cone | None) -> TwoCircles | None:
     """The best two great circles, compared with the best one and with the cone; None of fewer than
     twelve poles, and where no two are much nearer to the poles than the best one."""
     n = len(poles)
@@ -412,7 +415,7 @@ def two_great_circles(poles: Array, axes: Array, cone: Cone | None) -> TwoCircle
     return _two_circles(poles, cone, normals, logs, single)
 
 
-def _mixture(poles: Array, normals: Array, sigma: float) -> tuple[Array, float]:
+def _mixture(poles: FloatArray, normals: FloatArray, sigma: float) -> tuple[FloatArray, float]:
     """Normals (2, 3) and log likelihood."""
     n, share = len(poles), 0.5
     likelihood = -math.inf
@@ -436,7 +439,7 @@ def _mixture(poles: Array, normals: Array, sigma: float) -> tuple[Array, float]:
 
 
 def _two_circles(
-    poles: Array, cone: Cone | None, normals: Array, likelihood: float, single: Array
+    poles: FloatArray, cone: Cone | None, normals: FloatArray, likelihood: float, single: FloatArray
 ) -> TwoCircles:
     n = len(poles)
     off = np.abs(np.arcsin(np.clip(poles @ normals.T, -1.0, 1.0)))
@@ -452,9 +455,14 @@ def _two_circles(
     two = -2.0 * likelihood + 5.0 * math.log(n)
     angle = math.degrees(math.acos(min(abs(float(normals[0] @ normals[1])), 1.0)))
     return TwoCircles(
-        Line.from_vector(normals[0]), Line.from_vector(normals[1]), counts, angle,
-        math.degrees(rms(off.min(axis=1))), one - two, (arcs[0], arcs[1]),
-    )  # fmt: skip
+        Line.from_vector(normals[0]),
+        Line.from_vector(normals[1]),
+        counts,
+        angle,
+        math.degrees(rms(off.min(axis=1))),
+        one - two,
+        (arcs[0], arcs[1]),
+    )
 
 
 def _criterion(n: int, log_likelihood: float, parameters: int) -> float:

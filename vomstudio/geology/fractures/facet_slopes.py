@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.progress import Progress, Silent
@@ -89,7 +89,7 @@ class FacetSlopes(Shown):
     dropped_lines: tuple[int, ...]
     warnings: tuple[Finding, ...]
 
-    def shares(self, mode: str) -> npt.NDArray[np.float64]:
+    def shares(self, mode: str) -> FloatArray:
         """(facets,) shares of one of MODES, NaN of nothing."""
         found = [getattr(facet, mode).share for facet in self.facets]
         return np.array([np.nan if share is None else share for share in found], np.float64)
@@ -169,10 +169,10 @@ def _faced(facet: FacetFace) -> Plane:
 
 def _counts(
     slopes: Sequence[SlopeFace],
-    normals: npt.NDArray[np.float64],
-    sets: npt.NDArray[np.int64] | None,
+    normals: FloatArray,
+    sets: IntArray | None,
     progress: Progress,
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+) -> tuple[IntArray, IntArray]:
     """(facets, 2) of planes: planar, flexural; (facets, 3) of pairs: all that meet, wedge,
     toppling."""
     plane_counts = np.zeros((len(slopes), 2), np.int64)
@@ -195,7 +195,7 @@ def _counts(
     return plane_counts, pair_counts
 
 
-def _is_face(slope: SlopeFace, normal: npt.NDArray[np.float64]) -> bool:
+def _is_face(slope: SlopeFace, normal: FloatArray) -> bool:
     """Whether an upward normal (3,) is that of the face itself."""
     return bool(np.linalg.norm(np.cross(normal, slope.plane.normal())) < _SAME)
 
@@ -203,10 +203,10 @@ def _is_face(slope: SlopeFace, normal: npt.NDArray[np.float64]) -> bool:
 def _take_out(
     own: int,
     slope: SlopeFace,
-    normals: npt.NDArray[np.float64],
-    sets: npt.NDArray[np.int64] | None,
-    plane_counts: npt.NDArray[np.int64],
-    pair_counts: npt.NDArray[np.int64],
+    normals: FloatArray,
+    sets: IntArray | None,
+    plane_counts: IntArray,
+    pair_counts: IntArray,
 ) -> None:
     """Where the planes are the facets themselves, nothing comes out of a face on its own plane, nor
     along a line that lies in it: neither is counted. own : row of the facet in normals (n, 3)"""

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.geology.fractures.pieces import Floats, Ints
+from vomstudio.core.arrays import FloatArray, IntArray
 
 Interval = tuple[float | None, float | None]
 UNKNOWN: Interval = (None, None)
@@ -40,7 +40,7 @@ REGULAR_SIGNIFICANCE = 0.05
 _TAIL = 0.025
 
 
-def density_interval(weights: Floats, size: float, dispersion: float = 1.0) -> Interval:
+def density_interval(weights: FloatArray, size: float, dispersion: float = 1.0) -> Interval:
     """Return the 95 % interval of a sum of weights (n,) of traces over an area or length.
 
     Parameters
@@ -73,7 +73,7 @@ def empty_interval(size: float) -> Interval:
     return 0.0, -math.log(_TAIL) / size
 
 
-def area_dispersion(places: Floats, weights: Floats, area: Any) -> float:
+def area_dispersion(places: FloatArray, weights: FloatArray, area: Any) -> float:
     """Return the variance of weights between cells of an area over that of independent traces.
 
     Parameters
@@ -107,7 +107,7 @@ def area_dispersion(places: Floats, weights: Floats, area: Any) -> float:
     return found
 
 
-def line_dispersion(along_m: Floats, length_m: float) -> float:
+def line_dispersion(along_m: FloatArray, length_m: float) -> float:
     """Return the variance of the number of crossings between parts of a line over that of
     independent ones; as `area_dispersion`. along_m : (n,) places on it."""
     n = len(along_m)
@@ -121,7 +121,7 @@ def line_dispersion(along_m: Floats, length_m: float) -> float:
     return found
 
 
-def _dispersion(sums: Floats, sizes: Floats, variance: float) -> float:
+def _dispersion(sums: FloatArray, sizes: FloatArray, variance: float) -> float:
     """Of sums (k,) over parts with these sizes, whose total would have the variance."""
     share = sizes / sizes.sum()
     expected = variance * (1.0 - float(np.sum(share**2)))
@@ -130,13 +130,13 @@ def _dispersion(sums: Floats, sizes: Floats, variance: float) -> float:
     return float(np.sum((sums - sums.sum() * share) ** 2)) / expected
 
 
-def crossings_per_trace(trace: Ints) -> Floats:
+def crossings_per_trace(trace: IntArray) -> FloatArray:
     """Return how often each trace that meets the scanlines does so."""
     counts = np.unique(trace, return_counts=True)[1]
     return np.asarray(counts, np.float64)
 
 
-def are_regular(gaps: Floats, repeats: float = 1.0) -> bool:
+def are_regular(gaps: FloatArray, repeats: float = 1.0) -> bool:
     """Whether gaps (n,) are significantly more even than those of random places.
 
     The test is Moran's (1951, Journal of the Royal Statistical Society B 13, 147-150) for

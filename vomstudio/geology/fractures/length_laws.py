@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vomstudio.geology.fractures.pieces import Floats, Ints
+from vomstudio.core.arrays import FloatArray, IntArray
 
 LEAST_COMPLETE = 5
 """Lengths seen whole, below which nothing is fitted."""
@@ -64,38 +64,40 @@ class Law:
 
     name: str
     parameters: tuple[str, ...]
-    start: Callable[[Floats], Floats]
-    log_f: Callable[[Floats, Floats], Floats]
-    log_s: Callable[[Floats, Floats], Floats]
-    log_h: Callable[[Floats, Floats], Floats]
-    log_mean: Callable[[Floats], float]
+    start: Callable[[FloatArray], FloatArray]
+    log_f: Callable[[FloatArray, FloatArray], FloatArray]
+    log_s: Callable[[FloatArray, FloatArray], FloatArray]
+    log_h: Callable[[FloatArray, FloatArray], FloatArray]
+    log_mean: Callable[[FloatArray], float]
     free: int
     given: Mapping[str, float]
 
 
 def _exponential() -> Law:
-    def log_s(x: Floats, u: Floats) -> Floats:
+    def log_s(x: FloatArray, u: FloatArray) -> FloatArray:
         return -x * math.exp(-u[0])
 
     return Law(
-        "exponential", ("mean_m",),
+        "exponential",
+        ("mean_m",),
         start=lambda x: np.array([math.log(x.mean())]),
         log_f=lambda x, u: log_s(x, u) - u[0],
         log_s=log_s,
         log_h=lambda x, u: log_s(x, u) + u[0],
         log_mean=lambda u: float(u[0]),
-        free=1, given={},
-    )  # fmt: skip
+        free=1,
+        given={},
+    )
 
 
 def _lognormal() -> Law:
     from scipy.special import log_ndtr
 
-    def log_f(x: Floats, u: Floats) -> Floats:
+    def log_f(x: FloatArray, u: FloatArray) -> FloatArray:
         z = (np.log(x) - u[0]) * math.exp(-u[1])
         return np.asarray(-0.5 * z * z - 0.5 * math.log(2 * math.pi) - u[1] - np.log(x))
 
-    def log_h(x: Floats, u: Floats) -> Floats:
+    def log_h(x: FloatArray, u: FloatArray) -> FloatArray:
         s = math.exp(u[1])
         z = (u[0] - np.log(x)) / s
         whole = u[0] + 0.5 * s * s + log_ndtr(z + s)
@@ -103,23 +105,25 @@ def _lognormal() -> Law:
         return np.asarray(whole + np.log(-np.expm1(np.minimum(less - whole, -1e-15))))
 
     return Law(
-        "lognormal", ("median_m", "sigma_log"),
+        "lognormal",
+        ("median_m", "sigma_log"),
         start=lambda x: np.array([np.log(x).mean(), math.log(max(float(np.log(x).std()), 0.05))]),
         log_f=log_f,
         log_s=lambda x, u: np.asarray(log_ndtr((u[0] - np.log(x)) * math.exp(-u[1]))),
         log_h=log_h,
         log_mean=lambda u: float(u[0] + 0.5 * math.exp(2 * u[1])),
-        free=2, given={},
-    )  # fmt: skip
+        free=2,
+        given={},
+    )
 
 
 def _weibull() -> Law:
     from scipy.special import gammaincc, gammaln
 
-    def power(x: Floats, u: Floats) -> Floats:
+    def power(x: FloatArray, u: FloatArray) -> FloatArray:
         return np.asarray(np.exp(np.minimum(math.exp(u[1]) * (np.log(x) - u[0]), -_FLOOR)))
 
-    def log_h(x: Floats, u: Floats) -> Floats:
+    def log_h(x: FloatArray, u: FloatArray) -> FloatArray:
         a, z = math.exp(-u[1]), power(x, u)
         share = gammaincc(a, z)
         far = (a - 1) * np.log(np.maximum(z, 1e-300)) - z - gammaln(a)
@@ -129,24 +133,26 @@ def _weibull() -> Law:
         )
 
     return Law(
-        "weibull", ("scale_m", "shape"),
+        "weibull",
+        ("scale_m", "shape"),
         start=lambda x: np.array([math.log(x.mean()), 0.0]),
         log_f=lambda x, u: u[1] - u[0] + (math.exp(u[1]) - 1) * (np.log(x) - u[0]) - power(x, u),
         log_s=lambda x, u: -power(x, u),
         log_h=log_h,
         log_mean=lambda u: float(u[0] + gammaln(1 + math.exp(-u[1]))),
-        free=2, given={},
-    )  # fmt: skip
+        free=2,
+        given={},
+    )
 
 
 def _power_law(minimum: float) -> Law:
     """Pareto's: S = (x / minimum)^-exponent. Lengths cut off below the minimum say nothing."""
     least = math.log(minimum)
 
-    def above(x: Floats) -> Floats:
+    def above(x: FloatArray) -> FloatArray:
         return np.maximum(np.log(x) - least, 0.0)
 
-    def log_h(x: Floats, u: Floats) -> Floats:
+    def log_h(x: FloatArray, u: FloatArray) -> FloatArray:
         a = math.exp(u[0])
         if a <= 1:
             return np.full(len(x), np.inf)
@@ -154,28 +160,30 @@ def _power_law(minimum: float) -> Law:
         tail = np.exp((1 - a) * above(x)) * minimum / (a - 1)
         return np.asarray(np.log(tail + below))
 
-    def log_mean(u: Floats) -> float:
+    def log_mean(u: FloatArray) -> float:
         a = math.exp(u[0])
         return math.inf if a <= 1 else least + math.log(a / (a - 1))
 
     return Law(
-        "power_law", ("exponent",),
+        "power_law",
+        ("exponent",),
         start=lambda x: np.array([math.log(1.0 / max(float(above(x).mean()), 1e-3))]),
         log_f=lambda x, u: u[0] - np.log(x) - math.exp(u[0]) * above(x),
         log_s=lambda x, u: -math.exp(u[0]) * above(x),
         log_h=log_h,
         log_mean=log_mean,
-        free=2, given={"minimum_m": minimum},
-    )  # fmt: skip
+        free=2,
+        given={"minimum_m": minimum},
+    )
 
 
-def laws_for(lengths: Floats, cut: Ints) -> list[Law]:
+def laws_for(lengths: FloatArray, cut: IntArray) -> list[Law]:
     """The four laws; the power law begins at the shortest length (n,) that was seen whole."""
     whole = lengths[cut == 0]
     return [_exponential(), _lognormal(), _weibull(), _power_law(float(whole.min()))]
 
 
-def law_of(fit: Fit) -> tuple[Law, Floats]:
+def law_of(fit: Fit) -> tuple[Law, FloatArray]:
     """The law of a fit, with the logarithms of its parameters."""
     least = fit.parameters.get("minimum_m")
     laws = [_exponential(), _lognormal(), _weibull()]
@@ -184,7 +192,7 @@ def law_of(fit: Fit) -> tuple[Law, Floats]:
     return law, np.log([fit.parameters[name].value for name in law.parameters])
 
 
-def fit_laws(lengths: Floats, cut: Ints, window: Window | None = None) -> list[Fit]:
+def fit_laws(lengths: FloatArray, cut: IntArray, window: Window | None = None) -> list[Fit]:
     """All laws fitted by maximum likelihood, the best by Akaike's (1974) criterion first.
 
     lengths : (n,) metres, above 0; cut : (n,) at how many ends each was cut off, 0 to 2. window :
@@ -203,7 +211,9 @@ def fit_laws(lengths: Floats, cut: Ints, window: Window | None = None) -> list[F
     ]
 
 
-def fit_law(law: Law, lengths: Floats, cut: Ints, window: Window | None = None) -> Fit | None:
+def fit_law(
+    law: Law, lengths: FloatArray, cut: IntArray, window: Window | None = None
+) -> Fit | None:
     """One law; None where its likelihood has no maximum, as of a power law in a window whose mean
     length would be infinite."""
     from scipy.optimize import minimize
@@ -212,7 +222,7 @@ def fit_law(law: Law, lengths: Floats, cut: Ints, window: Window | None = None) 
     if window is None:
         once, twice = np.concatenate([once, twice]), twice[:0]
 
-    def log_likelihood(u: Floats) -> float:
+    def log_likelihood(u: FloatArray) -> float:
         if not (np.abs(u) < 50).all():
             return -math.inf
         with np.errstate(all="ignore"):
@@ -230,9 +240,11 @@ def fit_law(law: Law, lengths: Floats, cut: Ints, window: Window | None = None) 
         start = np.maximum(start, math.log(1.2))
     steps = np.vstack([start, *(start + 0.3 * row for row in np.eye(len(start)))])
     best = minimize(
-        lambda u: -log_likelihood(u), start, method="Nelder-Mead",
+        lambda u: -log_likelihood(u),
+        start,
+        method="Nelder-Mead",
         options={"initial_simplex": steps, "xatol": 1e-7, "fatol": 1e-9, "maxiter": 2000},
-    )  # fmt: skip
+    )
     top = -float(best.fun)
     spread = _covariance(log_likelihood, best.x)
     if not math.isfinite(top) or spread is None:
@@ -261,12 +273,12 @@ def _interval(log_value: float, error: float) -> Parameter:
 _STEP = 1e-3
 
 
-def _slope(f: Callable[[Floats], float], u: Floats) -> Floats:
+def _slope(f: Callable[[FloatArray], float], u: FloatArray) -> FloatArray:
     steps = _STEP * np.eye(len(u))
     return np.array([(f(u + s) - f(u - s)) / (2 * _STEP) for s in steps])
 
 
-def _covariance(f: Callable[[Floats], float], u: Floats) -> Floats | None:
+def _covariance(f: Callable[[FloatArray], float], u: FloatArray) -> FloatArray | None:
     """The inverse of the observed information, None where the top is no top."""
     k = len(u)
     steps = _STEP * np.eye(k)

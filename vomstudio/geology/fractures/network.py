@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray, ObjectArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import Shown
@@ -21,14 +22,14 @@ from vomstudio.geology.fractures.intervals import (
 )
 from vomstudio.geology.fractures.length_laws import LEAST_COMPLETE, Fit, Parameter, fit_laws
 from vomstudio.geology.fractures.nodes import Mended, NodeCounts, nodes_of
-from vomstudio.geology.fractures.pieces import Flags, Floats, Ints, Pieces, Shapes, pieces_of
+from vomstudio.geology.fractures.pieces import Pieces, pieces_of
 from vomstudio.geology.fractures.scanlines import (
     Crossings,
     Spacing,
     axial_mean_deg,
     crossings_of,
     spacing_of,
-)  # fmt: skip
+)
 from vomstudio.geology.fractures.trace_plane import TracePlane, trace_azimuths_deg
 from vomstudio.geology.fractures.windows import (
     BEYOND,
@@ -40,7 +41,7 @@ from vomstudio.geology.fractures.windows import (
     mean_by_ends,
     share_beyond,
     window_of,
-)  # fmt: skip
+)
 
 UNASSIGNED = "unassigned"
 
@@ -53,7 +54,7 @@ class Counted:
 
     area: Any = None
     circle: tuple[float, float, float] | None = None
-    scanlines: Shapes | None = None
+    scanlines: ObjectArray | None = None
     warnings: tuple[Finding, ...] = ()
 
 
@@ -158,12 +159,12 @@ class Mapped:
     counted: Counted
     pieces: Pieces
     sets: tuple[str, ...]
-    set_of: Ints
+    set_of: IntArray
     y_axis: Literal["N", "y", "up"] = "N"
 
 
 def fracture_network(
-    lines: Shapes,
+    lines: ObjectArray,
     counted: Counted | None = None,
     *,
     sets: Sequence[str] | None = None,
@@ -195,7 +196,7 @@ def fracture_network(
         if crossings.capped:
             said.append(
                 Finding("fractures.weights-capped", count=crossings.capped, maximum=terzaghi_cap)
-            )  # fmt: skip
+            )
     names, set_of = _set_rows(sets, len(lines))
     size = None if area is None else float(shapely.area(area))
     everywhere = np.ones(len(crossings.trace), np.bool_) if crossings is not None else None
@@ -235,7 +236,7 @@ def fracture_network(
     return Mapped(found, counted, pieces, names, set_of[pieces.trace])
 
 
-def _beyond(lines: Shapes, area: Any) -> list[Finding]:
+def _beyond(lines: ObjectArray, area: Any) -> list[Finding]:
     """A word where much of the area may not have been mapped."""
     share = 0.0 if area is None else share_beyond(lines, area)
     if share <= BEYOND:
@@ -277,7 +278,7 @@ def length_figures(pieces: Pieces, area: Any = None) -> Lengths:
     )
 
 
-def kaplan_meier(lengths: Floats, censored: Flags) -> tuple[float | None, float | None]:
+def kaplan_meier(lengths: FloatArray, censored: BoolArray) -> tuple[float | None, float | None]:
     """Mean (up to the longest length) and median by Kaplan & Meier (1958); None where more than
     half is cut off before the median, or nothing was seen whole."""
     from scipy.stats import CensoredData, ecdf
@@ -296,7 +297,7 @@ def _ends_of(parameter: Parameter) -> tuple[float | None, float | None]:
     return parameter.low, parameter.high
 
 
-def _check(lines: Shapes, counted: Counted) -> None:
+def _check(lines: ObjectArray, counted: Counted) -> None:
     import shapely
 
     if counted.scanlines is not None and not float(shapely.length(counted.scanlines).sum()) > 0:
@@ -309,7 +310,7 @@ def _check(lines: Shapes, counted: Counted) -> None:
         raise GeometryError(Finding("fractures.area-elsewhere"))
 
 
-def _noticed(lines: Shapes, pieces: Pieces, overlaps: int, others: int) -> list[Finding]:
+def _noticed(lines: ObjectArray, pieces: Pieces, overlaps: int, others: int) -> list[Finding]:
     import shapely
 
     said = []
@@ -318,10 +319,8 @@ def _noticed(lines: Shapes, pieces: Pieces, overlaps: int, others: int) -> list[
     selfish = np.flatnonzero(~shapely.is_simple(lines))
     if len(selfish):
         said.append(
-            Finding(
-                "fractures.self-crossing", count=len(selfish), rows=(selfish + 1).tolist()
-            )
-        )  # fmt: skip
+            Finding("fractures.self-crossing", count=len(selfish), rows=(selfish + 1).tolist())
+        )
     if overlaps:
         said.append(Finding("fractures.overlaps", count=overlaps))
     if others:
@@ -329,7 +328,7 @@ def _noticed(lines: Shapes, pieces: Pieces, overlaps: int, others: int) -> list[
     return said
 
 
-def densities_of(pieces: Pieces, members: Flags, area: Any) -> Densities:
+def densities_of(pieces: Pieces, members: BoolArray, area: Any) -> Densities:
     """Return the densities over an area of those pieces (n,) that are members of a set."""
     import shapely
 
@@ -347,7 +346,7 @@ def densities_of(pieces: Pieces, members: Flags, area: Any) -> Densities:
     places = np.stack([np.bincount(rows, xy) for xy in middles.T], axis=-1).astype(np.float64)
     places /= np.bincount(rows)[:, None]
 
-    def density(weights: Floats) -> tuple[float, Interval, float]:
+    def density(weights: FloatArray) -> tuple[float, Interval, float]:
         of_traces = np.bincount(rows, weights).astype(np.float64)
         dispersion = area_dispersion(places, of_traces, area)
         interval = density_interval(of_traces, size, dispersion)
@@ -359,7 +358,7 @@ def densities_of(pieces: Pieces, members: Flags, area: Any) -> Densities:
     return Densities(number, number_95, by_ends, by_ends_95, intensity, intensity_95, dispersion)
 
 
-def _set_rows(sets: Sequence[str] | None, n: int) -> tuple[tuple[str, ...], Ints]:
+def _set_rows(sets: Sequence[str] | None, n: int) -> tuple[tuple[str, ...], IntArray]:
     """Names in order of appearance, those without a set last, and the set of each trace."""
     if sets is None:
         return ("all",), np.zeros(n, np.int64)
@@ -374,7 +373,7 @@ def _set_rows(sets: Sequence[str] | None, n: int) -> tuple[tuple[str, ...], Ints
 
 def _sets(
     names: tuple[str, ...],
-    set_of: Ints,
+    set_of: IntArray,
     pieces: Pieces,
     area: Any,
     crossings: Crossings | None,

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vomstudio.geology.fractures.pieces import Flags, Floats, Ints, Pieces, Shapes
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray, ObjectArray
+from vomstudio.geology.fractures.pieces import Pieces
 
 _REACH = 10.0
 """Of the tolerance: how far along the trace an end may lie beyond the crossing that it is taken to;
@@ -62,8 +63,8 @@ class Nodes:
 
     counts: NodeCounts
     mended: tuple[Mended, ...]
-    points: Floats
-    branches: Ints
+    points: FloatArray
+    branches: IntArray
     overlaps: int
 
 
@@ -71,9 +72,9 @@ class Nodes:
 class _Touches:
     """end, other, distance (k,) : which end of a piece lies within the tolerance of which piece"""
 
-    end: Ints
-    other: Ints
-    distance: Floats
+    end: IntArray
+    other: IntArray
+    distance: FloatArray
 
 
 def nodes_of(pieces: Pieces, snap_m: float = 0.0, area: object = None) -> Nodes:
@@ -114,7 +115,12 @@ def nodes_of(pieces: Pieces, snap_m: float = 0.0, area: object = None) -> Nodes:
 
 
 def _touching(
-    tree: object, lines: Shapes, ends: Floats, piece: Ints, free: Ints, tolerance: float
+    tree: object,
+    lines: ObjectArray,
+    ends: FloatArray,
+    piece: IntArray,
+    free: IntArray,
+    tolerance: float,
 ) -> _Touches:
     import shapely
 
@@ -125,7 +131,7 @@ def _touching(
     return _Touches(free[at], other, np.asarray(shapely.distance(points[at], lines[other])))
 
 
-def _crossings(tree: object, lines: Shapes) -> tuple[Floats, Ints, int]:
+def _crossings(tree: object, lines: ObjectArray) -> tuple[FloatArray, IntArray, int]:
     """(m, 2) places where two pieces meet, (m, 2) the two; and how many run over each other."""
     import shapely
 
@@ -140,9 +146,14 @@ def _crossings(tree: object, lines: Shapes) -> tuple[Floats, Ints, int]:
 
 
 def _grouped(
-    ends: Floats, free: Ints, crossing: Floats, pair: Ints, touches: _Touches, piece: Ints,
+    ends: FloatArray,
+    free: IntArray,
+    crossing: FloatArray,
+    pair: IntArray,
+    touches: _Touches,
+    piece: IntArray,
     tolerance: float,
-) -> tuple[Ints, int]:  # fmt: skip
+) -> tuple[IntArray, int]:
     """(free + crossings,) the node of each free end and each crossing, and how many there are."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -172,7 +183,7 @@ def _grouped(
     return group.astype(np.int64), int(found)
 
 
-def _at_cut_ends(crossing: Floats, cut_ends: Floats, tolerance: float) -> Ints:
+def _at_cut_ends(crossing: FloatArray, cut_ends: FloatArray, tolerance: float) -> IntArray:
     """Rows of crossings that lie where a piece was cut off by the edge."""
     from scipy.spatial import cKDTree
 
@@ -183,16 +194,20 @@ def _at_cut_ends(crossing: Floats, cut_ends: Floats, tolerance: float) -> Ints:
 
 
 def _branches(
-    group: Ints, count: int, free: Ints, piece: Ints, pair: Ints, touches: _Touches, at_edge: Ints
-) -> tuple[Ints, Flags]:
+    group: IntArray,
+    count: int,
+    free: IntArray,
+    piece: IntArray,
+    pair: IntArray,
+    touches: _Touches,
+    at_edge: IntArray,
+) -> tuple[IntArray, BoolArray]:
     """(count,) how many branches leave each node; and whether it lies on the edge."""
     n_free = len(free)
     end_node = np.full(2 * (int(piece.max(initial=-1)) + 1), -1, np.int64)
     end_node[free] = group[:n_free]
     # Every piece that has to do with a node, once for each.
-    nodes = np.concatenate([
-        group[:n_free], np.repeat(group[n_free:], 2), end_node[touches.end]
-    ])  # fmt: skip
+    nodes = np.concatenate([group[:n_free], np.repeat(group[n_free:], 2), end_node[touches.end]])
     involved = np.concatenate([piece[free], pair.ravel(), touches.other])
     both = np.unique(np.stack([nodes, involved], axis=1), axis=0)
     ends_here = np.unique(np.stack([group[:n_free], piece[free]], axis=1), axis=0)
@@ -203,14 +218,19 @@ def _branches(
     return (2 * passing - ending).astype(np.int64), is_edge
 
 
-def _places(group: Ints, count: int, ends: Floats, crossing: Floats) -> Floats:
+def _places(group: IntArray, count: int, ends: FloatArray, crossing: FloatArray) -> FloatArray:
     points = np.vstack([ends, crossing]) if count else np.zeros((0, 2))
     size = np.bincount(group, minlength=count)
     return np.stack([np.bincount(group, points[:, i], count) / size for i in (0, 1)], axis=1)
 
 
 def _mended(
-    pieces: Pieces, ends: Floats, piece: Ints, free: Ints, touches: _Touches, pair: Ints
+    pieces: Pieces,
+    ends: FloatArray,
+    piece: IntArray,
+    free: IntArray,
+    touches: _Touches,
+    pair: IntArray,
 ) -> list[Mended]:
     crossed = set(map(tuple, pair.tolist()))
     nearest: dict[int, tuple[float, int]] = {}
@@ -237,7 +257,7 @@ def _mended(
 
 
 def _mended_edges(
-    pieces: Pieces, ends: Floats, piece: Ints, cut: Flags, area: object
+    pieces: Pieces, ends: FloatArray, piece: IntArray, cut: BoolArray, area: object
 ) -> list[Mended]:
     import shapely
 

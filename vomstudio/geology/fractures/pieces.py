@@ -6,15 +6,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray, ObjectArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Flags = npt.NDArray[np.bool_]
-Shapes = npt.NDArray[np.object_]
 
 _ROUNDING = 1e-4
 """Metres, and share of a trace's usual length, whichever is less: places nearer than that are the
@@ -31,20 +26,20 @@ class Pieces:
     rounding_m : places nearer than that are the same.
     """
 
-    lines: Shapes
-    trace: Ints
-    cut: Flags
+    lines: ObjectArray
+    trace: IntArray
+    cut: BoolArray
     rounding_m: float
 
     def __len__(self) -> int:
         return len(self.lines)
 
-    def lengths(self) -> Floats:
+    def lengths(self) -> FloatArray:
         import shapely
 
         return np.asarray(shapely.length(self.lines))
 
-    def ends(self) -> Floats:
+    def ends(self) -> FloatArray:
         """(n, 2, 2) x and y of start and end."""
         import shapely
 
@@ -52,7 +47,7 @@ class Pieces:
         return np.stack([np.stack([shapely.get_x(p), shapely.get_y(p)], -1) for p in found], 1)
 
 
-def rounding_of(lines: Shapes) -> float:
+def rounding_of(lines: ObjectArray) -> float:
     """Within which distance places of a map of traces (n,) are the same, in metres."""
     import shapely
 
@@ -75,7 +70,7 @@ def circle_area(x: float, y: float, radius: float) -> Any:
     return shapely.Polygon(np.stack([x + outer * np.cos(turn), y + outer * np.sin(turn)], -1))
 
 
-def pieces_of(lines: Shapes, area: Any = None, edge_m: float = 0.0) -> Pieces:
+def pieces_of(lines: ObjectArray, area: Any = None, edge_m: float = 0.0) -> Pieces:
     """Clip traces (n,) to an area (a shapely polygon; None: everything was seen).
 
     A trace that leaves the area and comes back is two pieces. edge_m : an end as near to the edge
@@ -102,7 +97,7 @@ def pieces_of(lines: Shapes, area: Any = None, edge_m: float = 0.0) -> Pieces:
     return replace(found, cut=cut.reshape(-1, 2))
 
 
-def segments_of(lines: Shapes) -> tuple[Floats, Floats, Ints]:
+def segments_of(lines: ObjectArray) -> tuple[FloatArray, FloatArray, IntArray]:
     """Starts (m, 2) and ends (m, 2) of the straight segments of lines, and the line of each."""
     import shapely
 
@@ -111,7 +106,7 @@ def segments_of(lines: Shapes) -> tuple[Floats, Floats, Ints]:
     return xy[:-1][same], xy[1:][same], line[:-1][same].astype(np.int64)
 
 
-def _cut(lines: Shapes, area: Any) -> tuple[Shapes, Ints]:
+def _cut(lines: ObjectArray, area: Any) -> tuple[ObjectArray, IntArray]:
     """The parts of lines inside the area, each with the row of its line."""
     import shapely
 
@@ -127,7 +122,7 @@ def _cut(lines: Shapes, area: Any) -> tuple[Shapes, Ints]:
     return np.concatenate([parts[long], own]), np.concatenate(rows)
 
 
-def _cut_by_segments(lines: Shapes, area: Any) -> tuple[Shapes, Ints]:
+def _cut_by_segments(lines: ObjectArray, area: Any) -> tuple[ObjectArray, IntArray]:
     """The same of lines that cross themselves, where the library would cut them: segment by
     segment, and what follows without a gap is joined."""
     import shapely

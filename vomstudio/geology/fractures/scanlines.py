@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray, ObjectArray
 from vomstudio.geology.fractures.intervals import (
     MIN_FOR_DISPERSION,
     UNKNOWN,
@@ -19,7 +20,7 @@ from vomstudio.geology.fractures.intervals import (
     line_dispersion,
     regular_half_width,
 )
-from vomstudio.geology.fractures.pieces import Flags, Floats, Ints, Shapes, segments_of
+from vomstudio.geology.fractures.pieces import segments_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,12 +32,12 @@ class Crossings:
     where there is one; lengths_m : (k,) of the scanlines; capped : weights that the cap lowered
     """
 
-    trace: Ints
-    scanline: Ints
-    along_m: Floats
-    angle_deg: Floats
-    weight: Floats
-    lengths_m: Floats
+    trace: IntArray
+    scanline: IntArray
+    along_m: FloatArray
+    angle_deg: FloatArray
+    weight: FloatArray
+    lengths_m: FloatArray
     capped: int
     overlaps: int
 
@@ -73,7 +74,7 @@ class Spacing:
     capped: int
 
 
-def crossings_of(lines: Shapes, scanlines: Shapes, cap: float | None = None) -> Crossings:
+def crossings_of(lines: ObjectArray, scanlines: ObjectArray, cap: float | None = None) -> Crossings:
     """Where traces (n,) meet scanlines (k,). cap : the largest weight, None for none. Traces that
     run along a scanline make no crossing and are counted as overlaps."""
     import shapely
@@ -115,13 +116,18 @@ def crossings_of(lines: Shapes, scanlines: Shapes, cap: float | None = None) -> 
         capped = int(np.sum(weight > cap))
         weight = np.minimum(weight, cap)
     return Crossings(
-        trace, scanline, along, np.degrees(np.arcsin(np.minimum(sine, 1.0))), weight,
+        trace,
+        scanline,
+        along,
+        np.degrees(np.arcsin(np.minimum(sine, 1.0))),
+        weight,
         np.asarray(np.bincount(line, steps, minlength=len(scanlines)), np.float64),
-        capped, overlaps,
-    )  # fmt: skip
+        capped,
+        overlaps,
+    )
 
 
-def spacing_of(crossings: Crossings, members: Flags, cap: float | None = None) -> Spacing:
+def spacing_of(crossings: Crossings, members: BoolArray, cap: float | None = None) -> Spacing:
     """Of those crossings (n,) that are members of a set."""
     line, along = crossings.scanline[members], crossings.along_m[members]
     sine = np.sin(np.radians(crossings.angle_deg[members]))
@@ -156,7 +162,7 @@ def spacing_of(crossings: Crossings, members: Flags, cap: float | None = None) -
 
 
 def _intervals(
-    crossings: Crossings, members: Flags, gaps: Floats, cv: float | None
+    crossings: Crossings, members: BoolArray, gaps: FloatArray, cv: float | None
 ) -> tuple[Interval, Interval, float]:
     """Return the intervals of the frequency, 1/m, and of the mean gap, m, and the dispersion.
 
@@ -196,7 +202,7 @@ def _scaled(interval: Interval, factor: float | None) -> Interval:
     return low * factor, high * factor
 
 
-def axial_mean_deg(azimuth_deg: Floats, weights: Floats) -> tuple[float | None, float]:
+def axial_mean_deg(azimuth_deg: FloatArray, weights: FloatArray) -> tuple[float | None, float]:
     """Mean of azimuths whose two ends are alike, 0 to 180, and its resultant, 0 to 1."""
     total = float(weights.sum())
     if total <= 0:
@@ -209,7 +215,7 @@ def axial_mean_deg(azimuth_deg: Floats, weights: Floats) -> tuple[float | None, 
     return math.degrees(math.atan2(east, north)) / 2 % 180.0, min(length, 1.0)
 
 
-def in_ranges(azimuth_deg: Floats, ranges: Sequence[tuple[float, float]]) -> Ints:
+def in_ranges(azimuth_deg: FloatArray, ranges: Sequence[tuple[float, float]]) -> IntArray:
     """(n,) the range, clockwise, that holds each azimuth or its opposite; -1 where none does."""
     found = np.full(len(azimuth_deg), -1, np.int64)
     for i, (low, high) in enumerate(ranges):

@@ -9,9 +9,9 @@ from typing import Any, Literal
 
 import numpy as np
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray, ObjectArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.geology.fractures.pieces import Flags, Floats, Ints, Shapes
 from vomstudio.geology.notation import format_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.view_frame import ViewFrame
@@ -32,13 +32,13 @@ _THIN = 1e-6
 _LINES = (1, 2, 5)
 
 
-def map_azimuths_deg(directions: Floats) -> Floats:
+def map_azimuths_deg(directions: FloatArray) -> FloatArray:
     """Return the angles (n,) of lines (n, 2) in [0, 180), clockwise from y."""
     x, y = directions.T
     return np.asarray(np.degrees(np.arctan2(x, y)) % 180.0)
 
 
-def trace_azimuths_deg(directions: Floats, plane: TracePlane | None) -> Floats:
+def trace_azimuths_deg(directions: FloatArray, plane: TracePlane | None) -> FloatArray:
     """Return the angles (n,) of traces (n, 2) in [0, 180), on a plane or on the map."""
     return map_azimuths_deg(directions) if plane is None else plane.azimuths_deg(directions)
 
@@ -79,7 +79,7 @@ class TracePlane:
     azimuths_from: Literal["up", "north"]
 
     @classmethod
-    def through(cls, plane: Plane, lines: Sequence[Floats]) -> TracePlane:
+    def through(cls, plane: Plane, lines: Sequence[FloatArray]) -> TracePlane:
         """Return the plane with this attitude through the centroid of World lines, (k, 3) each."""
         points = np.concatenate(lines)
         normal = plane.normal()
@@ -115,7 +115,7 @@ class TracePlane:
     def is_horizontal(self) -> bool:
         return Plane(self.dip_direction_deg, self.dip_deg).undefined
 
-    def azimuths_deg(self, directions: Floats) -> Floats:
+    def azimuths_deg(self, directions: FloatArray) -> FloatArray:
         """Return the angles (n,) of lines in [0, 180), clockwise as `azimuths_from` states.
 
         directions : (n, 2) x and y on the plane
@@ -130,7 +130,7 @@ class TracePlane:
         return format_plane(Plane(self.dip_direction_deg, self.dip_deg))
 
     @property
-    def normal(self) -> Floats:
+    def normal(self) -> FloatArray:
         """(3,) upward unit normal."""
         return Plane(self.dip_direction_deg, self.dip_deg).normal()
 
@@ -147,28 +147,28 @@ class TracePlane:
             shortening_percent=self.shortening_percent,
         )
 
-    def coordinates(self, points: Floats) -> Floats:
+    def coordinates(self, points: FloatArray) -> FloatArray:
         """Return x and y (n, 2) on the plane of World points (n, 3)."""
         # Not by matrix products: the same point must always have the same coordinates to the last
         # bit, or lines that join or are drawn twice are not recognised.
         x, y, z = (points - np.array(self.origin)).T
         return np.column_stack([x * a + y * b + z * c for a, b, c in (self.right, self.up)])
 
-    def project(self, shapes: Shapes) -> Shapes:
+    def project(self, shapes: ObjectArray) -> ObjectArray:
         """Project World shapes (n,) with heights onto the plane; return shapes of x and y."""
         import shapely
 
         if self.is_horizontal:
             return _flat(shapes)
 
-        def onto(points: Floats) -> Floats:
+        def onto(points: FloatArray) -> FloatArray:
             return np.column_stack([self.coordinates(points), np.zeros(len(points))])
 
         return _flat(shapely.transform(shapes, onto, include_z=True))
 
     def project_window(
-        self, shapes: Shapes, option: Literal["area", "scanline"], heights: tuple[float, float]
-    ) -> Shapes:
+        self, shapes: ObjectArray, option: Literal["area", "scanline"], heights: tuple[float, float]
+    ) -> ObjectArray:
         """Project areas or scanlines (n,) in World onto the plane.
 
         Shapes with heights are projected at right angles. Those without, level areas, and level
@@ -227,7 +227,7 @@ class TracePlane:
             include_z=True,
         )
 
-    def _heights(self, xy: Floats, option: str) -> Floats:
+    def _heights(self, xy: FloatArray, option: str) -> FloatArray:
         if self.dip_deg > MAX_MAP_DIP_DEG:
             raise self._edge_on(option)
         (a, b, c), (x, y, z) = self.normal, self.origin
@@ -238,7 +238,7 @@ class TracePlane:
         return GeometryError(finding, field=f"--{option}")
 
 
-def best_fit_plane(points: Floats) -> Plane:
+def best_fit_plane(points: FloatArray) -> Plane:
     """Fit a plane to World points (n, 3) by least squares of their distances.
 
     Raises
@@ -252,7 +252,7 @@ def best_fit_plane(points: Floats) -> Plane:
     return Plane.from_normal(axes[2])
 
 
-def find_trace_plane(lines: Sequence[Floats]) -> TracePlane | None:
+def find_trace_plane(lines: Sequence[FloatArray]) -> TracePlane | None:
     """Find the plane of three-dimensional traces.
 
     Traces are three-dimensional if their heights vary as lengths do, by one of two signs:
@@ -305,7 +305,7 @@ def find_trace_plane(lines: Sequence[Floats]) -> TracePlane | None:
     return TracePlane.through(plane, lines)
 
 
-def vertices_in_space(shapes: Shapes) -> tuple[list[Floats], Flags]:
+def vertices_in_space(shapes: ObjectArray) -> tuple[list[FloatArray], BoolArray]:
     """Return the vertices of lines with heights, and a mask of lines without heights.
 
     Parameters
@@ -344,13 +344,13 @@ def vertices_in_space(shapes: Shapes) -> tuple[list[Floats], Flags]:
     return usable_lines, lacks_heights
 
 
-def _rows_with(row: Ints, flags: Flags, count: int) -> Flags:
+def _rows_with(row: IntArray, flags: BoolArray, count: int) -> BoolArray:
     has_flag = np.zeros(count, np.bool_)
     has_flag[row[flags]] = True
     return has_flag
 
 
-def _are_stacked(heights: Floats, counts: Ints, first: Ints) -> bool:
+def _are_stacked(heights: FloatArray, counts: IntArray, first: IntArray) -> bool:
     """Return whether heights (n,) differ more between lines than along them.
 
     counts, first : (m,) number of vertices of each line, and row of its first vertex
@@ -362,13 +362,13 @@ def _are_stacked(heights: Floats, counts: Ints, first: Ints) -> bool:
     return between > 0 and between >= MIN_STEP_RATIO * along
 
 
-def _axes(points: Floats) -> tuple[Floats, Floats]:
+def _axes(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return singular values and axes (rows) of centred points (n, 3), largest first."""
     _, sizes, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
     return sizes, axes
 
 
-def _is_straight(sizes: Floats) -> bool:
+def _is_straight(sizes: FloatArray) -> bool:
     return len(sizes) < 3 or not sizes[1] > _THIN * sizes[0]
 
 
@@ -392,17 +392,17 @@ def _extent(shape: Any, option: str) -> float:
     return total
 
 
-def _flat(shapes: Any) -> Shapes:
+def _flat(shapes: Any) -> ObjectArray:
     import shapely
 
     return np.asarray(shapely.force_2d(shapes), np.object_)
 
 
-def _lengths(points: Floats) -> Floats:
+def _lengths(points: FloatArray) -> FloatArray:
     """Return the lengths (n - 1,) of the segments between points (n, 2 or 3)."""
     return np.asarray(np.linalg.norm(np.diff(points, axis=0), axis=1))
 
 
-def _triple(vector: Floats) -> tuple[float, float, float]:
+def _triple(vector: FloatArray) -> tuple[float, float, float]:
     x, y, z = (float(v) + 0.0 for v in vector)
     return x, y, z

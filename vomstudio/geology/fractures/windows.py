@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.fractures.length_laws import Parameter, Window
-from vomstudio.geology.fractures.pieces import Floats, Pieces, segments_of
+from vomstudio.geology.fractures.pieces import Pieces, segments_of
 
 _SIZES, _PLACES = 8, 64
 BEYOND = 0.2
@@ -52,7 +53,7 @@ def circle_estimates(pieces: Pieces, radius: float) -> CircleEstimates:
     return CircleEstimates(n, m, n / (4 * radius), m / (2 * math.pi * radius**2), mean)
 
 
-def mean_by_ends(lengths: Floats, cut_ends: Floats) -> Parameter | None:
+def mean_by_ends(lengths: FloatArray, cut_ends: FloatArray) -> Parameter | None:
     """The mean length of whole traces, from pieces (n,) seen in a window: all length over half the
     number of ends inside.
 
@@ -74,7 +75,7 @@ def mean_by_ends(lengths: Floats, cut_ends: Floats) -> Parameter | None:
     return Parameter(mean, mean / span, mean * span)
 
 
-def directions_of(pieces: Pieces) -> Floats:
+def directions_of(pieces: Pieces) -> FloatArray:
     """(n, 2) unit vectors from start to end of each piece; of closed ones of their longest part."""
     ends = pieces.ends()
     along = ends[:, 1] - ends[:, 0]
@@ -138,11 +139,15 @@ def intensity_by_size(pieces: Pieces, area: Any) -> tuple[IntensityAtSize, ...]:
         values = np.bincount(at, inside, minlength=len(centres)) / (math.pi * radius**2)
         found.append(
             IntensityAtSize(
-                float(radius), len(centres), float(area.area / (math.pi * radius**2)),
-                float(values.mean()), float(values.std(ddof=1)) if len(values) > 1 else 0.0,
-                float(values.min()), float(values.max()),
+                float(radius),
+                len(centres),
+                float(area.area / (math.pi * radius**2)),
+                float(values.mean()),
+                float(values.std(ddof=1)) if len(values) > 1 else 0.0,
+                float(values.min()),
+                float(values.max()),
             )
-        )  # fmt: skip
+        )
     return tuple(found)
 
 
@@ -150,7 +155,7 @@ def _tolerance(area: Any) -> float:
     return 1e-3 * math.sqrt(float(area.area))
 
 
-def _centres(area: Any, radius: float) -> Floats:
+def _centres(area: Any, radius: float) -> FloatArray:
     """(k, 2) places at which a circle fits into the area, at most 64."""
     import shapely
 
@@ -178,7 +183,9 @@ def _centres(area: Any, radius: float) -> Floats:
     return np.array([[point.x, point.y]])
 
 
-def _inside_circle(start: Floats, end: Floats, centre: Floats, radius: float) -> Floats:
+def _inside_circle(
+    start: FloatArray, end: FloatArray, centre: FloatArray, radius: float
+) -> FloatArray:
     """(k,) the length of segments inside circles, pair by pair."""
     along = end - start
     length = np.hypot(*along.T)

@@ -21,8 +21,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
-from vomstudio.geology.orientation import Array, Line
+from vomstudio.geology.orientation import Line
 from vomstudio.geology.populations.probabilities import chi2_tail, f_tail
 from vomstudio.geology.populations.sphere_models import (
     FEW_FOR_FIT,
@@ -106,7 +107,7 @@ class UniformityFigures:
     p: float | None
 
 
-def line_figures(vector: Array) -> LineFigures:
+def line_figures(vector: FloatArray) -> LineFigures:
     """Of a vector (3,), taken as an axis."""
     line = Line.from_vector(vector)
     return LineFigures(line.trend_deg, line.plunge_deg)
@@ -117,7 +118,7 @@ def f95(bottom: float) -> float:
     return bottom / 2.0 * math.expm1(2.0 / bottom * math.log(20.0))
 
 
-def uniformity(v: Array, directed: bool) -> UniformityFigures:
+def uniformity(v: FloatArray, directed: bool) -> UniformityFigures:
     """Of unit vectors (n, 3)."""
     n = len(v)
     if directed:
@@ -133,7 +134,7 @@ def uniformity(v: Array, directed: bool) -> UniformityFigures:
 
 
 def axes_confidence(
-    v: Array, values: Array, axes: Array, weights: Array | None = None
+    v: FloatArray, values: FloatArray, axes: FloatArray, weights: FloatArray | None = None
 ) -> tuple[AxisConfidence | None, AxisConfidence | None, AxisConfidence | None]:
     """Of the tensor's axes, from the data alone (n, 3): None of fewer than 5, and of an axis whose
     eigenvalue may be that of another."""
@@ -157,7 +158,7 @@ def axes_confidence(
     return of(0), of(1), of(2)
 
 
-def _is_apart(values: Array, along: Array, i: int, j: int, weights: Array) -> bool:
+def _is_apart(values: FloatArray, along: FloatArray, i: int, j: int, weights: FloatArray) -> bool:
     """Whether the eigenvalues i and j differ by more than chance."""
     large, small = max(values[i], values[j]), max(min(values[i], values[j]), 0.0)
     if large - small < 1e-12:
@@ -169,7 +170,7 @@ def _is_apart(values: Array, along: Array, i: int, j: int, weights: Array) -> bo
     return small == 0.0 or f_tail(free, free, large / small) < APART_RATIO_P
 
 
-def _confidence(covariance: Array, across: Array, free: float) -> AxisConfidence | None:
+def _confidence(covariance: FloatArray, across: FloatArray, free: float) -> AxisConfidence | None:
     """Of a covariance (2, 2), radians squared, with so many degrees of freedom, along two axes
     (2, 3)."""
     squares, turns = np.linalg.eigh(covariance)
@@ -181,7 +182,7 @@ def _confidence(covariance: Array, across: Array, free: float) -> AxisConfidence
 
 
 def bingham(
-    v: Array, values: Array, axes: Array, weights: Array | None = None
+    v: FloatArray, values: FloatArray, axes: FloatArray, weights: FloatArray | None = None
 ) -> tuple[BinghamFigures | None, Finding | None]:
     """Of axes (n, 3) with their tensor; or why there is none."""
     n = len(v)
@@ -200,7 +201,7 @@ def bingham(
 
 
 def _bingham_confidence(
-    model: Bingham, v: Array, values: Array, axes: Array
+    model: Bingham, v: FloatArray, values: FloatArray, axes: FloatArray
 ) -> tuple[AxisConfidence | None, AxisConfidence | None, AxisConfidence | None]:
     k = np.array([0.0, model.k2, model.k1])
     n, along = len(v), v @ axes.T
@@ -218,7 +219,7 @@ def _bingham_confidence(
     return of(0), of(1), of(2)
 
 
-def fisher_p(v: Array, mean: Array, kappa: float | None) -> float | None:
+def fisher_p(v: FloatArray, mean: FloatArray, kappa: float | None) -> float | None:
     """Chance of a scatter of directions (n, 3) as unlike Fisher's law as this one; None of few, and
     of those that are all the same or hardly clustered."""
     if kappa is None or kappa < 5.0 or len(v) < FEW_FOR_FIT:
@@ -227,7 +228,7 @@ def fisher_p(v: Array, mean: Array, kappa: float | None) -> float | None:
 
 
 def kent(
-    v: Array, directed: bool, weights: Array | None = None
+    v: FloatArray, directed: bool, weights: FloatArray | None = None
 ) -> tuple[KentFigures | None, Finding | None]:
     """Of a cluster of directions (n, 3), axes turned to one side; or why there is none."""
     n = len(v)
@@ -269,7 +270,7 @@ def _elongated_p(n: int, kappa: float, longer: float) -> float:
     return chi2_tail(2, n * (kappa / 2.0) ** 2 * ratio * longer**2)
 
 
-def _about(mean: Array) -> Array:
+def _about(mean: FloatArray) -> FloatArray:
     """(3, 3) rows: the mean and two directions across it."""
     first = np.cross(mean, np.eye(3)[int(np.argmin(np.abs(mean)))])
     first /= np.linalg.norm(first)

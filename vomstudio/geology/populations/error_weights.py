@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.geology.orientation import Array
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.statistics import effective_number, orientation_tensor, vollmer
 
@@ -41,7 +41,7 @@ class WeightFigures:
 class Errors:
     """error95_deg (n,): joint 95 % error of each, NaN where it is not known; of the column."""
 
-    error95_deg: Array
+    error95_deg: FloatArray
     column: str
 
 
@@ -70,7 +70,7 @@ def _number(cell: str) -> float:
     return found if found >= 0.0 else float("nan")
 
 
-def weights_of(v: Array, errors: Errors) -> tuple[Array, WeightFigures]:
+def weights_of(v: FloatArray, errors: Errors) -> tuple[FloatArray, WeightFigures]:
     """Weights (n,), mean 1, of unit vectors (n, 3), and what is to be said of them."""
     known = np.isfinite(errors.error95_deg)
     given = (
@@ -96,7 +96,7 @@ def weights_of(v: Array, errors: Errors) -> tuple[Array, WeightFigures]:
     return weights, said
 
 
-def _residuals(v: Array, weights: Array) -> tuple[Array, float]:
+def _residuals(v: FloatArray, weights: FloatArray) -> tuple[FloatArray, float]:
     """Squared angles from the mean of a cluster, else from the great circle, and their degrees of
     freedom a plane."""
     values, axes = orientation_tensor(v, weights)
@@ -108,7 +108,7 @@ def _residuals(v: Array, weights: Array) -> tuple[Array, float]:
     return np.arcsin(np.clip(v @ axes[2], -1.0, 1.0)) ** 2, n - 2.0
 
 
-def _natural_variance(squares: Array, free: float, variance: Array) -> float:
+def _natural_variance(squares: FloatArray, free: float, variance: FloatArray) -> float:
     """The variance with which the weighted squares are as large as their degrees of freedom."""
     if free <= 0.0:
         return 0.0

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import Shown
 from vomstudio.geology.common_rotation_errors import Region, Turns, cone, moved, region, resultant
-from vomstudio.geology.orientation import Array
 from vomstudio.geology.populations.distributions import (
     AxisConfidence,
     BinghamFigures,
@@ -118,7 +118,7 @@ def mean_regions(
     found: Fisher,
     directed: bool,
     turns: Turns | None,
-    weights: Array | None = None,
+    weights: FloatArray | None = None,
 ) -> tuple[Region | None, Region | None]:
     """The 95 % region by which the registrations of the vectors (n, 3) can turn their Fisher mean,
     and that of mean and registration together; None where they are not known. Without an error of
@@ -184,7 +184,7 @@ def set_statistics(
 
 
 def _fisher_figures(
-    v: Array, of: str, directed: bool, turns: Turns | None, weights: Array | None
+    v: FloatArray, of: str, directed: bool, turns: Turns | None, weights: FloatArray | None
 ) -> tuple[FisherFigures | None, Finding | None]:
     """Or why there are none; or what is missing in them."""
     reason = no_fisher_reason(v, directed)

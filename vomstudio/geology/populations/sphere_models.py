@@ -22,7 +22,7 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
-from vomstudio.geology.orientation import Array
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.populations.probabilities import chi2_tail
 
 _REACH = 7.0
@@ -38,11 +38,11 @@ FEW_FOR_FIT = 20
 class Nodes:
     """Places on the sphere (m, 3) in the model's frame, and the probability of each under it."""
 
-    places: Array
-    shares: Array
+    places: FloatArray
+    shares: FloatArray
     log_constant: float
 
-    def mean(self, values: Array) -> Array:
+    def mean(self, values: FloatArray) -> FloatArray:
         """Expectation of values (m, ...)."""
         return np.asarray(np.tensordot(self.shares, values, axes=(0, 0)))
 
@@ -62,7 +62,7 @@ class Kent:
 
     kappa: float
     beta: float
-    axes: Array
+    axes: FloatArray
     nodes: Nodes
 
 
@@ -195,11 +195,11 @@ def _width(concentration: float) -> float:
 
 
 @cache
-def _gauss() -> tuple[Array, Array]:
+def _gauss() -> tuple[FloatArray, FloatArray]:
     return np.polynomial.legendre.leggauss(_NODES)
 
 
-def _legendre(low: float, high: float, sigma: float) -> tuple[Array, Array]:
+def _legendre(low: float, high: float, sigma: float) -> tuple[FloatArray, FloatArray]:
     """Nodes and weights over the range, or the part about 0 that a density of this width fills."""
     if math.isfinite(sigma):
         low, high = max(low, -_REACH * sigma), min(high, _REACH * sigma)
@@ -208,7 +208,7 @@ def _legendre(low: float, high: float, sigma: float) -> tuple[Array, Array]:
     return nodes * half + (high + low) / 2.0, weights * half
 
 
-def _nodes(places: Array, log_density: Array, weights: Array, fold: float) -> Nodes:
+def _nodes(places: FloatArray, log_density: FloatArray, weights: FloatArray, fold: float) -> Nodes:
     top = float(log_density.max())
     mass = np.exp(log_density - top) * weights
     total = float(mass.sum())
@@ -218,7 +218,9 @@ def _nodes(places: Array, log_density: Array, weights: Array, fold: float) -> No
 # Goodness of fit -------------------------------------------------------------------------------
 
 
-def smooth_test(data: Array, used: Array, nodes: Array, used_at: Array, shares: Array) -> float:
+def smooth_test(
+    data: FloatArray, used: FloatArray, nodes: FloatArray, used_at: FloatArray, shares: FloatArray
+) -> float:
     """p value of the smooth test.
 
     data (n, k), nodes (m, k): the further functions of the data, and at the nodes of the fitted
@@ -245,22 +247,22 @@ def smooth_test(data: Array, used: Array, nodes: Array, used_at: Array, shares: 
     return chi2_tail(int(kept.sum()), statistic)
 
 
-def _scaled(matrix: Array) -> Array:
+def _scaled(matrix: FloatArray) -> FloatArray:
     root = np.sqrt(np.diag(matrix))
     return np.asarray(matrix / np.outer(root, root))
 
 
-def _rows(cross: Array, matrix: Array) -> Array:
+def _rows(cross: FloatArray, matrix: FloatArray) -> FloatArray:
     return np.asarray(cross / np.sqrt(np.diag(matrix))[:, None])
 
 
-def bingham_fit(model: Bingham, x: Array) -> float:
+def bingham_fit(model: Bingham, x: FloatArray) -> float:
     """p value of Bingham's model for axes (n, 3) in its frame: harmonics of the fourth degree."""
     at = model.nodes.places
     return smooth_test(_quartic(x), _products(x), _quartic(at), _products(at), model.nodes.shares)
 
 
-def kent_fit(model: Kent, x: Array) -> float:
+def kent_fit(model: Kent, x: FloatArray) -> float:
     """p value of Kent's model for directions (n, 3) in its frame: skewness and kurtosis along and
     across."""
     at = model.nodes.places
@@ -269,7 +271,7 @@ def kent_fit(model: Kent, x: Array) -> float:
     )
 
 
-def fisher_fit(kappa: float, x: Array) -> float:
+def fisher_fit(kappa: float, x: FloatArray) -> float:
     """p value of Fisher's model for directions (n, 3), the mean being their first coordinate: an
     elongated or skew cluster, or one with another fall-off, fails it."""
     nodes = kent_nodes(kappa, 0.0)
@@ -277,25 +279,35 @@ def fisher_fit(kappa: float, x: Array) -> float:
     return smooth_test(_tangent(x, 1), x, _tangent(at, 1), at, nodes.shares)
 
 
-def _products(x: Array) -> Array:
+def _products(x: FloatArray) -> FloatArray:
     a, b, c = x[:, 0], x[:, 1], x[:, 2]
     return np.stack([b * b, c * c, a * b, a * c, b * c], axis=-1)
 
 
-def _quartic(x: Array) -> Array:
+def _quartic(x: FloatArray) -> FloatArray:
     a, b, c = x[:, 0], x[:, 1], x[:, 2]
     return np.stack(
-        [b**4, c**4, b * b * c * c, b**3 * c, b * c**3, a * b**3, a * c**3, a * b * c * c,
-         a * b * b * c], axis=-1,
-    )  # fmt: skip
+        [
+            b**4,
+            c**4,
+            b * b * c * c,
+            b**3 * c,
+            b * c**3,
+            a * b**3,
+            a * c**3,
+            a * b * c * c,
+            a * b * b * c,
+        ],
+        axis=-1,
+    )
 
 
-def _kent_scores(x: Array) -> Array:
+def _kent_scores(x: FloatArray) -> FloatArray:
     a, b, c = x[:, 0], x[:, 1], x[:, 2]
     return np.stack([a, b, c, b * b - c * c, b * c, a * b, a * c], axis=-1)[:, :5]
 
 
-def _tangent(x: Array, beyond: int) -> Array:
+def _tangent(x: FloatArray, beyond: int) -> FloatArray:
     """Functions of the coordinates across the mean that a fit leaves over: of the second degree
     (beyond = 1), and third and fourth."""
     b, c = x[:, 1], x[:, 2]

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vomstudio.core.arrays import IntArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import Shown
 from vomstudio.geology.orientation_rows import OrientationRows
@@ -57,7 +57,7 @@ def table_statistics(
 
 def _sets(
     table: OrientationRows, column: str | None, warnings: list[Finding]
-) -> dict[str, NDArray[np.int64]]:
+) -> dict[str, IntArray]:
     """Rows of each set, in order of appearance. Poles and lines are not averaged together: a set
     of both becomes two."""
     names = ["all"] * len(table) if column is None else table.column(column)
@@ -67,7 +67,7 @@ def _sets(
     rows: dict[str, list[int]] = {}
     for i, name in enumerate(names):
         rows.setdefault(name, []).append(i)
-    result: dict[str, NDArray[np.int64]] = {}
+    result: dict[str, IntArray] = {}
     for name, members in rows.items():
         where = np.asarray(members, dtype=np.int64)
         plane = table.is_plane[where]

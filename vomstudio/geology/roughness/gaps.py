@@ -10,9 +10,8 @@ out too large where that is not put back.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from vomstudio.core.arrays import FloatArray
 
 _OUT = 10
 """One in so many points is left out, so that the others are hardly farther apart."""
@@ -22,7 +21,7 @@ _NOISE = 1.5
 """Variance of noise in such a distance: the point's own, and that of the means around it."""
 
 
-def lacking(flat: Array, heights: Array, noise: float) -> float:
+def lacking(flat: FloatArray, heights: FloatArray, noise: float) -> float:
     """Variance of the heights that a surface drawn between points lacks, m2.
 
     flat : (n, 2) places in the plane, m; heights : (n,) over it; noise : standard deviation of the

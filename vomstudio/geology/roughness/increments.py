@@ -18,9 +18,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 
 DIRECTIONS = 18
 PARTS_A_SIDE = 4
@@ -55,14 +54,14 @@ class Variations:
     lengths, ways_deg : (d, k) the distances, m, and directions that the cells allow
     """
 
-    angles_deg: Array
-    lags: Array
-    sums: Array
-    counts: Array
-    lengths: Array
-    ways_deg: Array
+    angles_deg: FloatArray
+    lags: FloatArray
+    sums: FloatArray
+    counts: FloatArray
+    lengths: FloatArray
+    ways_deg: FloatArray
 
-    def of_all(self) -> Array:
+    def of_all(self) -> FloatArray:
         """(d, k) over the whole surface, NaN where there are too few."""
         counts = self.counts.sum(axis=2)
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -115,7 +114,7 @@ class Smoothest:
         return self.p < LEVEL
 
 
-def variations(heights: Array, cell: float, shortest: float) -> Variations | None:
+def variations(heights: FloatArray, cell: float, shortest: float) -> Variations | None:
     """Of a raster (rows, columns) of heights, m, NaN where unknown, in DIRECTIONS directions.
 
     cell : its side, m; shortest : distance, m. None where the surface is too small for LEAST_RANGE.
@@ -199,7 +198,7 @@ def range_told(found: Variations, noise: float) -> tuple[float, float] | None:
     return (float(found.lags[over[0]]), float(found.lags[over[-1]])) if len(over) else None
 
 
-def _harmonics(found: Variations, over: npt.NDArray[np.bool_], squares: Array) -> Array:
+def _harmonics(found: Variations, over: BoolArray, squares: FloatArray) -> FloatArray:
     """(2, k, n) cosine and sine of twice the direction in mean squares (d, k, n), over their mean:
     by least squares, since the cells allow no even steps of direction and length."""
     at = np.flatnonzero(over)
@@ -214,14 +213,14 @@ def _harmonics(found: Variations, over: npt.NDArray[np.bool_], squares: Array) -
     return harmonics
 
 
-def _usual_exponent(found: Variations, at: npt.NDArray[np.int64]) -> float:
+def _usual_exponent(found: Variations, at: IntArray) -> float:
     squares = np.nanmean(found.of_all()[:, at], axis=0)
     if len(at) < 2:
         return 0.7
     return float(np.clip(_slope(found.lengths[:, at].mean(axis=0), squares) / 2.0, 0.0, 2.0))
 
 
-def _along(found: Variations, over: npt.NDArray[np.bool_], rough_deg: float) -> float:
+def _along(found: Variations, over: BoolArray, rough_deg: float) -> float:
     """Root of the ratio of mean squares across the smoothest direction and along it, by the second
     harmonic of their logarithms."""
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -231,7 +230,7 @@ def _along(found: Variations, over: npt.NDArray[np.bool_], rough_deg: float) -> 
 
 
 def _exponent(
-    found: Variations, noise: float, directions: npt.NDArray[np.int64], lacking: float
+    found: Variations, noise: float, directions: IntArray, lacking: float
 ) -> Exponent | None:
     """lacking : in the mean squares of second differences, m2"""
     over = _over_noise(found, noise)
@@ -262,23 +261,26 @@ def _exponent(
     return Exponent(whole, error, float(lengths[0]), float(lengths[-1]), short, long, bend)
 
 
-def _powers(lengths: Array, squares: Array) -> tuple[float, float, float]:
+def _powers(lengths: FloatArray, squares: FloatArray) -> tuple[float, float, float]:
     """Exponents over all distances, over the shorter half of them and over the longer."""
     half = len(lengths) // 2
-    parts = ((lengths, squares), (lengths[: half + 1], squares[: half + 1]),
-             (lengths[half:], squares[half:]))  # fmt: skip
+    parts = (
+        (lengths, squares),
+        (lengths[: half + 1], squares[: half + 1]),
+        (lengths[half:], squares[half:]),
+    )
     whole, short, long = (_slope(*part) / 2.0 for part in parts)
     return whole, short, long
 
 
-def _error95(without: Array) -> float:
+def _error95(without: FloatArray) -> float:
     """Of a figure, by what it is without each part of the surface."""
     n = len(without)
     variance = ALIKE * (n - 1.0) / n * float(((without - without.mean()) ** 2).sum())
     return _t95(n - 1) * float(np.sqrt(variance))
 
 
-def _slope(lengths: Array, squares: Array) -> float:
+def _slope(lengths: FloatArray, squares: FloatArray) -> float:
     """Of the logarithms. A distance h has some (size / h)^2 independent differences, and counts by
     that."""
     x, y = np.log(lengths), np.log(np.maximum(squares, 1e-300))
@@ -287,7 +289,7 @@ def _slope(lengths: Array, squares: Array) -> float:
     return float((weight * x * y).sum() / (weight * x * x).sum())
 
 
-def _over_noise(found: Variations, noise: float) -> npt.NDArray[np.bool_]:
+def _over_noise(found: Variations, noise: float) -> BoolArray:
     """(k,) distances from which on the mean square stands out of what noise makes of it."""
     with np.errstate(invalid="ignore"):
         squares = np.nanmean(found.of_all(), axis=0)
@@ -298,8 +300,8 @@ def _over_noise(found: Variations, noise: float) -> npt.NDArray[np.bool_]:
 
 
 def _second_differences(
-    heights: Array, part: npt.NDArray[np.int64], across: int, down: int
-) -> tuple[Array, npt.NDArray[np.int64]]:
+    heights: FloatArray, part: IntArray, across: int, down: int
+) -> tuple[FloatArray, IntArray]:
     """(n,) squares, and the part of the surface in which the middle of each lies."""
     rows, columns = heights.shape
     wide = abs(across)
@@ -314,13 +316,13 @@ def _second_differences(
     return found[known] ** 2, where[known]
 
 
-def _parts(shape: tuple[int, ...]) -> npt.NDArray[np.int64]:
+def _parts(shape: tuple[int, ...]) -> IntArray:
     """(rows, columns) number of the part in which each cell lies."""
     row, column = (np.arange(size) * PARTS_A_SIDE // size for size in shape)
     return np.asarray(row[:, None] * PARTS_A_SIDE + column[None, :])
 
 
-def _span(heights: Array) -> tuple[int, int]:
+def _span(heights: FloatArray) -> tuple[int, int]:
     """Rows and columns of the smallest rectangle that has all heights."""
     known = np.isfinite(heights)
     rows, columns = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
@@ -329,7 +331,7 @@ def _span(heights: Array) -> tuple[int, int]:
     return int(rows[-1] - rows[0] + 1), int(columns[-1] - columns[0] + 1)
 
 
-def _hotelling_p(middle: Array, spread: Array, n: int) -> float:
+def _hotelling_p(middle: FloatArray, spread: FloatArray, n: int) -> float:
     """Of a mean as far from (0, 0), by Hotelling's T2 of n pairs."""
     from scipy.special import fdtrc
 

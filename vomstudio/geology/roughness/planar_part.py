@@ -17,10 +17,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 
 SCATTERS = 4.0
 """Robust standard deviations from which on a departure is none of the surface's own roughness."""
@@ -44,11 +42,11 @@ class Holding:
     column + c row; other : where the surface is broken, the largest other plane, and other_share of
     the known cells that lie in it"""
 
-    holds: Bools
+    holds: BoolArray
     departs: float
     limit: float
-    plane: Array
-    other: Array | None = None
+    plane: FloatArray
+    other: FloatArray | None = None
     other_share: float = 0.0
 
     @property
@@ -57,7 +55,7 @@ class Holding:
         return self.departs >= LEAST_SHARE
 
 
-def where_it_holds(heights: Array, noise: float) -> Holding:
+def where_it_holds(heights: FloatArray, noise: float) -> Holding:
     """Of a raster of heights over any plane near it, NaN where unknown. noise : standard deviation
     of the heights that is the model's own."""
     from scipy import ndimage
@@ -98,12 +96,12 @@ def where_it_holds(heights: Array, noise: float) -> Holding:
 
 
 def _parts(
-    row: npt.NDArray[np.int64],
-    column: npt.NDArray[np.int64],
-    values: Array,
+    row: IntArray,
+    column: IntArray,
+    values: FloatArray,
     noise: float,
     scatter: float,
-) -> list[tuple[Array, float, Bools]]:
+) -> list[tuple[FloatArray, float, BoolArray]]:
     """Where the surface is broken, the plane of its largest part, the scatter about it, and which
     of some cells lie in it; and the same of the largest other part, if there is one.
 
@@ -139,10 +137,10 @@ def _parts(
 
 
 def _grown(
-    columns: Array, z: Array, inside: Bools, noise: float
-) -> tuple[Array, float, Bools] | None:
+    columns: FloatArray, z: FloatArray, inside: BoolArray, noise: float
+) -> tuple[FloatArray, float, BoolArray] | None:
     """The plane of some cells, grown over all that lie within its scatter."""
-    plane: Array = np.zeros(3)
+    plane: FloatArray = np.zeros(3)
     scatter = 0.0
     for _ in range(_ROUNDS // 2):
         if inside.sum() < 30:
@@ -158,13 +156,11 @@ def _grown(
     return plane, scatter, inside
 
 
-def _scatter(away: Array) -> float:
+def _scatter(away: FloatArray) -> float:
     return _MAD * float(np.median(np.abs(away)))
 
 
-def _robust_plane(
-    row: npt.NDArray[np.int64], column: npt.NDArray[np.int64], values: Array
-) -> tuple[Array, float]:
+def _robust_plane(row: IntArray, column: IntArray, values: FloatArray) -> tuple[FloatArray, float]:
     """(3,) coefficients of 1, column and row, and the robust scatter about it."""
     step = max(1, len(values) // _MOST_CELLS)
     columns = np.stack([np.ones(len(values)), column, row], axis=1)

@@ -19,11 +19,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 
 LEAST_MEMBERS, SURE_MEMBERS = 3, 5
 """Of a set that is proposed. With fewer than the second it must also be closer than chance."""
@@ -53,10 +50,10 @@ class Mixture:
     even scatter; posterior (n, k + 1) probability of each pole to be of each; log_likelihood
     against an even scatter; icl : by which their number is chosen, the less the better"""
 
-    axes: Floats
-    concentrations: Floats
-    weights: Floats
-    posterior: Floats
+    axes: FloatArray
+    concentrations: FloatArray
+    weights: FloatArray
+    posterior: FloatArray
     log_likelihood: float
     icl: float
 
@@ -64,13 +61,13 @@ class Mixture:
     def k(self) -> int:
         return len(self.axes)
 
-    def assigned(self) -> Ints:
+    def assigned(self) -> IntArray:
         """(n,) the most probable cluster of each pole, -1 where it is the even scatter."""
         best = np.argmax(self.posterior, axis=1)
         return np.where(best == self.k, -1, best)
 
 
-def cones95_deg(poles: Floats, mixture: Mixture) -> Floats:
+def cones95_deg(poles: FloatArray, mixture: Mixture) -> FloatArray:
     """(k,) half-angle of the cone about each cluster's mean axis that holds the true one with 95 %;
     NaN where it cannot be told. Poles that may be of another cluster or of the scatter tell the
     less of the axis the farther they are from it (Louis 1982, J. R. Statist. Soc. B 44, 226): the
@@ -102,7 +99,7 @@ def cones95_deg(poles: Floats, mixture: Mixture) -> Floats:
 
 
 def propose_clusters(
-    poles: Floats, most: int, *, exactly: bool = False
+    poles: FloatArray, most: int, *, exactly: bool = False
 ) -> tuple[Mixture, list[float]]:
     """The best mixture of unit vectors (n, 3) with 0 to `most` clusters, and the criterion of each
     number that was tried. exactly : the one with `most` clusters, or with as many as can be told
@@ -132,7 +129,7 @@ def propose_clusters(
     return best, criteria
 
 
-def clusters_from_seeds(poles: Floats, seeds: Floats) -> Mixture:
+def clusters_from_seeds(poles: FloatArray, seeds: FloatArray) -> Mixture:
     """The mixture with one cluster for each seed (k, 3), in their order."""
     k = len(seeds)
     weights = np.append(np.full(k, 0.9 / k), 0.1)
@@ -144,13 +141,15 @@ def _none(n: int) -> Mixture:
     return Mixture(np.zeros((0, 3, 3)), np.zeros((0, 2)), np.ones(1), np.ones((n, 1)), 0.0, 0.0)
 
 
-def _frame(axis: Floats) -> Floats:
+def _frame(axis: FloatArray) -> FloatArray:
     """Rows: the axis, and two directions at right angles to it."""
     _, _, rows = np.linalg.svd(axis[None])
     return np.vstack([axis, rows[1:]])
 
 
-def _one_more(poles: Floats, mixture: Mixture) -> Iterator[tuple[Floats, Floats, Floats]]:
+def _one_more(
+    poles: FloatArray, mixture: Mixture
+) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:
     """Start values with one cluster more: out of the even scatter, or out of a wide cluster."""
     half = 0.5 * mixture.weights[-1]
     for axis in _dense_places(poles, mixture.posterior):
@@ -174,12 +173,12 @@ def _one_more(poles: Floats, mixture: Mixture) -> Iterator[tuple[Floats, Floats,
         )
 
 
-def _dense_places(poles: Floats, posterior: Floats) -> list[Floats]:
+def _dense_places(poles: FloatArray, posterior: FloatArray) -> list[FloatArray]:
     """Up to three poles, far from each other, around which the unassigned are densest."""
     step = max(1, -(-len(poles) // _MOST_COMPARED))
     some, loose = poles[::step], posterior[::step, -1]
     density = np.exp(_SEED * ((some @ some.T) ** 2 - 1.0)) @ loose
-    found: list[Floats] = []
+    found: list[FloatArray] = []
     for i in np.argsort(-density, kind="stable"):
         if all(abs(float(some[i] @ other)) < math.cos(math.radians(25)) for other in found):
             found.append(some[i])
@@ -188,7 +187,9 @@ def _dense_places(poles: Floats, posterior: Floats) -> list[Floats]:
     return found
 
 
-def _settled(poles: Floats, axes: Floats, concentrations: Floats, weights: Floats) -> Mixture:
+def _settled(
+    poles: FloatArray, axes: FloatArray, concentrations: FloatArray, weights: FloatArray
+) -> Mixture:
     """The mixture at the next summit of the likelihood; clusters whose length is not borne out by
     their poles are as long as wide, and have that many parameters less."""
     free = np.zeros(len(axes), np.bool_)
@@ -199,7 +200,7 @@ def _settled(poles: Floats, axes: Floats, concentrations: Floats, weights: Float
     return _climbed(poles, found.axes, found.concentrations, found.weights, round_)
 
 
-def _not_longer(poles: Floats, mixture: Mixture) -> Bools:
+def _not_longer(poles: FloatArray, mixture: Mixture) -> BoolArray:
     """(k,) whether a cluster's length beyond its width gains less than it costs."""
     result = np.zeros(mixture.k, np.bool_)
     for j in range(mixture.k):
@@ -212,7 +213,11 @@ def _not_longer(poles: Floats, mixture: Mixture) -> Bools:
 
 
 def _climbed(
-    poles: Floats, axes: Floats, concentrations: Floats, weights: Floats, round_: Bools
+    poles: FloatArray,
+    axes: FloatArray,
+    concentrations: FloatArray,
+    weights: FloatArray,
+    round_: BoolArray,
 ) -> Mixture:
     """Expectation and maximisation until the likelihood stands still; round_ (k,) : clusters that
     are as long as wide."""
@@ -250,7 +255,7 @@ def _climbed(
     return Mixture(axes, concentrations, weights, posterior, likelihood, icl)
 
 
-def _log_density(across: Floats, concentrations: Floats) -> Floats:
+def _log_density(across: FloatArray, concentrations: FloatArray) -> FloatArray:
     """(n,) of Bingham's distribution over that of an even scatter, exp(-k1 a^2 - k2 b^2) / N, at
     poles with the components a, b (n, 2) across the mean axis. N is the root of the product of
     Watson's, D(sqrt k) / sqrt k with Dawson's integral D: exact where k1 = k2, and in the limit of
@@ -262,7 +267,7 @@ def _log_density(across: Floats, concentrations: Floats) -> Floats:
 
 
 @functools.cache
-def _spreads() -> tuple[Floats, Floats]:
+def _spreads() -> tuple[FloatArray, FloatArray]:
     """Variances of Watson's distribution along one direction, ascending, and the logarithms of the
     concentrations: half of 1 - (1 / (2 sqrt k D(sqrt k)) - 1 / 2k)."""
     from scipy.special import dawsn
@@ -272,12 +277,12 @@ def _spreads() -> tuple[Floats, Floats]:
     return 0.5 * (1.0 - 1.0 / (2.0 * root * dawsn(root)) + 1.0 / (2.0 * k)), np.log(k)
 
 
-def _concentration(variance: Floats) -> Floats:
+def _concentration(variance: FloatArray) -> FloatArray:
     """Of Watson's distribution by maximum likelihood, from variances along one direction."""
     return np.asarray(np.exp(np.interp(variance, *_spreads())))
 
 
-def groups_by_chance(n: int, members: Floats) -> float:
+def groups_by_chance(n: int, members: FloatArray) -> float:
     """Return how many groups as close as members (k, 3) are expected among n scattered poles.
 
     Groups are k poles of which no two are farther apart than the widest angle between the members.
@@ -289,7 +294,7 @@ def groups_by_chance(n: int, members: Floats) -> float:
     return math.comb(n, k) * share ** (k - 1) * _ALL_NEAR[k]
 
 
-def _is_beyond_chance(poles: Floats, mixture: Mixture) -> bool:
+def _is_beyond_chance(poles: FloatArray, mixture: Mixture) -> bool:
     """Return whether the small clusters, taken together, are closer than scattered poles come."""
     assigned = mixture.assigned()
     sizes = np.bincount(assigned[assigned >= 0], minlength=mixture.k)

@@ -16,13 +16,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.geology.orientation import normals_to_planes
 from vomstudio.geometry.vectors import strike_and_dip_lines
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 JOINED = 1.5
 """Sums of two scatters within which places along the normal are one (Riquelme et al. 2014)."""
@@ -41,17 +38,17 @@ class Pieces:
     rings : of each the corners of its border (k, 3), none where it is unknown
     """
 
-    places: Floats
-    scatters: Floats
-    areas: Floats
-    rings: tuple[Floats, ...]
+    places: FloatArray
+    scatters: FloatArray
+    areas: FloatArray
+    rings: tuple[FloatArray, ...]
 
     @property
     def are_more_than_places(self) -> bool:
         """Whether the scatter or the border of any is known, so that some may be one plane."""
         return bool(np.isfinite(self.scatters).any()) or any(len(ring) for ring in self.rings)
 
-    def rows(self, chosen: Ints) -> Pieces:
+    def rows(self, chosen: IntArray) -> Pieces:
         return Pieces(
             self.places[chosen],
             self.scatters[chosen],
@@ -127,7 +124,9 @@ class OnScanline:
     true_m: float | None
 
 
-def split_by_position(offsets: Floats, scatters: Floats, joined: float = JOINED) -> Ints:
+def split_by_position(
+    offsets: FloatArray, scatters: FloatArray, joined: float = JOINED
+) -> IntArray:
     """(m,) which discontinuity each piece of a set is of, counted from 0.
 
     offsets, scatters : (m,) place along the normal of the set and standard deviation of the points
@@ -150,8 +149,8 @@ def split_by_position(offsets: Floats, scatters: Floats, joined: float = JOINED)
 
 
 def arrange(
-    name: str, normal: Floats, poles: Floats, pieces: Pieces, rests_on: str | None
-) -> tuple[Arrangement, tuple[Discontinuity, ...], Ints]:
+    name: str, normal: FloatArray, poles: FloatArray, pieces: Pieces, rests_on: str | None
+) -> tuple[Arrangement, tuple[Discontinuity, ...], IntArray]:
     """Of the m planes of one set: what is said of them, their discontinuities upwards, and the
     number of that of each, -1 for a plane without a place.
 
@@ -186,7 +185,7 @@ def arrange(
     return whole, tuple(found), number
 
 
-def _thickness(scatters: Floats) -> Floats:
+def _thickness(scatters: FloatArray) -> FloatArray:
     """(m,) standard deviation of the points of each piece about its own plane."""
     known = np.isfinite(scatters).all(axis=(1, 2))
     own = np.zeros(len(scatters))
@@ -194,7 +193,9 @@ def _thickness(scatters: Floats) -> Floats:
     return own
 
 
-def _may_be_fewer(offsets: Floats, places: Floats, normal: Floats, poles: Floats) -> bool:
+def _may_be_fewer(
+    offsets: FloatArray, places: FloatArray, normal: FloatArray, poles: FloatArray
+) -> bool:
     """Whether some picks, of which nothing but places is known, may be of one plane: those next to
     each other along the normal whose gap is no more than what planes that lean as the picks do make
     of their distance along the set, 95 %."""
@@ -217,7 +218,9 @@ def rests_on(pieces: Pieces) -> str | None:
     return "one face" if spread[2] <= _ONE_FACE * spread[1] else "several faces"
 
 
-def on_scanline(normal: Floats, poles: Floats, places: Floats, line: Floats) -> OnScanline:
+def on_scanline(
+    normal: FloatArray, poles: FloatArray, places: FloatArray, line: FloatArray
+) -> OnScanline:
     """Planes (m, 3) through places (m, 3) that reach past the line, from line[0] to line[1]."""
     step = line[1] - line[0]
     length = float(np.linalg.norm(step))
@@ -231,18 +234,18 @@ def on_scanline(normal: Floats, poles: Floats, places: Floats, line: Floats) -> 
     return OnScanline(len(crossed), apparent, apparent * abs(float(normal @ step)) / length)
 
 
-def _weights(areas: Floats) -> Floats:
+def _weights(areas: FloatArray) -> FloatArray:
     known = np.isfinite(areas) & (areas > 0.0)
     return areas if known.all() else np.ones(len(areas))
 
 
-def _strike_and_dip(normal: Floats) -> tuple[Floats, Floats]:
+def _strike_and_dip(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
     direction, dip, _ = normals_to_planes(normal)
     return strike_and_dip_lines(direction, dip)
 
 
 def _discontinuity(
-    id_: str, set_: str, offset: float, members: Pieces, axes: Floats, middle: Floats
+    id_: str, set_: str, offset: float, members: Pieces, axes: FloatArray, middle: FloatArray
 ) -> tuple[Discontinuity, Any]:
     """And its pieces in the plane of the set, a shapely geometry; None where a border is unknown.
     axes : (2, 3) strike and dip of the set"""
@@ -252,9 +255,16 @@ def _discontinuity(
     flat = [(ring - middle) @ axes.T for ring in members.rings]
     if not all(len(ring) >= 3 for ring in flat):
         return Discontinuity(
-            id_, set_, len(flat), offset, None, None, None, None,
+            id_,
+            set_,
+            len(flat),
+            offset,
+            None,
+            None,
+            None,
+            None,
             area if math.isfinite(area) else None,
-        ), None  # fmt: skip
+        ), None
     polygons = shapely.make_valid(np.array([shapely.Polygon(ring) for ring in flat]))
     corners = np.concatenate(flat)
     hull = shapely.convex_hull(shapely.multipoints(corners))
@@ -272,7 +282,7 @@ def _discontinuity(
     ), shapely.geometrycollections(polygons)
 
 
-def _longest_chord(corners: Floats) -> float:
+def _longest_chord(corners: FloatArray) -> float:
     """Between corners (k, 2) of a convex hull."""
     from scipy.spatial.distance import pdist
 
@@ -280,7 +290,11 @@ def _longest_chord(corners: Floats) -> float:
 
 
 def _arrangement(
-    found: list[Discontinuity], shapes: list[Any], cosines: Floats, rests: str | None, apart: int
+    found: list[Discontinuity],
+    shapes: list[Any],
+    cosines: FloatArray,
+    rests: str | None,
+    apart: int,
 ) -> Arrangement:
     """found, shapes : upwards; cosines : (m,) of the planes with the normal of the set; apart : how
     many discontinuities there are if pieces that lean out of the set are joined only where they are
@@ -332,7 +346,7 @@ def _rate95(n: int, length: float) -> tuple[float, float]:
     return low, high
 
 
-def _ending_gap(offsets: Floats, shapes: list[Any]) -> float | None:
+def _ending_gap(offsets: FloatArray, shapes: list[Any]) -> float | None:
     """Mean distance along the normal from each to that of the ones above whose pieces come nearest
     (Riquelme et al. 2015, non-persistent). offsets, shapes : upwards"""
     import shapely

@@ -8,9 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.statistics import orientation_tensor
-
-Floats = npt.NDArray[np.float64]
 
 LEVEL = 0.05
 LEAST_BETWEEN = 12
@@ -19,7 +18,9 @@ LONGER = 3.0
 """Along the great circle the two sets spread by so many times as much as across it."""
 
 
-def without_gap(poles: Floats, group: npt.ArrayLike, means: Floats) -> Sequence[tuple[int, int]]:
+def without_gap(
+    poles: FloatArray, group: npt.ArrayLike, means: FloatArray
+) -> Sequence[tuple[int, int]]:
     """Pairs of sets between whose means (k, 3) the poles (n, 3), with groups (n,), -1 for none,
     lie as densely as about them. In an even spread along the great circle through both means each
     third of the way holds as many; two clusters leave the middle third emptier, and the chance of

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
@@ -39,8 +40,6 @@ from vomstudio.geology.sets.girdles import without_gap
 from vomstudio.geology.sets.scanline import parse_scanline
 from vomstudio.geology.sets.set_options import DEFAULT_MAX_SETS, SetOptions
 from vomstudio.geology.statistics import fisher
-
-Floats = npt.NDArray[np.float64]
 
 LEVEL = 0.05
 
@@ -144,8 +143,7 @@ def propose_sets(
     rows = np.flatnonzero(table.is_plane)
     warnings = list(table.warnings)
     if not len(rows):
-        raise GeometryError(Finding("orientation.no-planes"),
-                            file=table.path)  # fmt: skip
+        raise GeometryError(Finding("orientation.no-planes"), file=table.path)
     if len(rows) < len(table):
         warnings.append(Finding("sets.lines-left-out", count=len(table) - len(rows)))
     if scanline is not None and pieces is None:
@@ -168,7 +166,7 @@ def propose_sets(
     )
 
 
-def given_sets(means: Floats, poles: Sequence[Floats], group: npt.ArrayLike) -> SetProposal:
+def given_sets(means: FloatArray, poles: Sequence[FloatArray], group: npt.ArrayLike) -> SetProposal:
     """Sets whose poles (k, 3) are known, S1, S2... in their order, of planes with poles (n, 3) and
     groups (n,), -1 for none. Sets without a plane are left out. The mean of each is the one given;
     kappa and cone are of its planes."""
@@ -200,9 +198,9 @@ def given_sets(means: Floats, poles: Sequence[Floats], group: npt.ArrayLike) -> 
 
 def described(
     found: SetProposal,
-    poles: Floats,
+    poles: FloatArray,
     pieces: Pieces | None,
-    scanline: Floats | None = None,
+    scanline: FloatArray | None = None,
     progress: Progress | None = None,
 ) -> SetProposal:
     """The proposal for poles (n, 3) with how well models fit its sets and how their planes stand in
@@ -245,7 +243,7 @@ def described(
     )
 
 
-def fit_of(poles: Floats) -> SetFit:
+def fit_of(poles: FloatArray) -> SetFit:
     """Of one set (n, 3): Fisher's (1953) and Kent's (1982) distribution."""
     told = set_statistics(poles)
     one, other = told.fisher, told.kent
@@ -263,7 +261,7 @@ def fit_of(poles: Floats) -> SetFit:
 
 
 def sets_among(
-    poles: Floats, options: SetOptions | None = None, *, places: Floats | None = None
+    poles: FloatArray, options: SetOptions | None = None, *, places: FloatArray | None = None
 ) -> SetProposal:
     """Propose sets among poles.
 
@@ -327,7 +325,7 @@ def sets_among(
 
 
 def _girdle_remarks(
-    poles: Floats, group: npt.NDArray[np.int64], order: Sequence[int], names: dict[int, str]
+    poles: FloatArray, group: IntArray, order: Sequence[int], names: dict[int, str]
 ) -> list[Finding]:
     filled = [j for j in order if np.any(group == j)]
     if len(filled) < 2:
@@ -361,7 +359,7 @@ def parse_seeds(text: str | None) -> tuple[Plane, ...]:
 
 
 def _mixture(
-    poles: Floats, most: int | None, exactly: int | None, seeds: Sequence[Plane]
+    poles: FloatArray, most: int | None, exactly: int | None, seeds: Sequence[Plane]
 ) -> tuple[Mixture, list[float]]:
     if exactly is not None and exactly > len(poles):
         raise UsageError(Finding("sets.too-many", sets=exactly, n=len(poles)), field="--exactly")
@@ -381,7 +379,7 @@ def _mixture(
 
 
 def _described(
-    name: str, poles: Floats, places: Floats | None, cone95_deg: float = math.nan
+    name: str, poles: FloatArray, places: FloatArray | None, cone95_deg: float = math.nan
 ) -> ProposedSet:
     found = fisher(poles, directed=False)
     normal = found.mean.vector()
@@ -402,7 +400,9 @@ def _described(
     )
 
 
-def spacing_along(normal: Floats, places: Floats | None) -> tuple[float | None, float | None]:
+def spacing_along(
+    normal: FloatArray, places: FloatArray | None
+) -> tuple[float | None, float | None]:
     """Mean gap of places (n, 3) along a normal, and the standard deviation of the gaps over it, as
     if every plane reached past all others; None where fewer than two have a place."""
     if places is None:

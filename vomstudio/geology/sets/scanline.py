@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 
 
-def parse_scanline(text: str | None) -> npt.NDArray[np.float64] | None:
+def parse_scanline(text: str | None) -> FloatArray | None:
     """(2, 3) ends of "x,y,z,x,y,z", m; None for None. Raises UsageError."""
     if text is None:
         return None

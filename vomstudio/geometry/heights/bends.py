@@ -13,8 +13,6 @@ import numpy.typing as npt
 
 from vomstudio.geometry.patches import equal_cells
 
-Floats = npt.NDArray[np.float64]
-
 MAX_POINTS = 6_000
 CELLS, MIN_CELLS, POINTS_PER_CELL = 6, 4, 4
 CHANCE = 0.01

@@ -13,11 +13,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, Int16Array
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.patches import equal_cells
-
-Floats = npt.NDArray[np.float64]
-Shorts = npt.NDArray[np.int16]
 
 FEWEST = 200
 """Fewer points tell no step of some times their noise."""
@@ -90,7 +88,7 @@ def bend_findings(is_bent: bool) -> list[Finding]:
     return [Finding("plane.bowed")] if is_bent else []
 
 
-def grid_steps(points: Floats) -> Floats:
+def grid_steps(points: FloatArray) -> FloatArray:
     """(3,) of the grid on which a file's coordinates were rounded, 0 where there is none."""
     steps = np.zeros(3)
     for axis in range(3):
@@ -108,7 +106,9 @@ def grid_steps(points: Floats) -> Floats:
 
 
 # --- steps ------------------------------------------------------------------------------------
-def _of_cells(a: Floats, b: Floats, mean: Floats, slopes: Floats, flat: float) -> float | None:
+def _of_cells(
+    a: FloatArray, b: FloatArray, mean: FloatArray, slopes: FloatArray, flat: float
+) -> float | None:
     """Of cells with their places and mean heights, which scatter by less than `flat` where there is
     no step. slopes : of the pieces of the plane"""
     for begin in (slopes, np.zeros(2)):
@@ -122,7 +122,9 @@ def _of_cells(a: Floats, b: Floats, mean: Floats, slopes: Floats, flat: float) -
     return None
 
 
-def _levels(a: Floats, b: Floats, mean: Floats, slopes: Floats, number: int) -> float | None:
+def _levels(
+    a: FloatArray, b: FloatArray, mean: FloatArray, slopes: FloatArray, number: int
+) -> float | None:
     """The least distance between so many levels of cells, on a plane common to all."""
     left = mean - slopes[0] * a - slopes[1] * b
     low, high = np.quantile(left, [0.05, 0.95])
@@ -152,7 +154,7 @@ def _levels(a: Floats, b: Floats, mean: Floats, slopes: Floats, number: int) -> 
     return float(gaps.min())
 
 
-def _slopes(u: Floats, v: Floats, h: Floats) -> Floats:
+def _slopes(u: FloatArray, v: FloatArray, h: FloatArray) -> FloatArray:
     """Of the pieces of the patch, the median of some wide cells: a step is in few of them."""
     cell = equal_cells(_rounded(u), _rounded(v), _WIDE)
     count = np.bincount(cell)
@@ -166,7 +168,7 @@ def _slopes(u: Floats, v: Floats, h: Floats) -> Floats:
     return np.asarray(np.median(found, axis=1))
 
 
-def _rounded(x: Floats) -> Shorts:
+def _rounded(x: FloatArray) -> Int16Array:
     """In a lattice whole rows are at one place but for the tilt of the plane, and by that the
     height of a point would choose its cell. Short integers are sorted in a tenth of the time."""
     steps = np.round(x / max(1e-3 * float(x.std()), 1e-300))
@@ -174,7 +176,7 @@ def _rounded(x: Floats) -> Shorts:
 
 
 # --- layers -----------------------------------------------------------------------------------
-def _of_layers(h: Floats, deep: float, grid: float) -> float | None:
+def _of_layers(h: FloatArray, deep: float, grid: float) -> float | None:
     """How far apart the two largest humps of heights are, if they are two with such a valley."""
     low, high = np.quantile(h, [0.002, 0.998])
     own = h[(h >= low) & (h <= high)]

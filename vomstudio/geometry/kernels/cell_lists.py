@@ -77,9 +77,11 @@ def bounds_of(points, low, high):  # type: ignore[no-untyped-def]
 @part
 def _number(points, p, per, row, layer):  # type: ignore[no-untyped-def]
     return (
-        int(points[p, 0] * per) + 1
-        + row * (int(points[p, 1] * per) + 1) + layer * (int(points[p, 2] * per) + 1)
-    )  # fmt: skip
+        int(points[p, 0] * per)
+        + 1
+        + row * (int(points[p, 1] * per) + 1)
+        + layer * (int(points[p, 2] * per) + 1)
+    )
 
 
 @kernel("void(f8[:,::1], f8, i8, i8, i8[::1])")
@@ -200,11 +202,15 @@ def cell_moments(points, begins, means, inner):  # type: ignore[no-untyped-def]
         sx, sy, sz = sx / n, sy / n, sz / n
         means[c, 0], means[c, 1], means[c, 2] = x + sx, y + sy, z + sz
         inner[c, 0], inner[c, 1], inner[c, 2] = (
-            xx / n - sx * sx, yy / n - sy * sy, zz / n - sz * sz
-        )  # fmt: skip
+            xx / n - sx * sx,
+            yy / n - sy * sy,
+            zz / n - sz * sz,
+        )
         inner[c, 3], inner[c, 4], inner[c, 5] = (
-            xy / n - sx * sy, xz / n - sx * sz, yz / n - sy * sz
-        )  # fmt: skip
+            xy / n - sx * sy,
+            xz / n - sx * sz,
+            yz / n - sy * sz,
+        )
 
 
 @kernel(
@@ -231,9 +237,13 @@ def block_planes(  # type: ignore[no-untyped-def]
             xz, yz = xz + w * (dx * dz + inner[o, 4]), yz + w * (dy * dz + inner[o, 5])
         sx, sy, sz = sx / n, sy / n, sz / n
         found = eigen_of(
-            xx / n - sx * sx, yy / n - sy * sy, zz / n - sz * sz,
-            xy / n - sx * sy, xz / n - sx * sz, yz / n - sy * sz,
-        )  # fmt: skip
+            xx / n - sx * sx,
+            yy / n - sy * sy,
+            zz / n - sz * sz,
+            xy / n - sx * sy,
+            xz / n - sx * sz,
+            yz / n - sy * sz,
+        )
         count[c] = int(n)
         normals[c, 0], normals[c, 1], normals[c, 2] = found[0], found[1], found[2]
         spreads[c, 0], spreads[c, 1], spreads[c, 2] = max(found[3], 0.0), found[4], found[5]

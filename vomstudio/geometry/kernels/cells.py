@@ -146,9 +146,13 @@ def planes_near(  # type: ignore[no-untyped-def]
         if n < 3:
             continue
         found = eigen_of(
-            xx / n - sx * sx, yy / n - sy * sy, zz / n - sz * sz,
-            xy / n - sx * sy, xz / n - sx * sz, yz / n - sy * sz,
-        )  # fmt: skip
+            xx / n - sx * sx,
+            yy / n - sy * sy,
+            zz / n - sz * sz,
+            xy / n - sx * sy,
+            xz / n - sx * sz,
+            yz / n - sy * sz,
+        )
         normals[row, 0], normals[row, 1], normals[row, 2] = found[0], found[1], found[2]
         spreads[row, 0], spreads[row, 1], spreads[row, 2] = found[3], found[4], found[5]
 
@@ -179,9 +183,13 @@ def along_axes(  # type: ignore[no-untyped-def]
             t = (2 * piece + 1 - pieces) * half
             cx, cy, cz = x + t * ux, y + t * uy, z + t * uz
             if (
-                cx + wx < 0.0 or cy + wy < 0.0 or cz + wz < 0.0
-                or cx - wx > nx * size or cy - wy > ny * size or cz - wz > nz * size
-            ):  # fmt: skip
+                cx + wx < 0.0
+                or cy + wy < 0.0
+                or cz + wz < 0.0
+                or cx - wx > nx * size
+                or cy - wy > ny * size
+                or cz - wz > nz * size
+            ):
                 continue
             i0, i1 = cell_of(cx - wx, size, nx), cell_of(cx + wx, size, nx)
             j0, j1 = cell_of(cy - wy, size, ny), cell_of(cy + wy, size, ny)

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray
 from vomstudio.geometry.kernels.sources import COMPILING, Part, Source, linked
 
 
@@ -118,7 +119,7 @@ def fast_part(function: Callable[..., Any]) -> Part:
     return Part(function, fastmath=True)
 
 
-def for_kernels(array: npt.ArrayLike, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
+def for_kernels(array: npt.ArrayLike, dtype: npt.DTypeLike) -> AnyArray:
     """The array as a kernel's signature wants it: contiguous, of this type, and writable; copied
     only where it is not (one mapped from a file is read-only)."""
     return np.require(array, dtype, ["C_CONTIGUOUS", "WRITEABLE"])
@@ -127,7 +128,7 @@ def for_kernels(array: npt.ArrayLike, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
 class _Borrowed:
     """Memory of an array under another flag, for as long as the array is needed."""
 
-    def __init__(self, array: npt.NDArray[Any]) -> None:
+    def __init__(self, array: AnyArray) -> None:
         self.array = array
         self.__array_interface__ = {
             **array.__array_interface__,
@@ -135,7 +136,7 @@ class _Borrowed:
         }
 
 
-def for_reading(array: npt.ArrayLike, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
+def for_reading(array: npt.ArrayLike, dtype: npt.DTypeLike) -> AnyArray:
     """As `for_kernels`, for kernels that do not write to it: an array that is merely read-only, as
     one mapped from a file, is not copied. To write to the result ends the process."""
     wanted = np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED"])

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.geometry.kernels.jit import kernel, part
 
 LEAF = 4
 INSIDE = -1e-12
 
 
-def stack_space() -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+def stack_space() -> tuple[IntArray, FloatArray]:
     """Working space of a walk: a kernel that allocates none can be loaded without numba."""
     return np.empty(128, np.int64), np.empty(128, np.float64)
 

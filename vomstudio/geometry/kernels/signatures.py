@@ -12,9 +12,15 @@ from typing import Any
 import numpy as np
 
 _LONG_NAMES = {
-    "float64": "f8", "float32": "f4", "int64": "i8", "int32": "i4", "int16": "i2",
-    "uint8": "u1", "uint32": "u4", "boolean": "b1",
-}  # fmt: skip
+    "float64": "f8",
+    "float32": "f4",
+    "int64": "i8",
+    "int32": "i4",
+    "int16": "i2",
+    "uint8": "u1",
+    "uint32": "u4",
+    "boolean": "b1",
+}
 _SCALARS: dict[str, tuple[Any, str]] = {
     "f8": (ctypes.c_double, "double"),
     "f4": (ctypes.c_float, "float"),

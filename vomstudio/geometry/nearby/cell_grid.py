@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, Int32Array, IntArray
 from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.kernels.cell_lists import (
     bounds_of,
@@ -19,9 +19,6 @@ from vomstudio.geometry.kernels.cell_lists import (
     sort_upper,
 )
 from vomstudio.geometry.kernels.jit import for_kernels
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 _MOST_CELLS = 1_000_000
 """Along an axis, so that the number of a cell fits into 63 bits."""
@@ -38,38 +35,38 @@ class CellGrid:
     cells, i + row j + layer k, counted from 1 on; row_of : (points given,) the place of each;
     side : of a cell"""
 
-    rows: Ints
-    places: Array
-    begins: Ints
-    keys: Ints
+    rows: IntArray
+    places: FloatArray
+    begins: IntArray
+    keys: IntArray
     row: int
     layer: int
-    row_of: Ints
+    row_of: IntArray
     side: float
 
     @cached_property
-    def _around(self) -> tuple[Ints, npt.NDArray[np.int32]]:
+    def _around(self) -> tuple[IntArray, Int32Array]:
         starts = np.empty(len(self.keys) + 1, np.int64)
         near = np.empty(26 * len(self.keys), np.int32)
         total = near_cells(self.keys, self.row, self.layer, np.zeros(9, np.int64), starts, near)
         return starts, near[:total].copy()
 
-    def around(self) -> tuple[Ints, npt.NDArray[np.int32]]:
+    def around(self) -> tuple[IntArray, Int32Array]:
         """The up to 26 cells around each, as starts and list."""
         return self._around
 
-    def count_around(self) -> Ints:
+    def count_around(self) -> IntArray:
         """(cells,) how many points are in each cell and those around it."""
         starts, near = self._around
         count = np.diff(self.begins)
         return np.asarray(np.diff(np.append(0, np.cumsum(count[near]))[starts]) + count)
 
-    def cells_of(self, places: Ints) -> Ints:
+    def cells_of(self, places: IntArray) -> IntArray:
         """The cell of each of these places."""
         return np.asarray(np.searchsorted(self.begins, places, side="right") - 1)
 
 
-def grid_of(local: Array, per_cell: float) -> CellGrid:
+def grid_of(local: FloatArray, per_cell: float) -> CellGrid:
     """Of points (n, 3) from 0 on, with about that many in the cell in which the median point lies.
     Points at one place become one."""
     local = for_kernels(local, np.float64)
@@ -87,12 +84,18 @@ def grid_of(local: Array, per_cell: float) -> CellGrid:
         return grid
     own = _sorted(for_kernels(local[first], np.float64), high, side)
     return CellGrid(
-        first[own.rows], own.places, own.begins, own.keys, own.row, own.layer,
-        own.row_of[which], side,
-    )  # fmt: skip
+        first[own.rows],
+        own.places,
+        own.begins,
+        own.keys,
+        own.row,
+        own.layer,
+        own.row_of[which],
+        side,
+    )
 
 
-def _side(local: Array, high: Array, per_cell: float) -> float:
+def _side(local: FloatArray, high: FloatArray, per_cell: float) -> float:
     """By trial: on a surface the points of a cell are as the square of its side."""
     n = len(local)
     size = np.sort(high)[::-1]
@@ -115,14 +118,14 @@ def _side(local: Array, high: Array, per_cell: float) -> float:
     return side
 
 
-def _steps(high: Array, side: float) -> tuple[int, int]:
+def _steps(high: FloatArray, side: float) -> tuple[int, int]:
     """From a cell to those in the next row and in the next layer."""
     # An empty cell at both ends, so that the neighbours of a cell are not those beyond a row.
     row, rows = (int(high[i] * (1.0 / side)) + 3 for i in range(2))
     return row, row * rows
 
 
-def _sorted(local: Array, high: Array, side: float) -> CellGrid:
+def _sorted(local: FloatArray, high: FloatArray, side: float) -> CellGrid:
     n = len(local)
     row, layer = _steps(high, side)
     numbers, room = np.empty(n, np.int64), np.empty(n, np.int64)

@@ -11,14 +11,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, Int32Array, IntArray
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.threads import PROCESSORS, map_parallel
 from vomstudio.geometry.kernels.jit import for_kernels
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 _MOST_CELLS = 2_000_000
 """Along an axis, so that the number of a cell fits into 63 bits."""
@@ -35,10 +32,10 @@ class LocalPlanes:
         are too few
     """
 
-    count: Ints
-    mean: Array
-    normal: Array
-    spread: Array
+    count: IntArray
+    mean: FloatArray
+    normal: FloatArray
+    spread: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,21 +46,21 @@ class AlongAxes:
         standard, divisor n - 1; NaN where there are too few
     """
 
-    count: Ints
-    mean: Array
-    deviation: Array
+    count: IntArray
+    mean: FloatArray
+    deviation: FloatArray
 
 
 class PointGrid:
     """points : (n, 3) in any unit; cell : length of a cell's side, best the radius that is asked
     for. Points that are not finite are left out."""
 
-    def __init__(self, points: Array, cell: float) -> None:
+    def __init__(self, points: FloatArray, cell: float) -> None:
         from vomstudio.geometry.kernels.cells import tabulate
 
         finite = np.isfinite(points).all(axis=1)
         sound = points[finite]
-        self.corner: Array = np.floor(sound.min(axis=0)) if len(sound) else np.zeros(3)
+        self.corner: FloatArray = np.floor(sound.min(axis=0)) if len(sound) else np.zeros(3)
         local = sound - self.corner
         high = local.max(axis=0) if len(sound) else np.zeros(3)
         self.cell = float(max(cell, high.max() / _MOST_CELLS, 1e-12))
@@ -84,12 +81,14 @@ class PointGrid:
             self._ends,
         )
 
-    def tables(self) -> tuple[Array, npt.NDArray[np.int32], Ints, Ints, Ints]:
+    def tables(self) -> tuple[FloatArray, Int32Array, IntArray, IntArray, IntArray]:
         """The points less `corner`, sorted by their cells; the cell of each along x; names and ends
         of rows of cells, as `kernels.cells.slot_of` looks them up; and which points these are."""
         return (*self._sorted(), self._order_given)
 
-    def planes(self, places: Array, radius: float, progress: Progress | None = None) -> LocalPlanes:
+    def planes(
+        self, places: FloatArray, radius: float, progress: Progress | None = None
+    ) -> LocalPlanes:
         """Of the points within `radius` of each of the places (k, 3).
 
         Raises Cancelled through `progress`, whose steps are places.
@@ -114,8 +113,12 @@ class PointGrid:
         return LocalPlanes(count, mean + self.corner, normal, spread)
 
     def curvatures(
-        self, places: Array, normals: Array, radius: float, progress: Progress | None = None
-    ) -> Array:
+        self,
+        places: FloatArray,
+        normals: FloatArray,
+        radius: float,
+        progress: Progress | None = None,
+    ) -> FloatArray:
         """(k,) mean curvature at the places (k, 3) of the quadric through the points within
         `radius`, one over the unit of the points; positive where the surface bends away from the
         unit normals (k, 3). NaN where fewer than ten points tell none.
@@ -141,8 +144,8 @@ class PointGrid:
 
     def along(
         self,
-        places: Array,
-        axes: Array,
+        places: FloatArray,
+        axes: FloatArray,
         radius: float,
         reach: float,
         progress: Progress | None = None,
@@ -171,18 +174,18 @@ class PointGrid:
         in_blocks(work, k, progress or Silent())
         return AlongAxes(count, mean, deviation)
 
-    def _cells_of(self, local: Array) -> Ints:
+    def _cells_of(self, local: FloatArray) -> IntArray:
         cells = np.clip((local / self.cell).astype(np.int64), 0, self.counts - 1)
         return np.asarray(
             cells[:, 0] + self.counts[0] * (cells[:, 1] + self.counts[1] * cells[:, 2]), np.int64
         )
 
-    def _order(self, places: Array) -> Ints:
+    def _order(self, places: FloatArray) -> IntArray:
         """Neighbours one after the other, whose points are still in the processor's cache."""
         with np.errstate(invalid="ignore"):
             return np.argsort(self._cells_of(places - self.corner), kind="stable")
 
-    def _sorted(self) -> tuple[Array, npt.NDArray[np.int32], Ints, Ints]:
+    def _sorted(self) -> tuple[FloatArray, Int32Array, IntArray, IntArray]:
         return self._points, self._columns, self._names, self._ends
 
     def _size(self) -> tuple[int, int, int]:

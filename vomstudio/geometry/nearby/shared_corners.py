@@ -4,14 +4,10 @@ piece of surface, and free sides beside each other, as at the seam of two tiles,
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.coincident_points import place_keys, welded
-
-Array = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
-Ints = npt.NDArray[np.int64]
 
 # Of the faces' sides: with more that are of one face only the corners may be beside each other.
 _LOOSE = 0.4
@@ -24,7 +20,7 @@ _WITHIN, _LOOKED_AT, _BESIDE = 0.75, 9, 2
 """Ours: a gap is no more than so many times the two sides; so many are looked at and taken."""
 
 
-def snapped(places: Array, faces: Ints) -> Array:
+def snapped(places: FloatArray, faces: IntArray) -> FloatArray:
     """The places (n, 3), finite where faces (k, 3) have corners, with those moved together that are
     much nearer to each other than a side is long. Only where hardly any faces share a side, as when
     each has corners of its own that were rounded or transformed apart; else as they are."""
@@ -46,7 +42,9 @@ def snapped(places: Array, faces: Ints) -> Array:
     return result if _loose(welded(result)[faces]) < 0.9 * loose else places
 
 
-def across_gaps(nodes: Ints, corners: Array, alone: Bools | None = None) -> tuple[Ints, Ints, Ints]:
+def across_gaps(
+    nodes: IntArray, corners: FloatArray, alone: BoolArray | None = None
+) -> tuple[IntArray, IntArray, IntArray]:
     """Faces, their sides (0 to 2) that are of one face only, and the faces that have such a side
     beside that one: what is nearer than a side is long is as near as neighbours are, whether tiles
     were cut there, rounded apart, overlap, or are not as fine as each other. nodes : (k, 3) numbers
@@ -76,7 +74,7 @@ def across_gaps(nodes: Ints, corners: Array, alone: Bools | None = None) -> tupl
     return face[row], side[row], face[other[row, column]]
 
 
-def check_connected(nodes: Ints, warnings: list[Finding]) -> None:
+def check_connected(nodes: IntArray, warnings: list[Finding]) -> None:
     """Append a warning if most faces share no side with another.
 
     Parameters
@@ -92,7 +90,7 @@ def check_connected(nodes: Ints, warnings: list[Finding]) -> None:
         warnings.append(Finding("mesh.faces-apart", share_percent=100.0 * loose))
 
 
-def first_faces(nodes: Ints, warnings: list[Finding]) -> Bools:
+def first_faces(nodes: IntArray, warnings: list[Finding]) -> BoolArray:
     """Return which faces are the first on their three corners, in either orientation.
 
     A warning is appended if faces are doubled.
@@ -119,12 +117,12 @@ def first_faces(nodes: Ints, warnings: list[Finding]) -> Bools:
     return ~again
 
 
-def _loose(nodes: Ints) -> float:
+def _loose(nodes: IntArray) -> float:
     """Of the sides of faces, the share that is of one face only."""
     return float(_alone(nodes).mean())
 
 
-def _alone(nodes: Ints) -> Bools:
+def _alone(nodes: IntArray) -> BoolArray:
     """(3 k,) which sides of faces (k, 3) are of one face only."""
     key = _side_keys(nodes)
     order = np.argsort(key, kind="stable")
@@ -134,14 +132,14 @@ def _alone(nodes: Ints) -> Bools:
     return alone
 
 
-def _side_keys(nodes: Ints) -> Ints:
+def _side_keys(nodes: IntArray) -> IntArray:
     """A number for each side of faces (k, 3), one after the other, the same for the same ends."""
     a = nodes.ravel()
     b = np.roll(nodes, -1, axis=1).ravel()
     return np.asarray(np.minimum(a, b) * (int(nodes.max()) + 1) + np.maximum(a, b))
 
 
-def _nearly_welded(places: Array, near: float) -> Ints:
+def _nearly_welded(places: FloatArray, near: float) -> IntArray:
     """Of places (n, 3) the number that those much nearer than `near` have in common: which are in
     one cell of that side in one of four grids, each shifted by a quarter."""
     from scipy.sparse import coo_matrix

@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.geometry.coincident_points import welded
 
 if TYPE_CHECKING:
     import shapely
 
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Flags = npt.NDArray[np.bool_]
 
 _CELLS = 256
 """Along the longer side: most faces are told inside or outside by the cells that they lie in."""
@@ -28,9 +26,9 @@ class _Enclosed:
     """Triangles (k, 3, 3), also as seen along the outline's normal (k, 3, 2), the share of each
     that is inside (k,), and the outline as it is seen."""
 
-    faces: Array
-    seen: Array
-    share: Array
+    faces: FloatArray
+    seen: FloatArray
+    share: FloatArray
     polygon: shapely.Polygon
 
 
@@ -51,7 +49,7 @@ def area_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> float | None:
     return float((areas * found.share).sum())
 
 
-def part_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> Array | None:
+def part_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> FloatArray | None:
     """(k, 3, 3) triangles of the part of a surface that an outline encloses, as in `area_inside`;
     those that the outline cuts are cut there."""
     found = _enclosed(corners, ring)
@@ -63,7 +61,7 @@ def part_inside(corners: npt.ArrayLike, ring: npt.ArrayLike) -> Array | None:
     )
 
 
-def _pieces(faces: Array, seen: Array, polygon: shapely.Polygon) -> Array:
+def _pieces(faces: FloatArray, seen: FloatArray, polygon: shapely.Polygon) -> FloatArray:
     """(p, 3, 3) triangles of what is inside of triangles (k, 3, 3) that are seen at (k, 3, 2)."""
     import shapely
 
@@ -116,7 +114,7 @@ def _enclosed(corners: npt.ArrayLike, ring: npt.ArrayLike) -> _Enclosed | None:
     return _Enclosed(faces[own], seen[own, :, :2], share[own], polygon)
 
 
-def _reach(flat: Array, low: Array, high: Array) -> Flags:
+def _reach(flat: FloatArray, low: FloatArray, high: FloatArray) -> BoolArray:
     """(m,) whether the boxes of triangles (m, 3, 2) meet the box."""
     found = np.ones(len(flat), np.bool_)
     for axis in (0, 1):
@@ -127,7 +125,7 @@ def _reach(flat: Array, low: Array, high: Array) -> Flags:
     return found
 
 
-def _axes(local: Array) -> Array | None:
+def _axes(local: FloatArray) -> FloatArray | None:
     """(3, 3) rows: two axes of the outline's plane and its normal; None for no area."""
     normal = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
     size = float(np.linalg.norm(normal))
@@ -139,7 +137,9 @@ def _axes(local: Array) -> Array | None:
     return np.array([u, np.cross(normal, u), normal])
 
 
-def _shares(flat: Array, polygon: shapely.Polygon, low: Array, high: Array) -> Array:
+def _shares(
+    flat: FloatArray, polygon: shapely.Polygon, low: FloatArray, high: FloatArray
+) -> FloatArray:
     """(m,) 0 to 1: which part of each triangle (m, 3, 2) is inside."""
     import shapely
 
@@ -164,8 +164,8 @@ def _shares(flat: Array, polygon: shapely.Polygon, low: Array, high: Array) -> A
 
 
 def _border(
-    polygon: shapely.Polygon, start: Array, step: float, count: npt.NDArray[np.int_]
-) -> Flags:
+    polygon: shapely.Polygon, start: FloatArray, step: float, count: npt.NDArray[np.int_]
+) -> BoolArray:
     """Cells that the outline goes through, or passes beside."""
     ends = np.asarray(polygon.exterior.coords)[:, :2]
     pieces = np.diff(ends, axis=0)
@@ -181,13 +181,13 @@ def _border(
     return border
 
 
-def _cut(flat: Array, polygon: shapely.Polygon) -> Array:
+def _cut(flat: FloatArray, polygon: shapely.Polygon) -> FloatArray:
     """(k,) shares of triangles that the outline may go through."""
     import shapely
 
     middle = flat.mean(axis=1)
     # Seen from their edge they have no area to cut: they are where their middle is.
-    share: Array = shapely.contains_xy(polygon, middle[:, 0], middle[:, 1]).astype(np.float64)
+    share: FloatArray = shapely.contains_xy(polygon, middle[:, 0], middle[:, 1]).astype(np.float64)
     broad, area = _broad(flat), _flat_areas(flat)
     triangles = shapely.polygons(flat[broad])
     share[broad] = np.clip(
@@ -196,19 +196,19 @@ def _cut(flat: Array, polygon: shapely.Polygon) -> Array:
     return share
 
 
-def _flat_areas(flat: Array) -> Array:
+def _flat_areas(flat: FloatArray) -> FloatArray:
     """(k,) of triangles (k, 3, 2)."""
     a, b = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
     return np.asarray(0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]))
 
 
-def _broad(flat: Array) -> Flags:
+def _broad(flat: FloatArray) -> BoolArray:
     """(k,) whether triangles (k, 3, 2) are not seen from their edge."""
     longest = (np.ptp(flat, axis=1) ** 2).sum(axis=1)
     return np.asarray(_flat_areas(flat) > 1e-9 * longest)
 
 
-def _under(seen: Array, outline: Array) -> Ints:
+def _under(seen: FloatArray, outline: FloatArray) -> IntArray:
     """Rows of the triangles (m, 3, 3) on which places of the outline lie: of those that are seen
     there, the nearest."""
     corners = [[np.ascontiguousarray(seen[:, k, axis]) for k in range(3)] for axis in (0, 1)]
@@ -226,7 +226,7 @@ def _under(seen: Array, outline: Array) -> Ints:
     return np.array(sorted(set(found)), np.int64)
 
 
-def _depth(triangles: Array, place: Array) -> Array:
+def _depth(triangles: FloatArray, place: FloatArray) -> FloatArray:
     """(k,) height of the triangles' planes at a place that is in the box of each; infinite where
     that is outside of the triangle."""
     a = triangles[:, 0]
@@ -240,7 +240,7 @@ def _depth(triangles: Array, place: Array) -> Array:
     return np.asarray(np.where(outside, np.inf, depth), np.float64)
 
 
-def _hanging_together(faces: Array, seeds: Ints) -> Flags | None:
+def _hanging_together(faces: FloatArray, seeds: IntArray) -> BoolArray | None:
     """Which faces (k, 3, 3) can be reached from one of the seeds over shared corners."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components

@@ -9,9 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from vomstudio.core.arrays import BoolArray, FloatArray, Int32Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,9 +22,9 @@ class GridHits:
     weights : (..., 2) float64 barycentric weights of the second and third corner
     """
 
-    face: npt.NDArray[np.int32]
-    depth: Array
-    weights: Array
+    face: Int32Array
+    depth: FloatArray
+    weights: FloatArray
 
     @classmethod
     def none(cls, *shape: int) -> GridHits:
@@ -33,9 +32,9 @@ class GridHits:
 
 
 def cast_grid(
-    points: Array,
-    faces: npt.NDArray[np.int32],
-    chosen: npt.NDArray[np.int32],
+    points: FloatArray,
+    faces: Int32Array,
+    chosen: Int32Array,
     *,
     left: float,
     top: float,
@@ -57,10 +56,10 @@ def cast_grid(
 
 
 def cast_quarters(
-    points: Array,
-    faces: npt.NDArray[np.int32],
-    chosen: npt.NDArray[np.int32],
-    wanted: npt.NDArray[np.bool_],
+    points: FloatArray,
+    faces: Int32Array,
+    chosen: Int32Array,
+    wanted: BoolArray,
     *,
     left: float,
     top: float,

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray, UInt64Array
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 
-Array = npt.NDArray[np.float64]
 _LEAF = 4
 SURFACE_THICKNESS = 4.0
 """Points of a cloud that lie at most this many reaches behind the first one on a ray belong to the
@@ -33,9 +33,9 @@ class RayHits:
         was met
     """
 
-    index: npt.NDArray[np.int64]
-    distance: Array
-    weights: Array
+    index: IntArray
+    distance: FloatArray
+    weights: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +47,8 @@ class NearestFaces:
         that an edge or a corner on which it lies does not have; NaN with index -1
     """
 
-    index: npt.NDArray[np.int64]
-    weights: Array
+    index: IntArray
+    weights: FloatArray
 
 
 class RayTree:
@@ -73,7 +73,7 @@ class RayTree:
         if not np.isfinite(low).all():
             whole = points[np.isfinite(points).all(axis=1)]
             low = whole.min(axis=0) if len(whole) else np.zeros(3)
-        self.corner: Array = np.floor(low)
+        self.corner: FloatArray = np.floor(low)
         self._points = for_kernels(points - self.corner, np.float64)
         if isinstance(data, Mesh):
             corners = [self._points[self._faces[:, k]] for k in range(3)]
@@ -105,18 +105,34 @@ class RayTree:
         tree = (self._order, self._low, self._high)
         if len(self._faces):
             first_faces(
-                self._points, self._faces, *tree, begins, ways, ends, index, distance, weights,
+                self._points,
+                self._faces,
+                *tree,
+                begins,
+                ways,
+                ends,
+                index,
+                distance,
+                weights,
                 *stack_space(),
-            )  # fmt: skip
+            )
         elif isinstance(self.data, PointCloud):
             thick = SURFACE_THICKNESS * self.reach
             first_points(
-                self._points, *tree, begins, ways, ends, self.reach, thick, index, distance,
+                self._points,
+                *tree,
+                begins,
+                ways,
+                ends,
+                self.reach,
+                thick,
+                index,
+                distance,
                 *stack_space(),
-            )  # fmt: skip
+            )
         return RayHits(index, distance, weights)
 
-    def nearest(self, places: Array) -> NearestFaces:
+    def nearest(self, places: FloatArray) -> NearestFaces:
         """Of a mesh, the nearest point of its surface to each of the places (n, 3)."""
         from vomstudio.geometry.kernels.nearest import nearest_faces
         from vomstudio.geometry.kernels.raytree import stack_space
@@ -134,18 +150,18 @@ class RayTree:
             index[rows], weights[rows] = found, shares
         return NearestFaces(index, weights)
 
-    def position(self, index: int, weights: Array) -> Array:
+    def position(self, index: int, weights: FloatArray) -> FloatArray:
         """(3,) of a hit, from the model's own coordinates."""
         return np.asarray(self.positions(np.array([index]), weights[None])[0])
 
-    def positions(self, index: npt.NDArray[np.int64], weights: Array) -> Array:
+    def positions(self, index: IntArray, weights: FloatArray) -> FloatArray:
         """(n, 3) of hits, from the model's own coordinates."""
         if isinstance(self.data, Mesh):
             corners = self._points[self._faces[index]]
             return np.asarray(np.einsum("nk,nkc->nc", weights, corners) + self.corner)
         return np.array(self.data.points[index], np.float64)
 
-    def normal(self, index: int) -> Array | None:
+    def normal(self, index: int) -> FloatArray | None:
         """(3,) unit normal of a face or point; None where it has none."""
         if isinstance(self.data, Mesh):
             a, b, c = self._points[self._faces[index]]
@@ -158,7 +174,7 @@ class RayTree:
         return normal / size if size > 0 and np.isfinite(size) else None
 
 
-def _along_curve(middles: Array) -> npt.NDArray[np.int64]:
+def _along_curve(middles: FloatArray) -> IntArray:
     """Order of points (n, 3) along a Morton curve; those that are not finite are left out."""
     sound = np.flatnonzero(np.isfinite(middles).all(axis=1))
     if not len(sound):
@@ -173,7 +189,7 @@ def _along_curve(middles: Array) -> npt.NDArray[np.int64]:
     return np.asarray(sound[np.argsort(code, kind="stable")], np.int64)
 
 
-def _spread(x: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:
+def _spread(x: UInt64Array) -> UInt64Array:
     """Two zero bits after each of 20 bits."""
     for shift, mask in (
         (32, 0x1F00000000FFFF),
@@ -186,7 +202,7 @@ def _spread(x: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:
     return x
 
 
-def _boxes(low: Array, high: Array) -> tuple[Array, Array]:
+def _boxes(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Boxes (2 k - 1, 3) of the complete tree over sorted items; node i has children 2 i + 1 and
     2 i + 2, the last k are leaves of _LEAF items each."""
     count = max(-(-len(low) // _LEAF), 1)

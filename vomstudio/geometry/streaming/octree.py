@@ -15,16 +15,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray, IntegerArray
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.progressive_order import Arrangement
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 POINT_BUDGET = 5_000_000
 """Points of a cloud that may be there at a time, unless told otherwise."""
@@ -58,8 +56,8 @@ class Piece:
     """The points of a node: `rows` of `cloud`, which are `ids` of the whole."""
 
     cloud: PointCloud
-    rows: npt.NDArray[np.integer]
-    ids: npt.NDArray[np.integer]
+    rows: IntegerArray
+    ids: IntegerArray
 
 
 class CloudNodes:
@@ -77,9 +75,14 @@ class CloudNodes:
     at_once = 0
 
     def __init__(
-        self, bounds: Array, spacing: Array, counts: Ints, parents: Ints, budget: int,
+        self,
+        bounds: FloatArray,
+        spacing: FloatArray,
+        counts: IntArray,
+        parents: IntArray,
+        budget: int,
         first: tuple[int, ...],
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.bounds, self.spacing, self.counts = bounds, spacing, counts
         self.parents, self.budget, self.first = parents, budget, first
         self.total = int(counts.sum())
@@ -94,7 +97,7 @@ class CloudNodes:
     def let_go(self, row: int, piece: Piece) -> None:
         """A node that has been fetched is not needed any more."""
 
-    def choose(self, view: View, most: int) -> Ints:
+    def choose(self, view: View, most: int) -> IntArray:
         """Rows of the nodes that a picture needs, the most needed first, of at most `most` points:
         those in view whose parents' points are more than FINE_PIXELS apart."""
         position = np.array(view.position)
@@ -118,7 +121,7 @@ class CloudNodes:
         rows = rows[np.lexsort((-self.spacing[rows], -apart[rows]))]
         return np.asarray(rows[np.cumsum(self.counts[rows]) <= most])
 
-    def closing(self, rows: Ints) -> dict[int, float]:
+    def closing(self, rows: IntArray) -> dict[int, float]:
         """The spacing at which the points of shown nodes close the surface together: of each the
         finest spacing of those shown below it."""
         finest = dict(zip(rows.tolist(), self.spacing[rows].tolist(), strict=True))
@@ -162,11 +165,11 @@ class NodeStore(CloudNodes):
 
     def __init__(
         self,
-        bounds: Array,
-        spacing: Array,
-        counts: Ints,
-        starts: Ints,
-        parents: Ints,
+        bounds: FloatArray,
+        spacing: FloatArray,
+        counts: IntArray,
+        starts: IntArray,
+        parents: IntArray,
         read: Callable[[Sequence[int]], PointCloud],
         budget: int,
         first: tuple[int, ...],
@@ -220,12 +223,12 @@ class NodeStore(CloudNodes):
         """A node from the file; it is not kept. Raises InputError."""
         return self._read([row])
 
-    def nodes_of(self, ids: Ints) -> Ints:
+    def nodes_of(self, ids: IntArray) -> IntArray:
         """(k,) the row of the node that holds each point."""
         at = np.searchsorted(self.starts[self._order], ids, side="right") - 1
         return np.asarray(self._order[at], np.int64)
 
-    def points_of(self, ids: Ints) -> Array:
+    def points_of(self, ids: IntArray) -> FloatArray:
         """(k, 3) float64 as in the file. What is not there is read. Raises InputError."""
         ids = np.asarray(ids, np.int64)
         out = np.empty((len(ids), 3))
@@ -238,7 +241,7 @@ class NodeStore(CloudNodes):
             out[group] = cloud.points[ids[group] - self.starts[row]]
         return out
 
-    def touching(self, low: Array, high: Array) -> list[tuple[int, PointCloud]]:
+    def touching(self, low: FloatArray, high: FloatArray) -> list[tuple[int, PointCloud]]:
         """The nodes that are there and whose cubes touch a box."""
         there = self.loaded()
         rows = np.fromiter(there, np.int64, len(there))
@@ -258,7 +261,7 @@ class NodeStore(CloudNodes):
         return found
 
 
-def parents_of(keys: npt.NDArray[np.integer]) -> Ints:
+def parents_of(keys: IntegerArray) -> IntArray:
     """(n,) rows of the nodes above those with keys (level, x, y, z) (n, 4), -1 where there is
     none."""
     rows = {tuple(key): row for row, key in enumerate(keys.tolist())}
@@ -273,10 +276,10 @@ class StreamedCloud(PointCloud):
 
     store: NodeStore = field(kw_only=True)
     """Its first nodes, one after the other, are those whose points are here."""
-    box: Array = field(kw_only=True)
+    box: FloatArray = field(kw_only=True)
 
     @cached_property
-    def bounds(self) -> Array:
+    def bounds(self) -> FloatArray:
         """(2, 3) of the whole."""
         return self.box
 
@@ -284,7 +287,7 @@ class StreamedCloud(PointCloud):
     def count(self) -> int:
         return self.store.total
 
-    def position(self, row: int) -> Array:
+    def position(self, row: int) -> FloatArray:
         return np.asarray(self.store.points_of(np.array([row]))[0])
 
     def overview(self) -> PointCloud:

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.geometry.brush import CloudSurface, MeshSurface
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import StreamedCloud
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 _FACE_POINTS = 20_000
 
@@ -44,10 +41,10 @@ class StreamedSurface(CloudSurface):
     def extent(self) -> float:
         return float(np.linalg.norm(self._box[1] - self._box[0]))
 
-    def corners(self, ids: Ints) -> Array:
+    def corners(self, ids: IntArray) -> FloatArray:
         return self._store.points_of(ids)
 
-    def _in_ball(self, centre: Array, radius: float) -> Ints:
+    def _in_ball(self, centre: FloatArray, radius: float) -> IntArray:
         centre = np.asarray(centre, np.float64)
         found = [np.zeros(0, np.int64)]
         for row, cloud in self._store.touching(centre - radius, centre + radius):
@@ -55,7 +52,7 @@ class StreamedSurface(CloudSurface):
             found.append(np.asarray(near, np.int64) + self._store.starts[row])
         return np.concatenate(found)
 
-    def _nearest(self, point: Array, count: int) -> Array:
+    def _nearest(self, point: FloatArray, count: int) -> FloatArray:
         point = np.asarray(point, np.float64)
         best, where = np.full(count, np.inf), np.zeros((count, 3))
         there = self._store.loaded()
@@ -78,7 +75,7 @@ class StreamedSurface(CloudSurface):
             best, where = distances[order], places[order]
         return np.asarray(where[np.isfinite(best)])
 
-    def _near_box(self, low: Array, high: Array) -> Array:
+    def _near_box(self, low: FloatArray, high: FloatArray) -> FloatArray:
         found = [np.zeros((0, 3))]
         for _, cloud in self._store.touching(low, high):
             inside = ((cloud.points >= low) & (cloud.points <= high)).all(axis=1)
@@ -86,7 +83,7 @@ class StreamedSurface(CloudSurface):
         near = np.concatenate(found)
         return near[:: max(1, len(near) // _FACE_POINTS)]
 
-    def _normal(self, centre: Array, radius: float) -> Array | None:
+    def _normal(self, centre: FloatArray, radius: float) -> FloatArray | None:
         near = self._near_box(centre - radius, centre + radius)
         off = near - centre
         near = near[np.einsum("ij,ij->i", off, off) <= radius**2]

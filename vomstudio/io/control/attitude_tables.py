@@ -8,8 +8,8 @@ from datetime import date
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.view_attitudes import camera_rotations, of_nadir_body
@@ -17,16 +17,33 @@ from vomstudio.io.control.geo_file import is_geo, read_geo
 from vomstudio.io.text.named_columns import PHOTO, NamedTable
 from vomstudio.io.text.rows import shortened
 
-Array = npt.NDArray[np.float64]
-
 _ANGLES = (
-    ("yaw", "heading", "azimuth", "bearing", "compass", "direction", "true heading",
-     "magnetic heading", "camera yaw", "gimbal yaw", "gimbalyawdegree",
-     "camerayawdegree", "gps img direction"),
-    ("pitch", "elevation angle", "inclination", "camera pitch", "gimbal pitch",
-     "gimbalpitchdegree", "camerapitchdegree"),
+    (
+        "yaw",
+        "heading",
+        "azimuth",
+        "bearing",
+        "compass",
+        "direction",
+        "true heading",
+        "magnetic heading",
+        "camera yaw",
+        "gimbal yaw",
+        "gimbalyawdegree",
+        "camerayawdegree",
+        "gps img direction",
+    ),
+    (
+        "pitch",
+        "elevation angle",
+        "inclination",
+        "camera pitch",
+        "gimbal pitch",
+        "gimbalpitchdegree",
+        "camerapitchdegree",
+    ),
     ("roll", "bank", "camera roll", "gimbal roll", "gimbalrolldegree", "camerarolldegree"),
-)  # fmt: skip
+)
 _NAMES = ("yaw", "pitch", "roll")
 _SWING = 3.0
 _NORTHS = {
@@ -53,13 +70,13 @@ class AttitudeTable:
     """
 
     photos: tuple[str, ...]
-    angles: Array
-    sigma: Array
+    angles: FloatArray
+    sigma: FloatArray
     norths: tuple[str, ...]
     doubted: bool
-    down: Array
+    down: FloatArray
     days: tuple[date | None, ...]
-    places: Array
+    places: FloatArray
     notes: tuple[Finding, ...] = ()
 
 
@@ -103,14 +120,14 @@ def read_attitudes(path: str | Path, north: str = "grid") -> AttitudeTable:
 
 def attitude_table(
     photos: tuple[str, ...],
-    angles: Array,
-    sigma: Array | None = None,
+    angles: FloatArray,
+    sigma: FloatArray | None = None,
     norths: tuple[str, ...] | None = None,
     *,
     doubted: bool = False,
-    down: Array | None = None,
+    down: FloatArray | None = None,
     days: tuple[date | None, ...] | None = None,
-    places: Array | None = None,
+    places: FloatArray | None = None,
     notes: tuple[Finding, ...] = (),
 ) -> AttitudeTable:
     """With what is not known left empty."""
@@ -133,7 +150,7 @@ def without_attitudes(notes: Sequence[Finding]) -> AttitudeTable:
     return attitude_table((), np.empty((0, 3)), notes=tuple(notes))
 
 
-def down_of(table: AttitudeTable) -> Array:
+def down_of(table: AttitudeTable) -> FloatArray:
     """(n, 3) the direction in which things fall, in the frame of each camera: as it was measured,
     or as pitch and roll say; NaN where neither is known."""
     down = table.down.copy()
@@ -143,7 +160,7 @@ def down_of(table: AttitudeTable) -> Array:
     return down
 
 
-def _require_angles(table: NamedTable, angles: Array) -> None:
+def _require_angles(table: NamedTable, angles: FloatArray) -> None:
     """And bring roll within half a turn. Raises InputError."""
     angles[:, 2] = np.where(angles[:, 2] > 180.0, angles[:, 2] - 360.0, angles[:, 2])
     for column, lowest, highest in ((0, -360.0, 360.0), (1, -90.0, 90.0), (2, -180.0, 180.0)):

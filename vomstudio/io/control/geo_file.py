@@ -12,16 +12,14 @@ from math import isfinite
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.coordinate_limits import why_no_error
 from vomstudio.io.control.formats.opendronemap import is_odm, projection_of
 from vomstudio.io.text.file_text import MOST_OBJECTS, read_text
 from vomstudio.io.text.rows import is_comma_number, shortened
-
-Array = npt.NDArray[np.float64]
 
 _COLUMNS = ("x", "y", "z", "yaw", "pitch", "roll", "horizontal_accuracy", "vertical_accuracy")
 
@@ -38,9 +36,9 @@ class GeoFile:
     line: int
     photos: tuple[str, ...]
     lines: tuple[int, ...]
-    places: Array
-    angles: Array
-    sigma: Array
+    places: FloatArray
+    angles: FloatArray
+    sigma: FloatArray
 
 
 def is_geo(path: Path) -> bool:

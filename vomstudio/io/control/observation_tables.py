@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import lines_to_vectors, planes_to_poles
@@ -24,8 +24,6 @@ from vomstudio.io.gate.stated_crs import crs_of_table
 from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
 from vomstudio.io.text.orientation_reading import orientations_of
 from vomstudio.io.text.rows import shortened
-
-Array = npt.NDArray[np.float64]
 
 _MODEL = (
     ("model x", "local x", "xm", "mx"),
@@ -45,16 +43,16 @@ class Pairs:
     """
 
     labels: tuple[str, ...]
-    model: Array
-    world: Array
-    sigma: Array
-    check: npt.NDArray[np.bool_]
+    model: FloatArray
+    world: FloatArray
+    sigma: FloatArray
+    check: BoolArray
     notes: tuple[Finding, ...] = ()
     crs: str | None = None
-    covariance: Array | None = None
+    covariance: FloatArray | None = None
 
     @property
-    def is_clicked(self) -> npt.NDArray[np.bool_]:
+    def is_clicked(self) -> BoolArray:
         """Which of the points (n,) were clicked on the model, not marked in photos."""
         if self.covariance is None:
             return np.ones(len(self.labels), bool)
@@ -76,7 +74,7 @@ class Pairs:
         )
 
 
-def _together(*tables: Pairs) -> Array | None:
+def _together(*tables: Pairs) -> FloatArray | None:
     """Return the errors of the places of all tables, None if all were clicked."""
     if all(table.covariance is None for table in tables):
         return None
@@ -114,9 +112,9 @@ class Positions:
     """
 
     photos: tuple[str, ...]
-    places: Array
+    places: FloatArray
     degrees: bool
-    sigma: Array
+    sigma: FloatArray
     crs: str | None = None
     heights: tuple[str, ...] = ()
     file: Path | None = None
@@ -129,7 +127,7 @@ class LevelTable:
     """Lines that are level in photos. ends : (n, 2, 2) pixels"""
 
     photos: tuple[str, ...]
-    ends: Array
+    ends: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,13 +141,13 @@ class CompassTable:
     """
 
     labels: tuple[str, ...]
-    is_plane: npt.NDArray[np.bool_]
-    azimuth_deg: Array
-    inclination_deg: Array
-    model: Array
-    sigma: Array
+    is_plane: BoolArray
+    azimuth_deg: FloatArray
+    inclination_deg: FloatArray
+    model: FloatArray
+    sigma: FloatArray
 
-    def vectors(self) -> Array:
+    def vectors(self) -> FloatArray:
         """(n, 3) unit vectors by what was read: downward poles of planes, and the lines."""
         poles = planes_to_poles(self.azimuth_deg, self.inclination_deg)
         lines = lines_to_vectors(self.azimuth_deg, self.inclination_deg)

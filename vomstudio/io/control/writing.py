@@ -34,10 +34,14 @@ def write_control(
     Returns where a table was put that held more than these columns. Raises TargetError.
     """
     rows = [
-        [guarded(p.label), *map(_digits, p.position),
-         "" if p.sigma_m is None else _digits(p.sigma_m), "check" if p.check else "control"]
+        [
+            guarded(p.label),
+            *map(_digits, p.position),
+            "" if p.sigma_m is None else _digits(p.sigma_m),
+            "check" if p.check else "control",
+        ]
         for p in points
-    ]  # fmt: skip
+    ]
     comment = f"# {crs}\n" if crs is not None and _CRS.fullmatch(f"# {crs}") else ""
     return _write(path, ["label", "x", "y", "z", "sigma", "use"], rows, comment)
 
@@ -70,10 +74,15 @@ def write_compass(path: Path, table: CompassTable) -> Path | None:
         plane = bool(table.is_plane[k])
         sigma = float(table.sigma[k])
         rows.append(
-            [guarded(label), "plane" if plane else "line",
-             *(angles if plane else ["", ""]), *(["", ""] if plane else angles),
-             *map(_digits, table.model[k].tolist()), "" if np.isnan(sigma) else _digits(sigma)]
-        )  # fmt: skip
+            [
+                guarded(label),
+                "plane" if plane else "line",
+                *(angles if plane else ["", ""]),
+                *(["", ""] if plane else angles),
+                *map(_digits, table.model[k].tolist()),
+                "" if np.isnan(sigma) else _digits(sigma),
+            ]
+        )
     return _write(path, head, rows)
 
 

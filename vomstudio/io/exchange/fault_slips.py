@@ -17,9 +17,17 @@ from vomstudio.io.exchange.columns import Row, as_text, degrees, label
 
 FAULTKIN = ("strike", "dip", "trend", "plunge", "sense", "label")
 WINTENSOR = (
-    "Id", "Format", "Dip", "DipDir", "Plunge", "Azimuth", "Sense", "Confidence", "Weight",
+    "Id",
+    "Format",
+    "Dip",
+    "DipDir",
+    "Plunge",
+    "Azimuth",
+    "Sense",
+    "Confidence",
+    "Weight",
     "Comment",
-)  # fmt: skip
+)
 FAULT_WITH_STRIAE = 11
 _TENSOR_SENSE = {"normal": "N", "reverse": "I", "sinistral": "S", "dextral": "D"}
 _TENSOR_CONFIDENCE = {"certain": "C", "probable": "P", "supposed": "S"}
@@ -38,9 +46,13 @@ def faultkin(rows: Sequence[Row]) -> str:
 def _faultkin(row: Row) -> list[object]:
     plane = Plane(row["on_plane_dip_direction_deg"], row["on_plane_dip_deg"])
     return [
-        degrees(plane.strike_rhr_deg), degrees(plane.dip_deg), degrees(row["trend_deg"]),
-        degrees(row["plunge_deg"]), faultkin_sense(row["slip_rake_deg"]), label(row),
-    ]  # fmt: skip
+        degrees(plane.strike_rhr_deg),
+        degrees(plane.dip_deg),
+        degrees(row["trend_deg"]),
+        degrees(row["plunge_deg"]),
+        faultkin_sense(row["slip_rake_deg"]),
+        label(row),
+    ]
 
 
 def faultkin_sense(slip_rake_deg: float) -> str:
@@ -61,9 +73,14 @@ def _wintensor(number: int, row: Row) -> list[object]:
     sense = _TENSOR_SENSE.get(row["slip_sense"] or "", "X")
     known = sense != "X" and row["slip_rake_deg"] is not None
     return [
-        number, FAULT_WITH_STRIAE, degrees(row["on_plane_dip_deg"]),
-        degrees(row["on_plane_dip_direction_deg"]), degrees(row["plunge_deg"]),
-        degrees(row["trend_deg"]), sense if known else "X",
-        _TENSOR_CONFIDENCE.get(row["slip_confidence"] or "", "X") if known else "X", 1,
+        number,
+        FAULT_WITH_STRIAE,
+        degrees(row["on_plane_dip_deg"]),
+        degrees(row["on_plane_dip_direction_deg"]),
+        degrees(row["plunge_deg"]),
+        degrees(row["trend_deg"]),
+        sense if known else "X",
+        _TENSOR_CONFIDENCE.get(row["slip_confidence"] or "", "X") if known else "X",
+        1,
         label(row),
-    ]  # fmt: skip
+    ]

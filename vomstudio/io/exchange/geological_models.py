@@ -38,9 +38,15 @@ def gempy_orientations(rows: Sequence[Row]) -> str:
 
 def _gempy(row: Row) -> list[Any]:
     return [
-        row["x"], row["y"], row["z"], degrees(row["dip_direction_deg"]), degrees(row["dip_deg"]),
-        -1 if row["overturned"] else 1, surface_name(row["kind"], row["set"]), nugget(row),
-    ]  # fmt: skip
+        row["x"],
+        row["y"],
+        row["z"],
+        degrees(row["dip_direction_deg"]),
+        degrees(row["dip_deg"]),
+        -1 if row["overturned"] else 1,
+        surface_name(row["kind"], row["set"]),
+        nugget(row),
+    ]
 
 
 def nugget(row: Row) -> float:

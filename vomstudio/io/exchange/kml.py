@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.plain_characters import plain
 from vomstudio.core.findings import Finding
@@ -24,7 +24,6 @@ from vomstudio.io.gis.layers import Layer
 
 _SPACE = "http://www.opengis.net/kml/2.2"
 _WHITE = "#ffffff"
-Floats = npt.NDArray[np.float64]
 
 
 def kml_text(
@@ -58,7 +57,7 @@ def kml_text(
     )
 
 
-def _parts(layer: Layer, row: int, size: float) -> list[Floats]:
+def _parts(layer: Layer, row: int, size: float) -> list[FloatArray]:
     """The lines by which a feature is drawn."""
     shape = layer.shapes[row]
     figures = properties_of(layer, row)
@@ -74,9 +73,14 @@ def _parts(layer: Layer, row: int, size: float) -> list[Floats]:
 
 
 def _placemark(
-    folder: ElementTree.Element, layer: Layer, row: int, style: str, parts: Sequence[Floats],
-    crs: str, out: Path,
-) -> None:  # fmt: skip
+    folder: ElementTree.Element,
+    layer: Layer,
+    row: int,
+    style: str,
+    parts: Sequence[FloatArray],
+    crs: str,
+    out: Path,
+) -> None:
     figures = properties_of(layer, row)
     mark = _add(folder, "Placemark")
     _add(mark, "name", str(figures.get("name") or figures.get("id") or layer.name))
@@ -97,7 +101,7 @@ def _placemark(
             _coordinates(_add(many, "LineString"), part, crs, out)
 
 
-def _coordinates(parent: ElementTree.Element, points: Floats, crs: str, out: Path) -> None:
+def _coordinates(parent: ElementTree.Element, points: FloatArray, crs: str, out: Path) -> None:
     degrees = to_degrees(crs, points[:, 0], points[:, 1])
     if degrees is None:
         raise InputError(Finding("kml.outside-area", crs=crs[:60]), file=out)

@@ -18,14 +18,35 @@ from typing import Any
 from vomstudio.io.exchange.columns import Row, as_text, degrees, label
 
 ORIENT = (
-    "Station", "X", "Y", "Z", "Dip Direction", "Dip", "Trend", "Plunge", "Type", "Domain",
+    "Station",
+    "X",
+    "Y",
+    "Z",
+    "Dip Direction",
+    "Dip",
+    "Trend",
+    "Plunge",
+    "Type",
+    "Domain",
     "Comment",
-)  # fmt: skip
+)
 GEMS = (
-    "Type", "Azimuth", "Inclination", "Symbol", "Label", "LocationConfidenceMeters",
-    "IdentityConfidence", "OrientationConfidenceDegrees", "PlotAtScale", "StationsID", "MapUnit",
-    "LocationSourceID", "OrientationSourceID", "Notes", "OrientationPoints_ID",
-)  # fmt: skip
+    "Type",
+    "Azimuth",
+    "Inclination",
+    "Symbol",
+    "Label",
+    "LocationConfidenceMeters",
+    "IdentityConfidence",
+    "OrientationConfidenceDegrees",
+    "PlotAtScale",
+    "StationsID",
+    "MapUnit",
+    "LocationSourceID",
+    "OrientationSourceID",
+    "Notes",
+    "OrientationPoints_ID",
+)
 
 UNKNOWN_NUMBER, UNKNOWN_WORD = -9, "#"
 _BEDDING = {"horizontal": "06.01", "inclined": "06.02", "vertical": "06.03", "overturned": "06.04"}
@@ -61,9 +82,15 @@ def _orient(row: Row) -> list[Any]:
         plane = (row["on_plane_dip_direction_deg"], row["on_plane_dip_deg"])
     line = (row["trend_deg"], row["plunge_deg"])
     return [
-        label(row), row["x"], row["y"], row["z"], *map(degrees, (*plane, *line)),
-        row["kind"], row.get("domain"), row["notes"],
-    ]  # fmt: skip
+        label(row),
+        row["x"],
+        row["y"],
+        row["z"],
+        *map(degrees, (*plane, *line)),
+        row["kind"],
+        row.get("domain"),
+        row["notes"],
+    ]
 
 
 def gems(rows: Sequence[Row]) -> str:
@@ -81,11 +108,22 @@ def _gems(row: Row) -> list[Any]:
         azimuth = 0.0
     error = row["total95_deg"]
     return [
-        row["kind"] or UNKNOWN_WORD, degrees(azimuth), degrees(inclination), _symbol(row),
-        str(round(inclination)), UNKNOWN_NUMBER, "certain" if row["kind"] else "unspecified",
-        UNKNOWN_NUMBER if error is None else degrees(error), 0, None, UNKNOWN_WORD, UNKNOWN_WORD,
-        UNKNOWN_WORD, "; ".join(filter(None, (label(row), row["notes"]))), row["id"],
-    ]  # fmt: skip
+        row["kind"] or UNKNOWN_WORD,
+        degrees(azimuth),
+        degrees(inclination),
+        _symbol(row),
+        str(round(inclination)),
+        UNKNOWN_NUMBER,
+        "certain" if row["kind"] else "unspecified",
+        UNKNOWN_NUMBER if error is None else degrees(error),
+        0,
+        None,
+        UNKNOWN_WORD,
+        UNKNOWN_WORD,
+        UNKNOWN_WORD,
+        "; ".join(filter(None, (label(row), row["notes"]))),
+        row["id"],
+    ]
 
 
 def _symbol(row: Row) -> str | None:

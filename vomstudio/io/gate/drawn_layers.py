@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ObjectArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.files.regular import is_folder, is_there
 from vomstudio.core.findings import Finding
@@ -28,8 +28,6 @@ from vomstudio.io.gis.dxf_properties import ENTITY_COLUMNS, dxf_facts, select_li
 from vomstudio.io.gis.layer_reading import names_no_crs, symbol_layers
 from vomstudio.io.gis.vector_layers import VectorLayer, list_layers, read_layers
 from vomstudio.io.gis.wkb_shapes import shapes_from_wkb, surfaces_left_out
-
-Shapes = npt.NDArray[np.object_]
 
 _LINES, _AREAS = ("LineString", "LinearRing"), ("Polygon",)
 OUTLINE_LAYERS = ("patches", "lithologies")
@@ -58,9 +56,9 @@ class DrawnLayer:
     """
 
     path: Path
-    shapes: Shapes
-    feature: npt.NDArray[np.int64]
-    columns: Mapping[str, npt.NDArray[Any]]
+    shapes: ObjectArray
+    feature: IntArray
+    columns: Mapping[str, AnyArray]
     crs: str | None
     warnings: tuple[Finding, ...]
     fields: tuple[str, ...] = ()
@@ -100,16 +98,16 @@ class RawLayer:
     """
 
     path: Path
-    shapes: Shapes
-    feature: npt.NDArray[np.int64]
-    columns: Mapping[str, npt.NDArray[Any]]
+    shapes: ObjectArray
+    feature: IntArray
+    columns: Mapping[str, AnyArray]
     crs: str | None
     warnings: tuple[Finding, ...] = ()
     left_out: tuple[Finding, ...] = ()
     fields: tuple[str, ...] = ()
     field: str | None = None
 
-    def only(self, rows: npt.NDArray[np.bool_]) -> RawLayer:
+    def only(self, rows: BoolArray) -> RawLayer:
         """Return the layer with only the features where `rows` (n,) is true."""
         return replace(
             self,
@@ -118,7 +116,7 @@ class RawLayer:
             columns={name: values[rows] for name, values in self.columns.items()},
         )
 
-    def outline_mask(self) -> npt.NDArray[np.bool_]:
+    def outline_mask(self) -> BoolArray:
         """Return a mask (n,) of the features on outline layers of drawings of this program."""
         names = next((v for n, v in self.columns.items() if n.casefold() == "layer"), ())
         is_outline = np.zeros(len(self.shapes), np.bool_)
@@ -174,7 +172,7 @@ def read_raw_areas(
 
 
 def raw_shapes(
-    shapes: Shapes, name: str, crs: str | None = None, options: FrameOptions = AS_STATED
+    shapes: ObjectArray, name: str, crs: str | None = None, options: FrameOptions = AS_STATED
 ) -> RawLayer:
     """Convert shapes (n,) passed to the Python interface to a layer in World.
 
@@ -235,10 +233,14 @@ def _build_layer(
     if not len(parts):
         raise _no_shapes_error(raw, kinds)
     return DrawnLayer(
-        raw.path, parts, raw.feature[row] + 1,
+        raw.path,
+        parts,
+        raw.feature[row] + 1,
         {name: values[row] for name, values in raw.columns.items()},
-        raw.crs, (*raw.warnings, *messages, *part_messages, *raw.left_out), raw.fields,
-    )  # fmt: skip
+        raw.crs,
+        (*raw.warnings, *messages, *part_messages, *raw.left_out),
+        raw.fields,
+    )
 
 
 def _read(
@@ -328,7 +330,7 @@ def _find_layer(path: Path, kinds: tuple[str, ...], progress: Progress | None) -
 def _frame(
     path: Path,
     crs: str | None,
-    bounds: npt.NDArray[np.float64],
+    bounds: FloatArray,
     options: FrameOptions,
     *,
     alone: bool,
@@ -363,11 +365,11 @@ def _frame(
 
 def _convert_to_world(
     path: Path,
-    shapes: Shapes,
+    shapes: ObjectArray,
     crs: str | None,
     options: FrameOptions,
     model: ModelFrame | None,
-) -> tuple[Shapes, WorldPoints]:
+) -> tuple[ObjectArray, WorldPoints]:
     """Convert shapes (n,) to World, with or without heights."""
     import shapely
 
@@ -392,7 +394,7 @@ def _convert_to_world(
     return converted, placed
 
 
-def _close_outlines(shapes: Shapes) -> tuple[Shapes, list[Finding]]:
+def _close_outlines(shapes: ObjectArray) -> tuple[ObjectArray, list[Finding]]:
     """Convert closed lines to polygons if there are none, and return a message about them.
 
     CAD drawings have no polygons.
@@ -413,11 +415,11 @@ def _close_outlines(shapes: Shapes) -> tuple[Shapes, list[Finding]]:
 
 
 def _parts(
-    shapes: Shapes,
-    numbers: npt.NDArray[np.int64],
+    shapes: ObjectArray,
+    numbers: IntArray,
     kinds: tuple[str, ...],
     with_rings: bool,
-) -> tuple[Shapes, npt.NDArray[np.int64], list[Finding]]:
+) -> tuple[ObjectArray, IntArray, list[Finding]]:
     """Return single parts of the requested kinds, the row of each, and messages about others.
 
     numbers : (n,) row of each shape in its file, for the messages
@@ -466,7 +468,7 @@ def _parts(
     return parts[unique], feature[unique], messages
 
 
-def _finite(shapes: Shapes) -> npt.NDArray[np.bool_]:
+def _finite(shapes: ObjectArray) -> BoolArray:
     """Return a mask (n,) of the shapes whose coordinates are all finite."""
     import shapely
 
@@ -476,7 +478,7 @@ def _finite(shapes: Shapes) -> npt.NDArray[np.bool_]:
     return is_finite
 
 
-def _unique_rows(shapes: Shapes) -> npt.NDArray[np.int64]:
+def _unique_rows(shapes: ObjectArray) -> IntArray:
     import shapely
 
     _, first = np.unique(shapely.to_wkb(shapely.normalize(shapes)), return_index=True)

@@ -13,13 +13,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.io.gis.crs import crs_name, utm_zone
-
-Array = npt.NDArray[np.float64]
 
 MAX_SCALE_ERROR = 0.005
 """Largest deviation of the point scale from 1, and of the scales in two directions, relative."""
@@ -57,7 +55,7 @@ class MapScale:
         return abs(self.scale - 1.0) <= MAX_SCALE_ERROR and self.anisotropy <= MAX_SCALE_ERROR
 
 
-def map_scale(crs: str, bounds: Array) -> MapScale | None:
+def map_scale(crs: str, bounds: FloatArray) -> MapScale | None:
     """Compute the point scale of a projected CRS at some data.
 
     Parameters
@@ -106,7 +104,7 @@ def map_scale(crs: str, bounds: Array) -> MapScale | None:
 
 
 def check_metric(
-    crs: str, bounds: Array, *, file: str | Path | None = None, field: str = "CRS"
+    crs: str, bounds: FloatArray, *, file: str | Path | None = None, field: str = "CRS"
 ) -> tuple[Finding, ...]:
     """Check that a projected CRS is metric at some data.
 
@@ -161,7 +159,7 @@ def check_metric(
     return () if found.in_area else (Finding("frame.outside-area", **values),)
 
 
-def looks_like_degrees(bounds: Array) -> Finding | None:
+def looks_like_degrees(bounds: FloatArray) -> Finding | None:
     """Return ``frame.maybe-degrees`` if x and y may be longitude and latitude beside heights in m.
 
     Parameters
@@ -179,7 +177,7 @@ def looks_like_degrees(bounds: Array) -> Finding | None:
     return Finding("frame.maybe-degrees", span=span, height=height)
 
 
-def _places(bounds: Array) -> tuple[Array, Array]:
+def _places(bounds: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return x and y of the corners, of the middles of the edges and, last, of the centre."""
     (x0, y0), (x1, y1) = np.asarray(bounds, np.float64)[:, :2]
     xm, ym = (x0 + x1) / 2.0, (y0 + y1) / 2.0
@@ -188,7 +186,7 @@ def _places(bounds: Array) -> tuple[Array, Array]:
     return x, y
 
 
-def _is_in_area(area: object, longitude: Array, latitude: Array) -> bool:
+def _is_in_area(area: object, longitude: FloatArray, latitude: FloatArray) -> bool:
     if area is None:
         return True
     west, south, east, north = area.bounds  # type: ignore[attr-defined]
@@ -201,7 +199,7 @@ def _is_in_area(area: object, longitude: Array, latitude: Array) -> bool:
     return bool(inside.all())
 
 
-def _is_inside_utm_zone(crs: str, bounds: Array) -> bool:
+def _is_inside_utm_zone(crs: str, bounds: FloatArray) -> bool:
     """Return whether data in a UTM zone of WGS 84 surely lie within the zone.
 
     Decided without PROJ, which the first picture of a model would wait for.

@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-import numpy.typing as npt
-
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
@@ -17,8 +15,6 @@ from vomstudio.io.text.file_text import MOST_OBJECTS
 from vomstudio.io.text.log_reading import Boundaries
 from vomstudio.io.text.orientation_reading import OrientationTable
 from vomstudio.io.text.tables import PointGroups, TextTable, coordinate_columns, read_table
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +46,7 @@ class PairsInWorld:
     """
 
     names: list[str]
-    points: Array
+    points: FloatArray
     warnings: tuple[Finding, ...] = ()
 
 

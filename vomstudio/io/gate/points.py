@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.units import METRES
@@ -19,8 +19,6 @@ from vomstudio.io.gate.reprojection import Reprojection
 from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
 from vomstudio.io.gis.axis_units import StatedAxes, refusal, unit_findings, unit_text
 from vomstudio.io.gis.crs import crs_name, metric_crs, world_crs
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -50,13 +48,13 @@ class WorldPoints:
         What was assumed or converted.
     """
 
-    points: Array
+    points: FloatArray
     crs: str | None = None
     findings: tuple[Finding, ...] = ()
 
 
 def points_to_world(
-    points: Array,
+    points: FloatArray,
     *,
     file: Path,
     comments: Sequence[str] = (),
@@ -129,7 +127,7 @@ def points_to_world(
 
 
 def _without_crs(
-    points: Array,
+    points: FloatArray,
     stated: StatedCrs,
     findings: tuple[Finding, ...],
     options: FrameOptions,
@@ -159,7 +157,7 @@ def _without_crs(
 
 
 def _converted(
-    points: Array, axes: StatedAxes, target: str, findings: tuple[Finding, ...], file: Path
+    points: FloatArray, axes: StatedAxes, target: str, findings: tuple[Finding, ...], file: Path
 ) -> WorldPoints:
     """Return points converted to another CRS, which is metric there."""
     source = axes.crs
@@ -182,7 +180,7 @@ def _converted(
     return WorldPoints(converted, code, (*findings, conversion.finding, *checked))
 
 
-def _is_exchanged(points: Array, conversion: Reprojection, code: str) -> bool:
+def _is_exchanged(points: FloatArray, conversion: Reprojection, code: str) -> bool:
     """Return whether points are metric in the target if longitude and latitude are exchanged."""
     try:
         exchanged = conversion.apply(points[:, [1, 0, 2]])
@@ -203,7 +201,7 @@ def _is_same(axes: StatedAxes, world: str) -> bool:
     return metric == world or CRS.from_user_input(metric).equals(CRS.from_user_input(world), True)
 
 
-def _bounds(points: Array) -> Array:
+def _bounds(points: FloatArray) -> FloatArray:
     finite = points[np.isfinite(points).all(axis=1)]
     if not len(finite):
         return np.full((2, 3), np.nan)

@@ -6,13 +6,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.io.gis.crs import crs_name, metric_crs
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +54,7 @@ class Reprojection:
         """The finding that reports the conversion."""
         return Finding("frame.reprojected", crs=crs_name(self.source), to_crs=crs_name(self.target))
 
-    def apply(self, points: Array) -> Array:
+    def apply(self, points: FloatArray) -> FloatArray:
         """Convert points.
 
         Parameters
@@ -88,7 +86,7 @@ class Reprojection:
             raise InputError(finding, field="--to-crs")
         return np.ascontiguousarray(converted)
 
-    def jacobian(self, point: Array) -> Array:
+    def jacobian(self, point: FloatArray) -> FloatArray:
         """Return the (3, 3) derivative of the conversion at a point, for normals.
 
         Central differences over a step far above rounding and far below the curvature of the map.

@@ -12,8 +12,8 @@ from math import isclose, isfinite
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
@@ -216,7 +216,7 @@ def unit_findings(axes: StatedAxes) -> tuple[Finding, ...]:
     return tuple(findings)
 
 
-def refusal(axes: StatedAxes, bounds: npt.NDArray[np.float64]) -> Finding | None:
+def refusal(axes: StatedAxes, bounds: FloatArray) -> Finding | None:
     """Return why coordinates with these axes have no true scale, or no up; else None.
 
     Parameters
@@ -239,7 +239,7 @@ def refusal(axes: StatedAxes, bounds: npt.NDArray[np.float64]) -> Finding | None
     return Finding("frame.degrees", suggested_crs=suggested_zone(bounds))
 
 
-def suggested_zone(bounds: npt.NDArray[np.float64]) -> str:
+def suggested_zone(bounds: FloatArray) -> str:
     """Return ``EPSG:n`` of the UTM zone (WGS 84) at the middle of data in degrees."""
     longitude, latitude = np.asarray(bounds, np.float64)[:, :2].mean(axis=0)
     if not np.isfinite([longitude, latitude]).all():

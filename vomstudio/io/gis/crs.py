@@ -17,8 +17,9 @@ from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.io.text.encodings import as_utf8
 
 if TYPE_CHECKING:
-    import numpy as np
     import numpy.typing as npt
+
+    from vomstudio.core.arrays import FloatArray
 
 _LONGEST = 100_000
 
@@ -151,7 +152,7 @@ def from_degrees(
 
 def to_degrees(
     code: str, x: npt.ArrayLike, y: npt.ArrayLike
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None:
+) -> tuple[FloatArray, FloatArray] | None:
     """Longitudes and latitudes (n,), WGS 84, of x and y (n,) of a CRS; None where a place is
     outside what the CRS covers."""
     import numpy as np
@@ -182,9 +183,7 @@ def read_sidecar(file: Path) -> str:
     return as_utf8(read_small(sidecar_path(file), _LONGEST)).decode("utf-8", "replace")
 
 
-def sidecar_crs(
-    model: Path, bounds: npt.NDArray[np.float64] | None = None
-) -> tuple[str | None, Finding | None]:
+def sidecar_crs(model: Path, bounds: FloatArray | None = None) -> tuple[str | None, Finding | None]:
     """Return the CRS that `NAME.prj` beside a model names.
 
     Heights may have another unit there: see `vomstudio.io.gis.axis_units`. An outcrop is less than
@@ -227,7 +226,7 @@ def _shown(text: str) -> str:
     return " ".join(text.split())[:80] or tr("nothing")
 
 
-def _are_of(kind: str, bounds: npt.NDArray[np.float64]) -> bool:
+def _are_of(kind: str, bounds: FloatArray) -> bool:
     """Return whether a model may have coordinates of this kind."""
     import numpy as np
 

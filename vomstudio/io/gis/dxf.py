@@ -19,9 +19,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TextIO
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[Any]
+from vomstudio.core.arrays import AnyArray, ByteArray
 
 APPLICATION = "VOMSTUDIO"
 LONGEST_NAME, LONGEST_TEXT = 31, 250
@@ -69,7 +68,7 @@ class Drawing:
         self,
         file: TextIO,
         layers: Mapping[str, int],
-        bounds: Array | None,
+        bounds: AnyArray | None,
         comment: str = "",
         *,
         metric: bool,
@@ -100,7 +99,7 @@ class Drawing:
     def close(self) -> None:
         self._say((0, "ENDSEC"), (0, "EOF"))
 
-    def points(self, points: Array, layer: str, colors: Array | None = None) -> None:
+    def points(self, points: AnyArray, layer: str, colors: AnyArray | None = None) -> None:
         """(n, 3) points; colors : (n,) colour numbers, those of the layer without."""
         if not len(points):
             return
@@ -113,12 +112,12 @@ class Drawing:
         form += "10\n%r\n20\n%r\n30\n%r\n"
         self._file.write("".join(map(form.__mod__, zip(*columns, strict=True))))
 
-    def point(self, point: Array, layer: str, values: Mapping[str, Any]) -> None:
+    def point(self, point: AnyArray, layer: str, values: Mapping[str, Any]) -> None:
         self._say((0, "POINT"), (8, plain_text(layer)), *_place(point))
         self._values(values)
 
     def polyline(
-        self, points: Array, layer: str, values: Mapping[str, Any], closed: bool = False
+        self, points: AnyArray, layer: str, values: Mapping[str, Any], closed: bool = False
     ) -> None:
         name = plain_text(layer)
         flags = POLYLINE_3D | (CLOSED if closed else 0)
@@ -128,19 +127,19 @@ class Drawing:
             self._say((0, "VERTEX"), (8, name), *_place(point), (70, VERTEX_3D))
         self._say((0, "SEQEND"), (8, name))
 
-    def line(self, points: Array, layer: str) -> None:
+    def line(self, points: AnyArray, layer: str) -> None:
         """Straight lines from point to point (n, 3); they have no figures."""
         for start, end in itertools.pairwise(points):
             self._say((0, "LINE"), (8, plain_text(layer)), *_place(start))
             self._say(*zip((11, 21, 31), end.tolist(), strict=True))
 
-    def text(self, point: Array, words: str, height: float, layer: str) -> None:
+    def text(self, point: AnyArray, words: str, height: float, layer: str) -> None:
         """Words centred at a point (3,), upright on the map."""
         self._say((0, "TEXT"), (8, plain_text(layer)), *_place(point), (40, height))
         self._say((1, plain_text(words)), (72, 1), (73, 2))
         self._say(*zip((11, 21, 31), point.tolist(), strict=True))
 
-    def faces(self, corners: Array, layer: str) -> None:
+    def faces(self, corners: AnyArray, layer: str) -> None:
         """(n, 3 or 4, 3) corners of triangles or flat quadrilaterals."""
         if not len(corners):
             return
@@ -161,7 +160,7 @@ class Drawing:
         self._file.write("".join(f"{code}\n{_shown(value)}\n" for code, value in groups))
 
 
-def _place(point: Array) -> Sequence[tuple[int, float]]:
+def _place(point: AnyArray) -> Sequence[tuple[int, float]]:
     return list(zip((10, 20, 30), point.tolist(), strict=True))
 
 
@@ -183,10 +182,19 @@ def _shown(value: Any) -> str:
 
 
 @functools.cache
-def _palette() -> Array:
+def _palette() -> AnyArray:
     """(255, 3) RGB of the colour numbers from 1: 24 hues in ten shades each, and greys."""
-    first = [(255, 0, 0), (255, 255, 0), (0, 255, 0), (0, 255, 255), (0, 0, 255), (255, 0, 255),
-             (255, 255, 255), (128, 128, 128), (192, 192, 192)]  # fmt: skip
+    first = [
+        (255, 0, 0),
+        (255, 255, 0),
+        (0, 255, 0),
+        (0, 255, 255),
+        (0, 0, 255),
+        (255, 0, 255),
+        (255, 255, 255),
+        (128, 128, 128),
+        (192, 192, 192),
+    ]
     shades = []
     for number in range(10, 250):
         hue, value = (number // 10 - 1) / 4.0, (255, 165, 127, 76, 38)[number % 10 // 2]
@@ -199,13 +207,13 @@ def _palette() -> Array:
 
 
 @functools.cache
-def color_table() -> Array:
+def color_table() -> AnyArray:
     """Return RGB (256, 3) by colour number; number 0 is white."""
     return np.concatenate([[[255, 255, 255]], _palette()]).astype(np.uint8)
 
 
 @functools.cache
-def _nearest() -> npt.NDArray[np.uint8]:
+def _nearest() -> ByteArray:
     """The colour number nearest to each of 32 x 32 x 32 colours."""
     from scipy.spatial import cKDTree
 
@@ -215,10 +223,10 @@ def _nearest() -> npt.NDArray[np.uint8]:
     return np.asarray((rows + 1).astype(np.uint8))
 
 
-def color_numbers(rgb: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+def color_numbers(rgb: ByteArray) -> ByteArray:
     """(n,) numbers of the nearest colours that release 12 has."""
     r, g, b = (rgb.astype(np.int32) * 31 + 127).T // 255
-    numbers: npt.NDArray[np.uint8] = _nearest()[(r * 32 + g) * 32 + b]
+    numbers: ByteArray = _nearest()[(r * 32 + g) * 32 + b]
     return numbers
 
 

@@ -89,15 +89,36 @@ def text_pieces(data: bytes) -> Iterator[DxfPiece]:
 
 
 _SIZES = (
-    (range(10), 0), (range(10, 60), 8), (range(60, 80), 2), (range(90, 100), 4),
-    (range(100, 110), 0), (range(110, 160), 8), (range(160, 170), 8), (range(170, 180), 2),
-    (range(210, 240), 8), (range(270, 290), 2), (range(290, 300), 1), (range(300, 310), 0),
-    (range(310, 320), -1), (range(320, 370), 0), (range(370, 390), 2), (range(390, 400), 0),
-    (range(400, 410), 2), (range(410, 420), 0), (range(420, 430), 4), (range(430, 440), 0),
-    (range(440, 460), 4), (range(460, 470), 8), (range(470, 482), 0), (range(999, 1004), 0),
-    (range(1004, 1005), -1), (range(1005, 1010), 0), (range(1010, 1060), 8),
-    (range(1060, 1071), 2), (range(1071, 1072), 4),
-)  # fmt: skip
+    (range(10), 0),
+    (range(10, 60), 8),
+    (range(60, 80), 2),
+    (range(90, 100), 4),
+    (range(100, 110), 0),
+    (range(110, 160), 8),
+    (range(160, 170), 8),
+    (range(170, 180), 2),
+    (range(210, 240), 8),
+    (range(270, 290), 2),
+    (range(290, 300), 1),
+    (range(300, 310), 0),
+    (range(310, 320), -1),
+    (range(320, 370), 0),
+    (range(370, 390), 2),
+    (range(390, 400), 0),
+    (range(400, 410), 2),
+    (range(410, 420), 0),
+    (range(420, 430), 4),
+    (range(430, 440), 0),
+    (range(440, 460), 4),
+    (range(460, 470), 8),
+    (range(470, 482), 0),
+    (range(999, 1004), 0),
+    (range(1004, 1005), -1),
+    (range(1005, 1010), 0),
+    (range(1010, 1060), 8),
+    (range(1060, 1071), 2),
+    (range(1071, 1072), 4),
+)
 """Bytes of a value by its code: 0 for text up to a zero, -1 for a length and so many bytes."""
 _SIZE_OF = {code: size for codes, size in _SIZES for code in codes}
 

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, BoolArray, IntArray
 from vomstudio.core.findings import Finding
 from vomstudio.io.gis.dxf_groups import DxfPiece, Groups, Value, dxf_pieces, text_of
 from vomstudio.io.gis.layer_reading import symbol_layers
 
-Left = tuple[npt.NDArray[np.bool_], list[Finding]]
+Left = tuple[BoolArray, list[Finding]]
 
 _UNITS = {1: 0.0254, 2: 0.3048, 3: 1609.344, 4: 0.001, 5: 0.01, 6: 1.0, 7: 1000.0, 10: 0.9144}
 _UNITS |= {14: 0.1, 15: 10.0, 16: 100.0, 21: 1200 / 3937}
@@ -65,9 +65,7 @@ def dxf_facts(path: str | Path) -> DxfFacts:
         return DxfFacts()
 
 
-def select_lines(
-    path: Path, fields: Mapping[str, npt.NDArray[Any]], surfaces: npt.NDArray[np.int64]
-) -> Left:
+def select_lines(path: Path, fields: Mapping[str, AnyArray], surfaces: IntArray) -> Left:
     """Select the entities of a drawing, as read by GDAL, that are lines.
 
     Parameters

@@ -15,12 +15,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.files.regular import read_small
 from vomstudio.io.gis.dxf_groups import LARGEST, DxfPiece, Groups, is_binary, text_pieces
-
-Array = npt.NDArray[np.float64]
 
 _CLOSED = 1
 _SHAPE = frozenset(range(10, 14)) | frozenset(range(20, 24)) | frozenset(range(30, 34))
@@ -45,8 +43,8 @@ def with_control_points(path: Path) -> Iterator[Path]:
 
 
 def curve_through(
-    points: Array, closed: bool, start: Array | None = None, end: Array | None = None
-) -> tuple[Array, Array]:
+    points: FloatArray, closed: bool, start: FloatArray | None = None, end: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Knots and control points of the cubic B-spline through points (n, 3), whose parameter is the
     distance along them; each of its pieces is a Bezier curve. start, end : tangents there."""
     from scipy.interpolate import CubicSpline
@@ -69,7 +67,7 @@ def curve_through(
     return np.concatenate([along[:1], np.repeat(along, 3), along[-1:]]), control
 
 
-def _end(tangent: Array | None) -> tuple[int, Array]:
+def _end(tangent: FloatArray | None) -> tuple[int, FloatArray]:
     length = 0.0 if tangent is None else float(np.linalg.norm(tangent))
     if tangent is None or length == 0.0:
         return 2, np.zeros(3)
@@ -118,7 +116,7 @@ def _with_control(piece: DxfPiece) -> bytes | None:
     return b"\n".join(lines) + b"\n"
 
 
-def _places(groups: Groups, first: int) -> Array:
+def _places(groups: Groups, first: int) -> FloatArray:
     """(n, 3) of the groups first, first + 10 and first + 20, the last of which may lack. Raises
     ValueError."""
     found: list[list[float]] = []

@@ -85,10 +85,15 @@ def layers_of(path: Path, unreadable: Callable[[], InputError]) -> Iterator[Path
     except MemoryError as error:
         raise InputError(Finding("file.memory-exceeded"), file=path) from error
     except (
-        DataSourceError, DataLayerError, FeatureError, GeometryError, OSError, ValueError,
+        DataSourceError,
+        DataLayerError,
+        FeatureError,
+        GeometryError,
+        OSError,
+        ValueError,
         # pyogrio's own, where GDAL cannot write a damaged CRS as text.
         UnboundLocalError,
-    ) as error:  # fmt: skip
+    ) as error:
         raise unreadable() from error
 
 

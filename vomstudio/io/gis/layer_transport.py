@@ -8,13 +8,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[Any]
+from vomstudio.core.arrays import AnyArray
+
 _LENGTH = struct.Struct("<Q")
 
 
-def packed(header: Mapping[str, Any], arrays: Sequence[Array | None]) -> bytes:
+def packed(header: Mapping[str, Any], arrays: Sequence[AnyArray | None]) -> bytes:
     """Of plain data and arrays (n,) of numbers, dates, bytes or texts; None among objects stays."""
     parts = [_block(json.dumps(header).encode())]
     for array in arrays:
@@ -31,13 +31,13 @@ def packed(header: Mapping[str, Any], arrays: Sequence[Array | None]) -> bytes:
     return b"".join(parts)
 
 
-def unpacked(data: bytes) -> tuple[dict[str, Any], Iterator[Array]]:
+def unpacked(data: bytes) -> tuple[dict[str, Any], Iterator[AnyArray]]:
     """What `packed` was given."""
     blocks = _blocks(memoryview(data))
     return json.loads(bytes(next(blocks))), _arrays(blocks)
 
 
-def _arrays(blocks: Iterator[memoryview]) -> Iterator[Array]:
+def _arrays(blocks: Iterator[memoryview]) -> Iterator[AnyArray]:
     for kind in blocks:
         name = bytes(kind).decode()
         if name == "bytes":

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray
 from vomstudio.core.errors import TargetError
 from vomstudio.core.files.names import writable
 from vomstudio.core.findings import Finding
@@ -22,8 +21,8 @@ def write_layer(
     part: Path,
     layer: str,
     geometry_type: str,
-    geometry: npt.NDArray[Any],
-    columns: Mapping[str, npt.NDArray[Any]],
+    geometry: AnyArray,
+    columns: Mapping[str, AnyArray],
     crs: str | None,
     *,
     described: str = "",
@@ -57,7 +56,7 @@ def write_layer(
         ) from error
 
 
-def _writable(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def _writable(values: AnyArray) -> AnyArray:
     """Texts as any program reads them; numbers as they are."""
     if values.dtype.kind not in "OU":
         return values

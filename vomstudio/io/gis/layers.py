@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
-import numpy as np
-import numpy.typing as npt
+from vomstudio.core.arrays import AnyArray, FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,8 +18,8 @@ class Layer:
 
     name: str
     kind: Literal["point", "line", "ring"]
-    shapes: list[npt.NDArray[np.float64]]
-    columns: dict[str, npt.NDArray[Any]]
+    shapes: list[FloatArray]
+    columns: dict[str, AnyArray]
     main: bool = False
     by: str = "kind"
     colors: Sequence[str] = ()

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, FloatArray, ObjectArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
@@ -17,8 +17,6 @@ from vomstudio.io.gis.dxf_properties import ENTITY_COLUMNS, select_lines, why_un
 from vomstudio.io.gis.layer_reading import symbol_layers
 from vomstudio.io.gis.vector_layers import list_layers, read_layers
 from vomstudio.io.gis.wkb_shapes import shapes_from_wkb, surfaces_left_out
-
-Array = npt.NDArray[np.float64]
 
 _NAMES = ("name", "label", "id", "title")
 _WORDS = ("id", "kind", "set")
@@ -69,7 +67,7 @@ class ReadLine:
 
     layer: str
     name: str
-    points: Array
+    points: FloatArray
     closed: bool
     crs: str | None = None
     words: FeatureWords = NO_WORDS
@@ -149,7 +147,7 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
     return ReadLines(valid, tuple(systems), described, tuple(warnings))
 
 
-def _is_sound(points: Array) -> bool:
+def _is_sound(points: FloatArray) -> bool:
     if len(points) < 2 or not np.isfinite(points).all():
         return False
     # Curves that GDAL draws of one point differ by the rounding of its sums.
@@ -163,19 +161,19 @@ def _unreadable(path: Path) -> InputError:
     )
 
 
-def _names(columns: Mapping[str, npt.NDArray[Any]], count: int) -> list[str]:
+def _names(columns: Mapping[str, AnyArray], count: int) -> list[str]:
     for name in _NAMES:
         if (found := _words(columns, name)) is not None:
             return found
     return [""] * count
 
 
-def _feature_words(columns: Mapping[str, npt.NDArray[Any]], count: int) -> list[FeatureWords]:
+def _feature_words(columns: Mapping[str, AnyArray], count: int) -> list[FeatureWords]:
     texts = [_words(columns, name) or [""] * count for name in _WORDS]
     return [FeatureWords(*each) for each in zip(*texts, strict=True)]
 
 
-def _words(columns: Mapping[str, npt.NDArray[Any]], name: str) -> list[str] | None:
+def _words(columns: Mapping[str, AnyArray], name: str) -> list[str] | None:
     """Of the column that is called so, in any letters."""
     for key, values in columns.items():
         if key.casefold() == name:
@@ -187,7 +185,7 @@ def _lines(
     layers: list[str],
     names: list[str],
     words: list[FeatureWords],
-    shapes: npt.NDArray[np.object_],
+    shapes: ObjectArray,
     crs: str | None,
     progress: Progress | None,
 ) -> tuple[list[ReadLine], int]:
@@ -204,7 +202,7 @@ def _lines(
     return found, skipped
 
 
-def _parts(shape: Any) -> list[tuple[Array, bool]]:
+def _parts(shape: Any) -> list[tuple[FloatArray, bool]]:
     import shapely
 
     if shape is None or shape.is_empty:

@@ -33,9 +33,15 @@ def qgs(title: str, source: str, layers: Sequence[MapLayer], crs: str | None) ->
     _no_properties(tree)
     for number, layer in enumerate(layers):
         node = ElementTree.SubElement(
-            tree, "layer-tree-layer", id=_id(number, layer), name=layer.name, checked="Qt::Checked",
-            expanded="1", providerKey="ogr", source=_source(source, layer),
-        )  # fmt: skip
+            tree,
+            "layer-tree-layer",
+            id=_id(number, layer),
+            name=layer.name,
+            checked="Qt::Checked",
+            expanded="1",
+            providerKey="ogr",
+            source=_source(source, layer),
+        )
         _no_properties(node)
     custom = ElementTree.SubElement(tree, "custom-order", enabled="0")
     for number, layer in enumerate(layers):
@@ -71,10 +77,16 @@ def _layer(
     held: ElementTree.Element, number: int, layer: MapLayer, source: str, crs: str | None
 ) -> None:
     one = ElementTree.SubElement(
-        held, "maplayer", type="vector", geometry=_GEOMETRY[layer.style.geometry],
-        labelsEnabled="1" if layer.style.labels is not None else "0", readOnly="0",
-        hasScaleBasedVisibilityFlag="0", refreshOnNotifyEnabled="0", simplifyDrawingHints="0",
-    )  # fmt: skip
+        held,
+        "maplayer",
+        type="vector",
+        geometry=_GEOMETRY[layer.style.geometry],
+        labelsEnabled="1" if layer.style.labels is not None else "0",
+        readOnly="0",
+        hasScaleBasedVisibilityFlag="0",
+        refreshOnNotifyEnabled="0",
+        simplifyDrawingHints="0",
+    )
     _extent(one, layer.extent)
     ElementTree.SubElement(one, "id").text = _id(number, layer)
     ElementTree.SubElement(one, "datasource").text = _source(source, layer)

@@ -93,15 +93,24 @@ def _renderer(style: Style) -> ElementTree.Element:
         listed = ElementTree.SubElement(root, "categories")
         for number, category in enumerate(style.categories):
             ElementTree.SubElement(
-                listed, "category", value=category.value, label=category.label,
-                symbol=str(number), render="true",
-            )  # fmt: skip
+                listed,
+                "category",
+                value=category.value,
+                label=category.label,
+                symbol=str(number),
+                render="true",
+            )
     symbols = ElementTree.SubElement(root, "symbols")
     for number, category in enumerate(style.categories):
         symbol = ElementTree.SubElement(
-            symbols, "symbol", type=_SYMBOL[style.geometry], name=str(number), alpha="1",
-            clip_to_extent="1", force_rhr="0",
-        )  # fmt: skip
+            symbols,
+            "symbol",
+            type=_SYMBOL[style.geometry],
+            name=str(number),
+            alpha="1",
+            clip_to_extent="1",
+            force_rhr="0",
+        )
         for piece in category.pieces:
             _piece(symbol, piece)
     return root
@@ -139,25 +148,61 @@ def _labeling(labels: Labels) -> ElementTree.Element:
     root = ElementTree.Element("labeling", type="simple")
     settings = ElementTree.SubElement(root, "settings", calloutType="simple")
     text = ElementTree.SubElement(
-        settings, "text-style", fieldName=labels.expression, isExpression="1",
-        fontFamily="Sans Serif", fontSize=f"{labels.size_pt:g}", fontSizeUnit="Point",
-        fontWeight="50", textColor=rgba(labels.color), textOpacity="1", namedStyle="Regular",
-    )  # fmt: skip
+        settings,
+        "text-style",
+        fieldName=labels.expression,
+        isExpression="1",
+        fontFamily="Sans Serif",
+        fontSize=f"{labels.size_pt:g}",
+        fontSizeUnit="Point",
+        fontWeight="50",
+        textColor=rgba(labels.color),
+        textOpacity="1",
+        namedStyle="Regular",
+    )
     ElementTree.SubElement(
-        text, "text-buffer", bufferDraw="1", bufferSize="0.6", bufferSizeUnits="MM",
-        bufferColor="255,255,255,255", bufferOpacity="0.8",
-    )  # fmt: skip
+        text,
+        "text-buffer",
+        bufferDraw="1",
+        bufferSize="0.6",
+        bufferSizeUnits="MM",
+        bufferColor="255,255,255,255",
+        bufferOpacity="0.8",
+    )
     ElementTree.SubElement(
-        settings, "placement", placement="1", quadOffset="4", offsetType="0", offsetUnits="MM",
-        xOffset="0", yOffset="0", priority="5", dist="0",
-    )  # fmt: skip
+        settings,
+        "placement",
+        placement="1",
+        quadOffset="4",
+        offsetType="0",
+        offsetUnits="MM",
+        xOffset="0",
+        yOffset="0",
+        priority="5",
+        dist="0",
+    )
     ElementTree.SubElement(
-        settings, "rendering", drawLabels="1", displayAll="1", obstacle="0", scaleVisibility="0",
-        labelPerPart="0", mergeLines="0", upsidedownLabels="0", fontLimitPixelSize="0",
-        minFeatureSize="0", obstacleFactor="1", obstacleType="0", limitNumLabels="0",
-        maxNumLabels="2000", scaleMin="0", scaleMax="0", zIndex="0", fontMinPixelSize="3",
+        settings,
+        "rendering",
+        drawLabels="1",
+        displayAll="1",
+        obstacle="0",
+        scaleVisibility="0",
+        labelPerPart="0",
+        mergeLines="0",
+        upsidedownLabels="0",
+        fontLimitPixelSize="0",
+        minFeatureSize="0",
+        obstacleFactor="1",
+        obstacleType="0",
+        limitNumLabels="0",
+        maxNumLabels="2000",
+        scaleMin="0",
+        scaleMax="0",
+        zIndex="0",
+        fontMinPixelSize="3",
         fontMaxPixelSize="10000",
-    )  # fmt: skip
+    )
     _properties(settings, "dd_properties", labels.by)
     return root
 
@@ -177,12 +222,23 @@ def stroke(
     """A straight line of a marker. angle: expression, degrees clockwise from up; offset: "x,y" in
     millimetres before it is turned, y down."""
     values = {
-        "name": "line", "size": f"{length_mm:g}", "size_unit": "MM", "offset": offset,
-        "offset_unit": "MM", "outline_color": rgba(color), "outline_style": "solid",
-        "outline_width": f"{width_mm:g}", "outline_width_unit": "MM", "cap_style": "square",
-        "joinstyle": "miter", "color": rgba(color), "horizontal_anchor_point": "1",
-        "vertical_anchor_point": "1", "scale_method": "diameter", "angle": "0",
-    }  # fmt: skip
+        "name": "line",
+        "size": f"{length_mm:g}",
+        "size_unit": "MM",
+        "offset": offset,
+        "offset_unit": "MM",
+        "outline_color": rgba(color),
+        "outline_style": "solid",
+        "outline_width": f"{width_mm:g}",
+        "outline_width_unit": "MM",
+        "cap_style": "square",
+        "joinstyle": "miter",
+        "color": rgba(color),
+        "horizontal_anchor_point": "1",
+        "vertical_anchor_point": "1",
+        "scale_method": "diameter",
+        "angle": "0",
+    }
     return Piece("SimpleMarker", values, {"angle": angle, **by})
 
 
@@ -191,29 +247,52 @@ def mark(
 ) -> Piece:
     """One of QGIS's simple markers, filled."""
     values = {
-        "name": name, "size": f"{size_mm:g}", "size_unit": "MM", "offset": offset,
-        "offset_unit": "MM", "color": rgba(color), "outline_color": rgba(color),
-        "outline_style": "solid", "outline_width": "0.2", "outline_width_unit": "MM",
-        "joinstyle": "miter", "cap_style": "square", "horizontal_anchor_point": "1",
-        "vertical_anchor_point": "1", "scale_method": "diameter", "angle": "0",
-    }  # fmt: skip
+        "name": name,
+        "size": f"{size_mm:g}",
+        "size_unit": "MM",
+        "offset": offset,
+        "offset_unit": "MM",
+        "color": rgba(color),
+        "outline_color": rgba(color),
+        "outline_style": "solid",
+        "outline_width": "0.2",
+        "outline_width_unit": "MM",
+        "joinstyle": "miter",
+        "cap_style": "square",
+        "horizontal_anchor_point": "1",
+        "vertical_anchor_point": "1",
+        "scale_method": "diameter",
+        "angle": "0",
+    }
     return Piece("SimpleMarker", values, by)
 
 
 def line(width_mm: float, color: str, by: Mapping[str, str]) -> Piece:
     values = {
-        "line_color": rgba(color), "line_style": "solid", "line_width": f"{width_mm:g}",
-        "line_width_unit": "MM", "capstyle": "round", "joinstyle": "round", "offset": "0",
-        "offset_unit": "MM", "use_custom_dash": "0",
-    }  # fmt: skip
+        "line_color": rgba(color),
+        "line_style": "solid",
+        "line_width": f"{width_mm:g}",
+        "line_width_unit": "MM",
+        "capstyle": "round",
+        "joinstyle": "round",
+        "offset": "0",
+        "offset_unit": "MM",
+        "use_custom_dash": "0",
+    }
     return Piece("SimpleLine", values, by)
 
 
 def fill(color: str, by: Mapping[str, str]) -> Piece:
     """A pale area with its edge."""
     values = {
-        "color": rgba(color, 70), "style": "solid", "outline_color": rgba(color),
-        "outline_style": "solid", "outline_width": "0.3", "outline_width_unit": "MM",
-        "joinstyle": "round", "offset": "0,0", "offset_unit": "MM",
-    }  # fmt: skip
+        "color": rgba(color, 70),
+        "style": "solid",
+        "outline_color": rgba(color),
+        "outline_style": "solid",
+        "outline_width": "0.3",
+        "outline_width_unit": "MM",
+        "joinstyle": "round",
+        "offset": "0,0",
+        "offset_unit": "MM",
+    }
     return Piece("SimpleFill", values, by)

@@ -15,12 +15,11 @@ import struct
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[Any]
+from vomstudio.core.arrays import AnyArray
 
 POINT_Z, LINE_Z, RING_Z = 11, 13, 15
 MOST_BYTES = 2**31 - 1
@@ -35,13 +34,13 @@ class Column:
     """One attribute. kind : dBase's letter; width : bytes of a value"""
 
     name: str
-    values: Array
+    values: AnyArray
     kind: str
     width: int
     decimals: int
 
 
-def column(name: str, values: Array) -> Column:
+def column(name: str, values: AnyArray) -> Column:
     """With the letter and width that its values need. Texts longer than the format holds are cut.
     name : at most ten bytes of ASCII."""
     if len(name.encode("ascii")) > LONGEST_NAME:
@@ -74,9 +73,13 @@ def is_too_large(n_points: int, columns: Sequence[Column]) -> bool:
 
 
 def write_points(
-    shp: Path, shx: Path, dbf: Path, points: Array, columns: Sequence[Column],
+    shp: Path,
+    shx: Path,
+    dbf: Path,
+    points: AnyArray,
+    columns: Sequence[Column],
     blocks: Iterable[slice],
-) -> None:  # fmt: skip
+) -> None:
     """POINTZ. blocks : rows, in order and together all; who makes them reports and may stop it."""
     n = len(points)
     record = np.dtype([("head", ">i4", 2), ("type", "<i4"), ("xyzm", "<f8", 4)])
@@ -101,7 +104,12 @@ def write_points(
 
 
 def write_shapes(
-    shp: Path, shx: Path, dbf: Path, kind: int, shapes: Sequence[Array], columns: Sequence[Column]
+    shp: Path,
+    shx: Path,
+    dbf: Path,
+    kind: int,
+    shapes: Sequence[AnyArray],
+    columns: Sequence[Column],
 ) -> None:
     """POLYLINEZ or POLYGONZ of one part each. A ring is closed, and turned clockwise as seen from
     above, which is how the format knows it from a hole."""
@@ -121,7 +129,7 @@ def write_shapes(
         table.write(b"\x1a")
 
 
-def _content(kind: int, shape: Array) -> bytes:
+def _content(kind: int, shape: AnyArray) -> bytes:
     if kind == RING_Z:
         shape = np.concatenate([shape, shape[:1]])
         x, y = (shape[:, :2] - shape[0, :2]).T
@@ -131,12 +139,14 @@ def _content(kind: int, shape: Array) -> bytes:
     head = struct.pack("<i4d3i", kind, low[0], low[1], high[0], high[1], 1, len(shape), 0)
     flat = np.ascontiguousarray(shape[:, :2], "<f8").tobytes()
     return (
-        head + flat + struct.pack("<2d", low[2], high[2])
+        head
+        + flat
+        + struct.pack("<2d", low[2], high[2])
         + np.ascontiguousarray(shape[:, 2], "<f8").tobytes()
-    )  # fmt: skip
+    )
 
 
-def _header(size: int, kind: int, points: Array) -> bytes:
+def _header(size: int, kind: int, points: AnyArray) -> bytes:
     if len(points):
         low, high = points.min(axis=0), points.max(axis=0)
         box = [low[0], low[1], high[0], high[1], low[2], high[2], 0.0, 0.0]
@@ -173,7 +183,7 @@ def _write_rows(table: BinaryIO, columns: Sequence[Column], rows: slice) -> None
     table.write(block.tobytes())
 
 
-def _cells(c: Column, rows: slice) -> Array:
+def _cells(c: Column, rows: slice) -> AnyArray:
     """(n, width) bytes."""
     values = c.values[rows]
     if c.kind == "L":
@@ -195,7 +205,7 @@ def _number(value: float, width: int) -> bytes:
     return text.encode()[:width].rjust(width)
 
 
-def _integers(values: Array, width: int) -> Array:
+def _integers(values: AnyArray, width: int) -> AnyArray:
     cells = np.full((len(values), width), ord(" "), np.uint8)
     # Python's integers: the lowest of int64 has no positive counterpart there.
     left = np.abs(values) if values.min(initial=0) > np.iinfo(np.int64).min else None

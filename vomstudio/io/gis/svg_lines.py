@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.regular import read_small
 from vomstudio.core.findings import Finding
@@ -29,8 +29,6 @@ from vomstudio.io.gis.svg_paths import (
     transform_of,
 )
 from vomstudio.io.text.xml_tree import parse_xml
-
-Array = npt.NDArray[np.float64]
 
 OWN_CLASS = "vomstudio"
 """Of elements of our own drawings that are no line of anybody: frames, symbols, labels."""
@@ -55,12 +53,12 @@ class SvgImage:
     1 across and down
     """
 
-    corners: Array
+    corners: FloatArray
     name: str
     fit: str
     align: tuple[float, float]
 
-    def shown(self, ratio: float) -> Array:
+    def shown(self, ratio: float) -> FloatArray:
         """(4, 2) corners of a picture of this width by height in its place."""
         across, down = self.corners[1] - self.corners[0], self.corners[3] - self.corners[0]
         wide, high = float(np.hypot(*across)), float(np.hypot(*down))
@@ -83,7 +81,7 @@ class SvgDrawing:
 
     lines: tuple[ReadLine, ...]
     images: tuple[SvgImage, ...]
-    page: Array | None
+    page: FloatArray | None
     marks: tuple[str, ...]
 
 
@@ -180,7 +178,7 @@ class _Place:
     the innermost viewport; seen : not hidden; visible : of what inherits it; name : of the clone;
     uses : how many clones it is inside of"""
 
-    matrix: Array
+    matrix: FloatArray
     view: tuple[float, float]
     layer: str = ""
     name: str = ""
@@ -234,9 +232,14 @@ class _Walk:
         if tag in ("svg", "symbol") and element is not self._root:
             matrix, view = _viewport(element, matrix, at.view)
         return replace(
-            at, matrix=matrix, view=view, layer=layer, shown=shown, visible=visible,
+            at,
+            matrix=matrix,
+            view=view,
+            layer=layer,
+            shown=shown,
+            visible=visible,
             seen=shown and visible,
-        )  # fmt: skip
+        )
 
     def _used(self, element: Any, at: _Place) -> Iterator[tuple[Any, _Place]]:
         link = str(element.get(_LINK) or element.get("href") or "")
@@ -293,7 +296,7 @@ def _style_rules(root: Any) -> dict[str, list[tuple[int, dict[str, str]]]]:
     return found
 
 
-def _placed(style: dict[str, str]) -> Array:
+def _placed(style: dict[str, str]) -> FloatArray:
     """(3, 3) of a transform, about its origin where it has one."""
     if "transform" not in style:
         return np.eye(3)
@@ -309,8 +312,8 @@ def _placed(style: dict[str, str]) -> Array:
 
 
 def _viewport(
-    element: Any, matrix: Array, outer: tuple[float, float]
-) -> tuple[Array, tuple[float, float]]:
+    element: Any, matrix: FloatArray, outer: tuple[float, float]
+) -> tuple[FloatArray, tuple[float, float]]:
     """Of a drawing inside the drawing: to its own units, and how wide and high it is in them."""
     x, y, w, h = lengths(element, ("x", "y", "width", "height"), outer)
     w, h = w or outer[0], h or outer[1]
@@ -355,7 +358,7 @@ def _title(element: Any) -> str:
     return next((str(e.text or "").strip() for e in element if _tag(e) == "title"), "")
 
 
-def _page(root: Any) -> Array | None:
+def _page(root: Any) -> FloatArray | None:
     box = [float(n) for n in re.findall(NUMBER, str(root.get("viewBox") or ""))]
     if len(box) == 4 and box[2] > 0 and box[3] > 0:
         return np.array(box)

@@ -7,10 +7,10 @@ import re
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
-Piece = tuple[Array, bool]
+from vomstudio.core.arrays import FloatArray
+
+Piece = tuple[FloatArray, bool]
 """Points (n, 2) and whether they close."""
 
 CURVE_STEPS = 16
@@ -22,7 +22,7 @@ _UNITS |= {"pc": 16.0, "q": 96 / 101.6}
 _ANGLES = {"": 1.0, "deg": 1.0, "rad": math.degrees(1.0), "grad": 0.9, "turn": 360.0}
 
 
-def transform_of(text: str) -> Array:
+def transform_of(text: str) -> FloatArray:
     """(3, 3) of an attribute or a style `transform`. Raises ValueError."""
     matrix = np.eye(3)
     for word, inner in re.findall(r"\b(\w+)\s*\(([^()]*)\)", text):
@@ -112,10 +112,10 @@ def _rectangle(element: Any, view: tuple[float, float]) -> list[Piece]:
     return [(_closed(np.concatenate(arcs)), True)]
 
 
-def _path(text: str) -> list[tuple[Array, bool]]:
+def _path(text: str) -> list[tuple[FloatArray, bool]]:
     """The pieces of a path's attribute `d`."""
     words = re.findall(rf"[MmLlHhVvCcSsQqTtAaZz]|{NUMBER}", _flags_apart(text))
-    found: list[tuple[Array, bool]] = []
+    found: list[tuple[FloatArray, bool]] = []
     points: list[complex] = []
     at = start = control = 0j
     command, k = "", 0
@@ -190,7 +190,7 @@ def _segment(
     return [*points.tolist()[:-1], given[-1]], given[-2]
 
 
-def _bernstein(count: int) -> Array:
+def _bernstein(count: int) -> FloatArray:
     """(CURVE_STEPS, count) weights of the corners of a Bezier curve at its points after the first
     (Farin 2002, Curves and Surfaces for CAGD, 5.1)."""
     t = np.linspace(0, 1, CURVE_STEPS + 1)[1:, None]
@@ -250,18 +250,18 @@ def _arc_numbers(text: str) -> str:
 _FLAG, _ONE = re.compile(r"[\s,]*([01])"), re.compile(rf"[\s,]*({NUMBER})")
 
 
-def _pairs(points: list[complex]) -> Array:
+def _pairs(points: list[complex]) -> FloatArray:
     values = np.array(points)
     return np.stack([values.real, values.imag], axis=1)
 
 
-def _closed(points: Array) -> Array:
+def _closed(points: FloatArray) -> FloatArray:
     if len(points) and (points[0] != points[-1]).any():
         return np.concatenate([points, points[:1]])
     return points
 
 
-def moved(points: Array, matrix: Array) -> Array:
+def moved(points: FloatArray, matrix: FloatArray) -> FloatArray:
     return np.asarray(points @ matrix[:2, :2].T + matrix[:2, 2])
 
 

@@ -13,9 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from vomstudio.core.arrays import AnyArray, ObjectArray
 from vomstudio.core.errors import InputError, from_dict
 from vomstudio.core.files.regular import open_regular, require_regular
 from vomstudio.core.files.untrusted import reader_process
@@ -27,8 +25,6 @@ from vomstudio.io.gis.dxf_blocks import refuse_endless_blocks
 from vomstudio.io.gis.layer_reading import layers_of
 from vomstudio.io.gis.layer_transport import packed, unpacked
 from vomstudio.io.text.file_text import MOST_OBJECTS
-
-Shapes = npt.NDArray[np.object_]
 
 _SMALL_BYTES = 2 << 20
 """Every driver reads such a file in a fraction of a second."""
@@ -50,8 +46,8 @@ class VectorLayer:
     fields: tuple[str, ...] = ()
     crs: str | None = None
     described: str = ""
-    shapes: Shapes | None = None
-    columns: Mapping[str, npt.NDArray[Any]] | None = None
+    shapes: ObjectArray | None = None
+    columns: Mapping[str, AnyArray] | None = None
 
 
 def list_layers(
@@ -106,12 +102,16 @@ def _request_layers(
         raise _refusal(header["refused"], path)
     return [
         VectorLayer(
-            each["name"], each["kind"], tuple(each["fields"]), each["crs"], each["described"],
+            each["name"],
+            each["kind"],
+            tuple(each["fields"]),
+            each["crs"],
+            each["described"],
             next(arrays) if each["read"] else None,
             {name: next(arrays) for name in each["columns"]},
         )
         for each in header["layers"]
-    ]  # fmt: skip
+    ]
 
 
 def _refusal(refused: dict[str, Any], path: Path) -> InputError:
@@ -178,11 +178,15 @@ def read_named_layers(path: Path, named: Path, request: Mapping[str, Any]) -> li
         crs = None if metadata["crs"] is None else str(metadata["crs"])
         layers.append(
             VectorLayer(
-                name, kinds.get(name), fields, crs,
-                str((info.get("layer_metadata") or {}).get("DESCRIPTION", "")), shapes,
+                name,
+                kinds.get(name),
+                fields,
+                crs,
+                str((info.get("layer_metadata") or {}).get("DESCRIPTION", "")),
+                shapes,
                 dict(zip(map(str, metadata["fields"]), values, strict=True)),
             )
-        )  # fmt: skip
+        )
     return layers
 
 

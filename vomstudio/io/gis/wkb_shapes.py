@@ -9,8 +9,8 @@ from __future__ import annotations
 import struct
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import IntArray, ObjectArray
 from vomstudio.core.findings import Finding
 
 _POINT, _LINE, _POLYGON, _COLLECTION = 1, 2, 3, 7
@@ -22,8 +22,8 @@ _MAX_DEPTH = 30
 
 
 def shapes_from_wkb(
-    rows: npt.NDArray[np.object_] | None,
-) -> tuple[npt.NDArray[np.object_], npt.NDArray[np.int64]]:
+    rows: ObjectArray | None,
+) -> tuple[ObjectArray, IntArray]:
     """Return the shapes of WKB rows, and the number of surfaces excluded from each.
 
     Parameters

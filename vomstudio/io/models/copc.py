@@ -18,11 +18,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, FloatArray, Int32Array, IntArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.regular import open_regular, require_regular
 from vomstudio.core.findings import Finding
@@ -55,7 +55,6 @@ from vomstudio.io.models.formats._las_records import (
 )
 from vomstudio.io.models.formats._las_reference import las_reference
 
-Array = npt.NDArray[Any]
 Key = tuple[int, int, int, int]
 
 _ENTRY = np.dtype([("key", "<i4", 4), ("offset", "<u8"), ("bytes", "<i4"), ("points", "<i4")])
@@ -75,22 +74,26 @@ class Nodes:
     spacing : (n,) float64, about the distance of neighbouring points of the node
     """
 
-    keys: npt.NDArray[np.int32]
-    bounds: npt.NDArray[np.float64]
-    points: npt.NDArray[np.int64]
-    spacing: npt.NDArray[np.float64]
-    offsets: npt.NDArray[np.int64]
-    sizes: npt.NDArray[np.int64]
+    keys: Int32Array
+    bounds: FloatArray
+    points: IntArray
+    spacing: FloatArray
+    offsets: IntArray
+    sizes: IntArray
 
     def __len__(self) -> int:
         return len(self.keys)
 
-    def take(self, rows: Array) -> Nodes:
+    def take(self, rows: AnyArray) -> Nodes:
         """Those of a mask, or of row numbers."""
         return Nodes(
-            self.keys[rows], self.bounds[rows], self.points[rows],
-            self.spacing[rows], self.offsets[rows], self.sizes[rows],
-        )  # fmt: skip
+            self.keys[rows],
+            self.bounds[rows],
+            self.points[rows],
+            self.spacing[rows],
+            self.offsets[rows],
+            self.sizes[rows],
+        )
 
 
 class CopcFile:
@@ -144,7 +147,7 @@ class CopcFile:
         return self.top.points
 
     @property
-    def bounds(self) -> npt.NDArray[np.float64]:
+    def bounds(self) -> FloatArray:
         """(2, 3) of all points, as the header says."""
         return self.top.bounds
 
@@ -174,7 +177,7 @@ class CopcFile:
                 bounds=top.bounds * factors,
             )
 
-    def nodes(self, levels: range | None = None, bounds: Array | None = None) -> Nodes:
+    def nodes(self, levels: range | None = None, bounds: AnyArray | None = None) -> Nodes:
         """The nodes of `levels` whose cubes touch `bounds` (2, 3); all of them without. Raises
         InputError where the table of nodes is damaged."""
         self._load_pages(levels, bounds)
@@ -215,7 +218,7 @@ class CopcFile:
         """Whether points of the first level are marked as not to be used."""
         return bool(withheld_of(self._records(self.nodes(range(1))), self._layout).any())
 
-    def _records(self, nodes: Nodes) -> Array:
+    def _records(self, nodes: Nodes) -> AnyArray:
         total = int(nodes.points.sum())
         if total > self.top.points:
             raise self._damaged(tr("the nodes hold more points than the whole file"))
@@ -236,7 +239,7 @@ class CopcFile:
             raise self._damaged(tr("a node cannot be decompressed"))
         return found.reshape(-1).view(self._layout.kind)
 
-    def _load_pages(self, levels: range | None, bounds: Array | None) -> None:
+    def _load_pages(self, levels: range | None, bounds: AnyArray | None) -> None:
         """Read what pages are still unread and may name nodes of these levels and bounds."""
         while True:
             wanted = [page for page in self._pages if self._is_wanted(page[2], levels, bounds)]
@@ -272,24 +275,24 @@ class CopcFile:
             else:
                 self._entries[place] = (offset if points > 0 else 0, length, max(points, 0))
 
-    def _is_wanted(self, key: Key, levels: range | None, bounds: Array | None) -> bool:
+    def _is_wanted(self, key: Key, levels: range | None, bounds: AnyArray | None) -> bool:
         if levels is not None and key[0] >= levels.stop:
             return False
         return bounds is None or bool(
             _touches(self._cubes(np.array([key], np.int32)), bounds).all()
         )
 
-    def _cubes(self, keys: Array) -> Array:
+    def _cubes(self, keys: AnyArray) -> AnyArray:
         side = self._side / 2.0 ** keys[:, :1]
         low = self._low + keys[:, 1:] * side
-        cubes: Array = np.stack([low, low + side], axis=1) * self._factors
+        cubes: AnyArray = np.stack([low, low + side], axis=1) * self._factors
         return cubes
 
     def _damaged(self, why: str) -> InputError:
         return InputError(Finding("file.damaged", reason=why, format="COPC"), file=self.path)
 
 
-def nodes(path: str | Path, levels: range | None = None, bounds: Array | None = None) -> Nodes:
+def nodes(path: str | Path, levels: range | None = None, bounds: AnyArray | None = None) -> Nodes:
     """The nodes of a file; see `CopcFile.nodes`."""
     with CopcFile(path) as file:
         return file.nodes(levels, bounds)
@@ -346,16 +349,26 @@ def stream(path: str | Path, budget: int) -> StreamedCloud:
             return file.read(found.take(np.array(rows)))
 
     store = NodeStore(
-        found.bounds, found.spacing, found.points, starts, parents_of(found.keys), read, budget,
+        found.bounds,
+        found.spacing,
+        found.points,
+        starts,
+        parents_of(found.keys),
+        read,
+        budget,
         rows,
-    )  # fmt: skip
+    )
     weakref.finalize(store, file.close)
     for row, part in zip(rows, parts_of(overview, found.points[list(rows)].tolist()), strict=True):
         store.put(row, part)
     return StreamedCloud(
-        overview.points, overview.colors, None, overview.fields,
-        store=store, box=file.bounds,
-    )  # fmt: skip
+        overview.points,
+        overview.colors,
+        None,
+        overview.fields,
+        store=store,
+        box=file.bounds,
+    )
 
 
 def _first(found: Nodes, count: int) -> tuple[int, ...]:
@@ -370,7 +383,7 @@ def _first(found: Nodes, count: int) -> tuple[int, ...]:
     return tuple(np.flatnonzero(chosen).tolist())
 
 
-def _touches(cubes: Array, bounds: Array) -> Array:
+def _touches(cubes: AnyArray, bounds: AnyArray) -> AnyArray:
     low, high = np.asarray(bounds, np.float64)
-    touches: Array = ((cubes[:, 0] <= high) & (cubes[:, 1] >= low)).all(axis=1)
+    touches: AnyArray = ((cubes[:, 0] <= high) & (cubes[:, 1] >= low)).all(axis=1)
     return touches

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry import transform
@@ -195,7 +195,7 @@ def _reprojected(registration: Registration, crs: str, loaded: LoadedModel) -> R
     return change_file_frame(moved, moved.matrix)
 
 
-def bounds_in_world(bounds: npt.NDArray[np.float64], to_world: Matrix) -> npt.NDArray[np.float64]:
+def bounds_in_world(bounds: FloatArray, to_world: Matrix) -> FloatArray:
     """Return lowest and highest corner, (2, 3), of a box of the file's frame in World."""
     corners = np.array([[bounds[k, j] for j, k in enumerate(each)] for each in np.ndindex(2, 2, 2)])
     placed = transform.apply(to_world, corners)
@@ -204,7 +204,7 @@ def bounds_in_world(bounds: npt.NDArray[np.float64], to_world: Matrix) -> npt.ND
 
 def check_frame(
     frame: Frame,
-    bounds: npt.NDArray[np.float64],
+    bounds: FloatArray,
     *,
     file: str | Path | None = None,
     field: str = "CRS",
@@ -258,7 +258,7 @@ def _frame(loaded: LoadedModel, options: FrameOptions) -> Frame:
     return Frame("local", None, unit_m, up)
 
 
-def _map_bounds(bounds: npt.NDArray[np.float64], frame: Frame) -> npt.NDArray[np.float64]:
+def _map_bounds(bounds: FloatArray, frame: Frame) -> FloatArray:
     """Return lowest and highest east and north in the unit of the CRS, (2, 2)."""
     low, high = bounds
     if frame.up_axis == "y":

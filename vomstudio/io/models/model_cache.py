@@ -21,8 +21,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray
 from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.files.containment import make_folder
 from vomstudio.core.files.disk_errors import reason_of
@@ -58,7 +58,7 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
     """
     folder = Path(folder)
     data = loaded.data
-    arrays: dict[str, npt.NDArray[Any]] = {}
+    arrays: dict[str, AnyArray] = {}
     materials: list[dict[str, object]] = []
     if isinstance(data, Mesh):
         arrays = {
@@ -140,11 +140,11 @@ def _order_of(data: Mesh | PointCloud) -> Arrangement | None:
     return None if isinstance(data, Mesh) else data.arrangement or arrange(data.points)
 
 
-def _stored_order(order: Arrangement) -> dict[str, npt.NDArray[Any]]:
+def _stored_order(order: Arrangement) -> dict[str, AnyArray]:
     return {f"order_{name}": getattr(order, name) for name in _ORDER}
 
 
-def _write(folder: Path, arrays: dict[str, npt.NDArray[Any]]) -> None:
+def _write(folder: Path, arrays: dict[str, AnyArray]) -> None:
     for name, array in arrays.items():
         with open(folder / f"{name}.npy", "wb") as file:
             np.save(file, np.ascontiguousarray(array), allow_pickle=False)
@@ -288,7 +288,7 @@ def _read_meta(folder: Path) -> dict[str, Any]:
 
 
 def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
-    arrays: dict[str, npt.NDArray[Any]] = {}
+    arrays: dict[str, AnyArray] = {}
     for name, promise in meta["arrays"].items():
         if not name.replace("_", "").isalnum():
             raise _damaged(folder, tr("the names are not valid"))
@@ -338,9 +338,7 @@ def _open(folder: Path, meta: dict[str, Any]) -> LoadedModel:
     )
 
 
-def _read_array(
-    folder: Path, path: Path, shape: tuple[int, ...], kind: np.dtype[Any]
-) -> npt.NDArray[Any]:
+def _read_array(folder: Path, path: Path, shape: tuple[int, ...], kind: np.dtype[Any]) -> AnyArray:
     """Raises InputError, OSError, ValueError."""
     wrong_size = tr("{file} has a wrong size", file=path.name)
     head = _head(shape, kind)
@@ -379,8 +377,8 @@ def _units(stored: Any) -> Units:
 
 
 def _checked(
-    folder: Path, arrays: dict[str, npt.NDArray[Any]], name: str, kind: type, width: int
-) -> npt.NDArray[Any]:
+    folder: Path, arrays: dict[str, AnyArray], name: str, kind: type, width: int
+) -> AnyArray:
     array = arrays[name]
     if array.ndim != 2 or array.shape[1] != width or array.dtype != kind:
         raise _damaged(folder, tr("{name}.npy has a wrong shape or type", name=name))
@@ -390,8 +388,8 @@ def _checked(
 def _mesh(
     folder: Path,
     meta: dict[str, Any],
-    arrays: dict[str, npt.NDArray[Any]],
-    fields: dict[str, npt.NDArray[Any]],
+    arrays: dict[str, AnyArray],
+    fields: dict[str, AnyArray],
     warnings: list[Finding],
 ) -> Mesh:
     vertices = _checked(folder, arrays, "vertices", np.float64, 3)

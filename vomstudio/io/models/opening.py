@@ -11,8 +11,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.memory_limit import limited_by
 from vomstudio.core.files.regular import open_regular
@@ -158,7 +158,7 @@ def point_spacing(data: Mesh | PointCloud) -> float:
     return _point_spacing(data.points)
 
 
-def _point_spacing(points: npt.NDArray[np.float64]) -> float:
+def _point_spacing(points: FloatArray) -> float:
     n = len(points)
     if n < 2:
         return float("nan")
@@ -173,7 +173,7 @@ def _point_spacing(points: npt.NDArray[np.float64]) -> float:
     if not np.isfinite(rough) or rough <= 0:
         return float("nan")
     half = 15.0 * rough
-    found: list[npt.NDArray[np.float64]] = []
+    found: list[FloatArray] = []
     for local in _windows(points, half):
         inner = local[(np.abs(local) <= 0.6 * half).all(axis=1)]
         distance, _ = cKDTree(local).query(inner, k=min(4, len(local)))
@@ -183,7 +183,7 @@ def _point_spacing(points: npt.NDArray[np.float64]) -> float:
     return float(distances.mean()) if len(distances) else float(rough)
 
 
-def _windows(points: npt.NDArray[np.float64], half: float) -> Iterator[npt.NDArray[np.float64]]:
+def _windows(points: FloatArray, half: float) -> Iterator[FloatArray]:
     """The points of boxes around some points of the cloud, less these; `half` : of a box's side.
     Boxes of a single point are left out."""
     # Gone through once for every window: several times as fast on its own.
@@ -197,7 +197,7 @@ def _windows(points: npt.NDArray[np.float64], half: float) -> Iterator[npt.NDArr
             yield local
 
 
-def _rough_spacing(points: npt.NDArray[np.float64]) -> float:
+def _rough_spacing(points: FloatArray) -> float:
     """By a thinned cloud: points lie on a surface, so spacing goes with the root of their
     number."""
     from scipy.spatial import cKDTree
@@ -207,7 +207,7 @@ def _rough_spacing(points: npt.NDArray[np.float64]) -> float:
     return float(_mean_nearest(cKDTree(thin), thin) / np.sqrt(step))
 
 
-def _of_cloud(points: npt.NDArray[np.float64]) -> float:
+def _of_cloud(points: FloatArray) -> float:
     n = len(points)
     if n < 2:
         return float("nan")
@@ -236,25 +236,25 @@ def _of_cloud(points: npt.NDArray[np.float64]) -> float:
     return float(np.median(found_there)) if found_there else float(spacing)
 
 
-def _mean_nearest(tree: object, queries: npt.NDArray[np.float64]) -> float:
+def _mean_nearest(tree: object, queries: FloatArray) -> float:
     k = min(4, tree.n)  # type: ignore[attr-defined]
     distance, _ = tree.query(queries, k=k)  # type: ignore[attr-defined]
     return _mean_of(distance)
 
 
-def _nearest_of_few(local: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _nearest_of_few(local: FloatArray) -> FloatArray:
     """What a tree would say, to the bit, without the import of scipy, which takes longer."""
     x, y, z = (local[:, None, j] - local[None, :, j] for j in range(3))
     return np.sort(np.sqrt(x * x + y * y + z * z), axis=1)[:, :4]
 
 
-def _mean_of(distance: npt.NDArray[np.float64]) -> float:
+def _mean_of(distance: FloatArray) -> float:
     nearest = _first_positive(distance)
     nearest = nearest[np.isfinite(nearest)]
     return float(nearest.mean()) if len(nearest) else float("nan")
 
 
-def _first_positive(distance: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _first_positive(distance: FloatArray) -> FloatArray:
     """The nearest neighbour that is another place; NaN where all that were asked for are the
     same."""
     positive = distance > 0

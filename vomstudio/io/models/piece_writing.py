@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, ByteArray
 from vomstudio.core.errors import GeometryError, InputError, TargetError
 from vomstudio.core.files.containment import check_in_project
 from vomstudio.core.findings import Finding
@@ -26,7 +26,7 @@ from vomstudio.io.models.writing import write_model
 
 def write_piece(
     loaded: LoadedModel,
-    bits: npt.NDArray[np.uint8],
+    bits: ByteArray,
     source: Path,
     content_hash: str,
     crs: str | None,
@@ -93,7 +93,7 @@ def write_piece(
     return target / file.name, messages
 
 
-def piece_of(data: Mesh | PointCloud, mask: npt.NDArray[np.bool_]) -> Mesh | PointCloud:
+def piece_of(data: Mesh | PointCloud, mask: BoolArray) -> Mesh | PointCloud:
     """The faces of a mesh with the vertices and materials that they use, or the points of a cloud,
     with all their values, in the file's frame. mask : (n,) which. Raises GeometryError where that
     is none, or the mask is of another model."""
@@ -105,7 +105,7 @@ def piece_of(data: Mesh | PointCloud, mask: npt.NDArray[np.bool_]) -> Mesh | Poi
     return _faces_of(data, mask) if isinstance(data, Mesh) else data.of_rows(mask)
 
 
-def _faces_of(mesh: Mesh, mask: npt.NDArray[np.bool_]) -> Mesh:
+def _faces_of(mesh: Mesh, mask: BoolArray) -> Mesh:
     chosen = np.flatnonzero(mask)
     faces = np.asarray(mesh.faces)[chosen]
     used = np.zeros(len(mesh.vertices), np.bool_)

@@ -5,11 +5,10 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.regular import open_regular
 from vomstudio.geometry.cloud import PointCloud
@@ -26,8 +25,6 @@ from vomstudio.io.models.formats._las_header import (
 )
 from vomstudio.io.models.formats._las_records import choose, cloud_of, layout_of
 from vomstudio.io.models.formats._las_reference import las_reference
-
-Array = npt.NDArray[Any]
 
 MOST_CHUNKS = 256
 """That are read at most: of a file of a hundred million points, every tenth or so."""
@@ -88,12 +85,12 @@ def _of_copc(path: Path, count: int) -> PointCloud | None:
     return cloud.of_rows(_spread(len(cloud.points), count))
 
 
-def _spread(n: int, count: int) -> Array:
+def _spread(n: int, count: int) -> AnyArray:
     """`count` of n rows, evenly spaced; all where there are no more."""
     return np.linspace(0, n - 1, min(n, count)).astype(np.int64)
 
 
-def _of_las(path: Path, top: Top, count: int) -> Array:
+def _of_las(path: Path, top: Top, count: int) -> AnyArray:
     there = min(top.points, (top.size - top.points_at) // top.record_bytes)
     runs = max(1, min(count, there) // RUN_POINTS)
     length = min(RUN_POINTS, count, there)
@@ -106,7 +103,7 @@ def _of_las(path: Path, top: Top, count: int) -> Array:
     return content[: len(content) // top.record_bytes * top.record_bytes]
 
 
-def _of_laz(path: Path, top: Top, count: int) -> Array:
+def _of_laz(path: Path, top: Top, count: int) -> AnyArray:
     import lazrs
 
     with open_regular(path) as file:

@@ -81,9 +81,7 @@ def similar_cameras(name: str, most: int = 5) -> list[str]:
     import difflib
 
     plain = _plain(name)
-    names = {
-        _plain(n): camera_label(m.make, n) or n for m in camera_models() for n in m.names
-    }  # fmt: skip
+    names = {_plain(n): camera_label(m.make, n) or n for m in camera_models() for n in m.names}
     inside = [names[key] for key in names if plain and plain in key]
     close = [names[key] for key in difflib.get_close_matches(plain, names, most, 0.6)]
     return list(dict.fromkeys(inside + close))[:most]

@@ -9,8 +9,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray
 from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.files.atomic import atomic_write
 from vomstudio.core.files.backup import set_aside
@@ -19,8 +19,6 @@ from vomstudio.core.files.untrusted.pictures import MASK_BYTES
 from vomstudio.core.findings import Finding
 from vomstudio.io.photos.photo import Photo
 from vomstudio.io.photos.pixels import opened, read_mask
-
-Flags = npt.NDArray[np.bool_]
 
 _SOFTWARE = "VOM Studio"
 
@@ -36,14 +34,14 @@ def mask_place(photo: Path, others: Iterable[Path] = ()) -> Path:
     return photo.with_name(f"{photo.name}.mask.png" if twins else f"{photo.stem}_mask.png")
 
 
-def load_mask(mask: Path, width: int, height: int) -> Flags:
+def load_mask(mask: Path, width: int, height: int) -> BoolArray:
     """(height, width) True where the photo of this size may be used. Raises InputError."""
     read = read_mask(Photo(mask, mask.name, width, height, mask=mask))
     assert read is not None
     return read
 
 
-def mask_png(used: Flags) -> bytes:
+def mask_png(used: BoolArray) -> bytes:
     """A mask (height, width), True where the photo is used, as a PNG of one bit a pixel."""
     import io
 
@@ -54,7 +52,7 @@ def mask_png(used: Flags) -> bytes:
     return made.getvalue()
 
 
-def write_mask(path: Path, used: Flags) -> Path | None:
+def write_mask(path: Path, used: BoolArray) -> Path | None:
     """Write a mask (height, width), True where the photo is used, whole or not at all.
 
     Returns where a mask was put that another program, or a person, had made. Raises TargetError.
@@ -81,7 +79,7 @@ def is_ours(path: Path) -> bool:
         return False
 
 
-def keep_mask(place: Path, used: Flags, found: Path | None) -> tuple[Path | None, Path | None]:
+def keep_mask(place: Path, used: BoolArray, found: Path | None) -> tuple[Path | None, Path | None]:
     """Write a mask to its place; where nothing is masked there is none afterwards, unless another
     file would then be taken for it. found : the photo's mask as it was found, if there was one.
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, BoolArray, ByteArray, FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.untrusted.pictures import (
     COLOR_BYTES,
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
     from PIL import Image
 
     from vomstudio.io.photos.photo import Photo
-
-Bytes = npt.NDArray[np.uint8]
 
 
 @contextlib.contextmanager
@@ -61,10 +60,10 @@ def opened(path: str | Path, *, min_pixel_bytes: int = COLOR_BYTES) -> Iterator[
         ) from error
 
 
-def turned_upright(pixels: npt.NDArray[Any], orientation: int) -> npt.NDArray[Any]:
+def turned_upright(pixels: AnyArray, orientation: int) -> AnyArray:
     """Pixels as the viewer should see them, from how they are stored and their EXIF orientation
     (Exif standard, table of tag 0x0112)."""
-    turns: dict[int, Callable[[npt.NDArray[Any]], npt.NDArray[Any]]] = {
+    turns: dict[int, Callable[[AnyArray], AnyArray]] = {
         1: lambda p: p,
         2: lambda p: p[:, ::-1],
         3: lambda p: p[::-1, ::-1],
@@ -78,9 +77,7 @@ def turned_upright(pixels: npt.NDArray[Any], orientation: int) -> npt.NDArray[An
     return np.ascontiguousarray(turn(pixels))
 
 
-def upright_pixels(
-    pixels: npt.ArrayLike, orientation: int, width: int, height: int
-) -> npt.NDArray[np.float64]:
+def upright_pixels(pixels: npt.ArrayLike, orientation: int, width: int, height: int) -> FloatArray:
     """Where pixels (n, 2) of a stored photo of this size lie once it is turned upright, in pixels
     of the upright picture."""
     x, y = np.asarray(pixels, np.float64).reshape(-1, 2).T
@@ -105,7 +102,7 @@ def orientation_of(photo: str | Path) -> int:
         return read_exif(image).orientation
 
 
-def stored(photo: str | Path, size: int) -> tuple[Bytes, tuple[int, int], int]:
+def stored(photo: str | Path, size: int) -> tuple[ByteArray, tuple[int, int], int]:
     """(pixels (h, w, 3) as stored with their long side at most `size`, (width, height) of the
     photo, EXIF orientation). Raises InputError."""
     from vomstudio.io.photos.exif import read_exif
@@ -116,7 +113,7 @@ def stored(photo: str | Path, size: int) -> tuple[Bytes, tuple[int, int], int]:
         return np.asarray(_small(image, size, "RGB")), full, orientation
 
 
-def thumbnail(photo: Photo | str | Path, size: int = 256) -> Bytes:
+def thumbnail(photo: Photo | str | Path, size: int = 256) -> ByteArray:
     """(h, w, 3) uint8, upright, its long side at most `size` pixels.
 
     JPEG is decoded at an eighth, a quarter or a half of its size, which skips most of the work; the
@@ -131,7 +128,7 @@ def thumbnail(photo: Photo | str | Path, size: int = 256) -> Bytes:
         return turned_upright(np.asarray(_small(image, size, "RGB")), orientation)
 
 
-def grey(photo: Photo | str | Path, size: int | None = None) -> Bytes:
+def grey(photo: Photo | str | Path, size: int | None = None) -> ByteArray:
     """(h, w) uint8 as stored; its long side reduced to about `size` pixels where that is smaller.
     Raises InputError."""
     path = Path(photo) if isinstance(photo, str | Path) else photo.path
@@ -139,7 +136,7 @@ def grey(photo: Photo | str | Path, size: int | None = None) -> Bytes:
         return np.asarray(_small(image, size, "L"))
 
 
-def read_mask(photo: Photo) -> npt.NDArray[np.bool_] | None:
+def read_mask(photo: Photo) -> BoolArray | None:
     """(height, width) of the photo as stored, True where it may be used; None without a mask.
 
     White keeps, black hides. A mask of another size is stretched. Raises InputError.

@@ -24,8 +24,14 @@ MAX_PITCH_DEG = 93.0
 """A gimbal that looks straight down swings a little beyond."""
 _OF_CAMERA = ("gimbal", "camera", "")
 _AXES = {
-    "yaw": 0, "heading": 0, "azimuth": 0, "pan": 0, "pitch": 1, "tilt": 1, "roll": 2,
-}  # fmt: skip
+    "yaw": 0,
+    "heading": 0,
+    "azimuth": 0,
+    "pan": 0,
+    "pitch": 1,
+    "tilt": 1,
+    "roll": 2,
+}
 _ANGLE = re.compile(
     r"""(?<![A-Za-z0-9_])
     (?:(gimbal|camera|flight|aircraft|drone|uav|vehicle|body|home)[ _-]?)?

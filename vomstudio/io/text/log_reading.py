@@ -5,23 +5,28 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.io.text.tables import TextTable
 
 PAIR_COLUMNS = (
-    "hanging_x", "hanging_y", "hanging_z", "footwall_x", "footwall_y", "footwall_z",
-)  # fmt: skip
+    "hanging_x",
+    "hanging_y",
+    "hanging_z",
+    "footwall_x",
+    "footwall_y",
+    "footwall_z",
+)
 
 
 @dataclass(frozen=True, eq=False)
 class Boundaries:
     """(n, 3) World, metres, and (n,) words; dropped : lines of rows without a place."""
 
-    points: NDArray[np.float64]
+    points: FloatArray
     names: list[str]
     lithologies: list[str]
     notes: list[str]
@@ -69,12 +74,15 @@ def boundaries_of(table: TextTable) -> Boundaries:
     names = found["name"] or [str(i + 1) for i in range(len(table))]
     rocks, notes = (found[name] or [""] * len(table) for name in ("lithology", "notes"))
     return Boundaries(
-        points[rows], [names[i] for i in rows], [rocks[i] for i in rows], [notes[i] for i in rows],
+        points[rows],
+        [names[i] for i in rows],
+        [rocks[i] for i in rows],
+        [notes[i] for i in rows],
         tuple(int(line) for line in table.line_numbers[~sound]),
-    )  # fmt: skip
+    )
 
 
-def pairs_of(table: TextTable) -> tuple[list[str], NDArray[np.float64]]:
+def pairs_of(table: TextTable) -> tuple[list[str], FloatArray]:
     """Names and (n, 6) coordinates of pairs on both sides of a fault: hanging wall, footwall.
     Raises InputError where no row has all six."""
     if table.names is None:

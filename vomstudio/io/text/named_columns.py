@@ -12,8 +12,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.coordinate_limits import why_no_coordinate, why_no_error
@@ -23,31 +23,91 @@ from vomstudio.io.text.file_text import MOST_OBJECTS
 from vomstudio.io.text.rows import parse_number, shortened
 from vomstudio.io.text.tables import TextTable, read_table
 
-Array = npt.NDArray[np.float64]
-
 LABEL = (
-    "label", "name", "point", "point id", "id", "marker", "punkt", "punktnummer", "punkt nr", "nr",
-    "nom", "nombre", "punto",
-)  # fmt: skip
+    "label",
+    "name",
+    "point",
+    "point id",
+    "id",
+    "marker",
+    "punkt",
+    "punktnummer",
+    "punkt nr",
+    "nr",
+    "nom",
+    "nombre",
+    "punto",
+)
 PHOTO = (
-    "photo", "image", "image name", "photo id", "source file", "picture", "photo name", "file",
-    "filename", "file name", "name", "label", "camera", "foto", "bild",
+    "photo",
+    "image",
+    "image name",
+    "photo id",
+    "source file",
+    "picture",
+    "photo name",
+    "file",
+    "filename",
+    "file name",
+    "name",
+    "label",
+    "camera",
+    "foto",
+    "bild",
     "imagen",
-)  # fmt: skip
+)
 WORLD = (
     (
-        "x", "east", "easting", "e", "world x", "lon", "longitude", "x east", "x easting",
-        "x longitude", "rechtswert", "ostwert", "est", "este",
+        "x",
+        "east",
+        "easting",
+        "e",
+        "world x",
+        "lon",
+        "longitude",
+        "x east",
+        "x easting",
+        "x longitude",
+        "rechtswert",
+        "ostwert",
+        "est",
+        "este",
     ),
     (
-        "y", "north", "northing", "n", "world y", "lat", "latitude", "y north", "y northing",
-        "y latitude", "hochwert", "nordwert", "nord", "norte",
+        "y",
+        "north",
+        "northing",
+        "n",
+        "world y",
+        "lat",
+        "latitude",
+        "y north",
+        "y northing",
+        "y latitude",
+        "hochwert",
+        "nordwert",
+        "nord",
+        "norte",
     ),
     (
-        "z", "up", "height", "elevation", "altitude", "alt", "h", "world z", "z altitude", "höhe",
-        "hoehe", "hauteur", "altura", "cota", "elevación", "altitud",
+        "z",
+        "up",
+        "height",
+        "elevation",
+        "altitude",
+        "alt",
+        "h",
+        "world z",
+        "z altitude",
+        "höhe",
+        "hoehe",
+        "hauteur",
+        "altura",
+        "cota",
+        "elevación",
+        "altitud",
     ),
-)  # fmt: skip
+)
 """Names of columns that hold photos, and World coordinates."""
 _SIGMA = (
     ("sigma x", "accuracy x", "error x", "sx", "sigma east", "sigma e"),
@@ -117,7 +177,7 @@ class NamedTable:
                     raise self.at(row, Finding("table.value-missing"), called)
         return found
 
-    def columns(self, names: Sequence[Sequence[str]], called: Sequence[str]) -> Array:
+    def columns(self, names: Sequence[Sequence[str]], called: Sequence[str]) -> FloatArray:
         """(n, columns) finite numbers."""
         which = [self._column(some, word) for some, word in zip(names, called, strict=True)]
         values = np.asarray(self.table.numbers(which), np.float64)
@@ -125,7 +185,7 @@ class NamedTable:
             raise self.at(int(row), Finding("table.value-missing"), called[int(column)])
         return values
 
-    def positive(self, names: Sequence[str], called: str) -> Array:
+    def positive(self, names: Sequence[str], called: str) -> FloatArray:
         """(n,) positive numbers, NaN where the cell is empty or there is no column."""
         which = self._find(names)
         if which is None:
@@ -138,7 +198,7 @@ class NamedTable:
                 raise self.at(line, said, called)
         return values
 
-    def sigma(self) -> Array:
+    def sigma(self) -> FloatArray:
         """(n, 3) metres."""
         if any(self.has(names) for names in _SIGMA):
             called = ("sigma_x", "sigma_y", "sigma_z")
@@ -147,7 +207,7 @@ class NamedTable:
             )
         return np.repeat(self.positive(_SIGMA_ALL, "sigma")[:, None], 3, axis=1)
 
-    def uses(self) -> npt.NDArray[np.bool_]:
+    def uses(self) -> BoolArray:
         """(n,) whether it judges only."""
         which = self._find(("use", "role", "type"))
         if which is None:
@@ -177,7 +237,7 @@ class NamedTable:
                     "label",
                 )
 
-    def require_places(self, places: Array) -> None:
+    def require_places(self, places: FloatArray) -> None:
         for row, place in enumerate(places.tolist()):
             if (said := why_no_coordinate((place[0], place[1], place[2]))) is not None:
                 raise self.at(row, said, "x")

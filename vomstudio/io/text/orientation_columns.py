@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.notation import parse_angle, parse_azimuth
@@ -113,7 +113,7 @@ class Columns:
             )
         return self.find(meaning)
 
-    def words(self, meaning: str, kept: NDArray[np.int64]) -> tuple[str, ...] | None:
+    def words(self, meaning: str, kept: IntArray) -> tuple[str, ...] | None:
         """The cells of a column, None where there is none or nothing in it."""
         column = self.find(meaning)
         if column is None:
@@ -122,7 +122,7 @@ class Columns:
         words = tuple(cells[i] for i in kept)
         return words if any(words) else None
 
-    def overturned(self, kept: NDArray[np.int64]) -> tuple[bool | None, ...] | None:
+    def overturned(self, kept: IntArray) -> tuple[bool | None, ...] | None:
         """(n,) which beds are overturned, None in an empty cell and where no column says so. A word
         that is neither yes nor no counts as no, and is told."""
         cells = self.words("overturned", kept)
@@ -147,7 +147,7 @@ class Columns:
         names = [self.table.label(c) for c in columns]
         return ", ".join(f"'{n}'" if self.table.names else n for n in names)
 
-    def azimuths(self, column: int, undefined: NDArray[np.bool_]) -> NDArray[np.float64]:
+    def azimuths(self, column: int, undefined: BoolArray) -> FloatArray:
         """(n,) in [0, 360); 0 where the direction is `undefined`, whatever is written there."""
         values = np.where(undefined, 0.0, self._angles(column, parse_azimuth))
         outside = np.isfinite(values) & ((values < 0.0) | (values > 360.0))
@@ -168,7 +168,7 @@ class Columns:
                 )
             )
 
-    def inclinations(self, column: int, lowest: float) -> NDArray[np.float64]:
+    def inclinations(self, column: int, lowest: float) -> FloatArray:
         """(n,) dips or plunges, which must lie in [lowest, 90]."""
         values = self._angles(column, parse_angle)
         outside = ~np.isnan(values) & ~((values >= lowest) & (values <= 90.0))
@@ -176,7 +176,7 @@ class Columns:
             raise self._outside(int(np.argmax(outside)), column, values, lowest, 90.0)
         return values
 
-    def _angles(self, column: int, read: Callable[[str], float]) -> NDArray[np.float64]:
+    def _angles(self, column: int, read: Callable[[str], float]) -> FloatArray:
         """(n,) numbers, or angles as they stand in field books (N45E, 45°)."""
         try:
             return self.table.numbers([column])[:, 0]
@@ -201,7 +201,7 @@ class Columns:
             ) from error
 
     def _outside(
-        self, row: int, column: int, values: NDArray[np.float64], lowest: float, highest: float
+        self, row: int, column: int, values: FloatArray, lowest: float, highest: float
     ) -> InputError:
         value = float(values[row])
         if (lowest, highest) == (0.0, 90.0) and 90.0 < value < 180.0:

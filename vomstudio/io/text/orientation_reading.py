@@ -13,8 +13,8 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import InputError, UsageError, VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -40,14 +40,14 @@ class OrientationTable:
     """n planes and lines; NaN where a row is not of that geometry."""
 
     table: TextTable
-    kept: NDArray[np.int64]
+    kept: IntArray
     """(n,) rows of `table` that these are; the others had no angles."""
-    is_plane: NDArray[np.bool_]
-    dip_direction_deg: NDArray[np.float64]
-    dip_deg: NDArray[np.float64]
-    trend_deg: NDArray[np.float64]
+    is_plane: BoolArray
+    dip_direction_deg: FloatArray
+    dip_deg: FloatArray
+    trend_deg: FloatArray
     """(n,) of lines; a horizontal plane or vertical line has azimuth 0."""
-    plunge_deg: NDArray[np.float64]
+    plunge_deg: FloatArray
     ids: tuple[str, ...]
     """The id column, or the row's number from 1."""
     kinds: tuple[str, ...] | None
@@ -81,7 +81,7 @@ class OrientationTable:
         return self.table.path
 
     @property
-    def line_numbers(self) -> NDArray[np.int64]:
+    def line_numbers(self) -> IntArray:
         return self.table.line_numbers[self.kept]
 
     def column(self, key: str) -> list[str]:
@@ -89,7 +89,7 @@ class OrientationTable:
         cells = self.table.labels(self.table.find(key))
         return [cells[i] for i in self.kept]
 
-    def vectors(self) -> NDArray[np.float64]:
+    def vectors(self) -> FloatArray:
         """(n, 3) unit vectors, World: downward poles of the planes, and the lines as directed."""
         poles = planes_to_poles(self.dip_direction_deg, self.dip_deg)
         lines = lines_to_vectors(self.trend_deg, self.plunge_deg)
@@ -156,7 +156,7 @@ class _Reading:
         plane = geometry[kept] == _PLANE
         overturned = self.columns.overturned(kept)
 
-        def only(values: NDArray[np.float64], where: NDArray[np.bool_]) -> NDArray[np.float64]:
+        def only(values: FloatArray, where: BoolArray) -> FloatArray:
             return np.where(where, values[kept], np.nan)
 
         return OrientationTable(
@@ -412,9 +412,7 @@ class _Reading:
             tr("lines as trend/plunge ({columns})", columns=self.columns.named(trend, plunge))
         )
 
-    def _geometry(
-        self, has_plane: NDArray[np.bool_], has_line: NDArray[np.bool_]
-    ) -> NDArray[np.int64]:
+    def _geometry(self, has_plane: BoolArray, has_line: BoolArray) -> IntArray:
         """(n,) what each row is. A row with both is a plane that bears a line."""
         result = np.where(has_plane, _PLANE, np.where(has_line, _LINE, _NEITHER))
         column = self.columns.find("element")

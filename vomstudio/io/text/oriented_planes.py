@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.model_agreement import OrientedPlane
@@ -53,7 +53,7 @@ def _words(table: OrientationTable, column: str) -> list[str]:
     return table.column(column) if _has(table, column) else []
 
 
-def _numbers(table: OrientationTable, column: str) -> npt.NDArray[np.float64]:
+def _numbers(table: OrientationTable, column: str) -> FloatArray:
     """(n,), NaN where there is none."""
     if not _has(table, column):
         return np.full(len(table), np.nan)

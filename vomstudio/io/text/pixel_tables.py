@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-import numpy.typing as npt
-
+from vomstudio.core.arrays import FloatArray
 from vomstudio.io.text.named_columns import NamedTable
 from vomstudio.io.text.tables import read_table
 
@@ -14,7 +12,7 @@ COLUMN = ("column", "col", "pixel x", "u")
 ROW = ("row", "pixel y", "v")
 
 
-def read_pixels(path: str | Path) -> npt.NDArray[np.float64] | None:
+def read_pixels(path: str | Path) -> FloatArray | None:
     """(n, 2) column and row of a table that names them and has no z, or that has two columns and no
     header; None for any other. Raises InputError with line and column."""
     table = read_table(path, named=True)

@@ -14,8 +14,8 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.geology.common_rotation_errors import Turns, together
 from vomstudio.geometry.rotation_errors import CHI2_TWO
 from vomstudio.io.text.column_names import plain
@@ -28,7 +28,7 @@ _COLUMN = "registration_error_deg"
 _MODEL = "model"
 
 
-def turns_of_table(table: TextTable, kept: npt.NDArray[np.int64]) -> Turns | None:
+def turns_of_table(table: TextTable, kept: IntArray) -> Turns | None:
     """How the rows `kept` of a table turn with their registrations; None where nothing is said."""
     errors = _cells(table, _COLUMN, kept)
     models = _cells(table, _MODEL, kept) or [""] * len(kept)
@@ -38,7 +38,7 @@ def turns_of_table(table: TextTable, kept: npt.NDArray[np.int64]) -> Turns | Non
     for model, value in zip(models, values, strict=True):
         if value == value:
             worst[model] = max(worst.get(model, 0.0), value)
-    rows: list[tuple[object, npt.NDArray[np.float64] | None]] = []
+    rows: list[tuple[object, FloatArray | None]] = []
     for model, value in zip(models, values, strict=True):
         if model in stated and (errors is None or value == value):
             rows.append(stated[model])
@@ -61,9 +61,9 @@ def bowed_in(comments: Iterable[str]) -> float | None:
 
 def _stated(
     comments: Iterable[str],
-) -> dict[str, tuple[object, npt.NDArray[np.float64]]]:
+) -> dict[str, tuple[object, FloatArray]]:
     """By the name of a model: which registration, and its covariance, radians squared."""
-    found: dict[str, tuple[object, npt.NDArray[np.float64]]] = {}
+    found: dict[str, tuple[object, FloatArray]] = {}
     twice = set()
     for number, comment in enumerate(comments):
         for model, covariance in _registration(comment):
@@ -73,7 +73,7 @@ def _stated(
     return {model: each for model, each in found.items() if model not in twice}
 
 
-def _registration(comment: str) -> list[tuple[str, npt.NDArray[np.float64]]]:
+def _registration(comment: str) -> list[tuple[str, FloatArray]]:
     text = comment.lstrip("# \t")
     if not text.startswith(MARK):
         return []
@@ -100,7 +100,7 @@ def registrations_in(comments: Iterable[str]) -> list[dict[str, Any]]:
     ]
 
 
-def _cells(table: TextTable, name: str, kept: npt.NDArray[np.int64]) -> list[str] | None:
+def _cells(table: TextTable, name: str, kept: IntArray) -> list[str] | None:
     if table.names is None:
         return None
     columns = [i for i, title in enumerate(table.names) if plain(title) == plain(name)]

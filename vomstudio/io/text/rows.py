@@ -152,9 +152,18 @@ def read_rows(path: Path, *, named: bool = False, most: int = MOST_LINES) -> Tex
     rows = _checked_widths(path, data, rows, numbers, width, delimiter)
     sample = (data if rows is None else rows)[:_SAMPLE] if comments else []
     return TextRows(
-        header, header_line, width, delimiter, data, rows, numbers, comments, separators, notes,
+        header,
+        header_line,
+        width,
+        delimiter,
+        data,
+        rows,
+        numbers,
+        comments,
+        separators,
+        notes,
         _commented(lines, sample, width, delimiter) if comments else [],
-    )  # fmt: skip
+    )
 
 
 def _commented(

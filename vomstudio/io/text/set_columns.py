@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.spreadsheet_cells import guarded, guarded_word, head_line
 from vomstudio.core.findings import Finding
@@ -22,7 +22,7 @@ SET, PROBABILITY, DISCONTINUITY = "set", "set_probability", "discontinuity"
 _WKT = "wkt"
 
 
-def pieces_of(table: OrientationTable, places: npt.NDArray[np.float64] | None) -> Pieces | None:
+def pieces_of(table: OrientationTable, places: FloatArray | None) -> Pieces | None:
     """Return position, extent and border of each plane of a table.
 
     Read are area_m2, rms_m with lambda1 to lambda3, and a border `wkt`.
@@ -47,7 +47,7 @@ def pieces_of(table: OrientationTable, places: npt.NDArray[np.float64] | None) -
         return None
     n = len(places)
 
-    def numbers(*names: str) -> npt.NDArray[np.float64]:
+    def numbers(*names: str) -> FloatArray:
         if not all(table.table.has(name) for name in names):
             return np.full((n, len(names)), np.nan)
         columns = [table.table.find(name) for name in names]
@@ -63,7 +63,7 @@ def pieces_of(table: OrientationTable, places: npt.NDArray[np.float64] | None) -
     return Pieces(places, scatters, numbers("area_m2")[:, 0], _rings(table, n))
 
 
-def _rings(table: OrientationTable, n: int) -> tuple[npt.NDArray[np.float64], ...]:
+def _rings(table: OrientationTable, n: int) -> tuple[FloatArray, ...]:
     if not table.table.has(_WKT):
         return tuple(np.zeros((0, 3)) for _ in range(n))
     import shapely
@@ -75,13 +75,13 @@ def _rings(table: OrientationTable, n: int) -> tuple[npt.NDArray[np.float64], ..
         raise InputError(Finding("table.invalid-wkt"), file=table.path, field=_WKT) from error
 
 
-def rings_of(texts: Sequence[str | None]) -> tuple[npt.NDArray[np.float64], ...]:
+def rings_of(texts: Sequence[str | None]) -> tuple[FloatArray, ...]:
     """(k, 3) corners of each border in WKT, none where there is no text. Raises shapely's
     GEOSException for what is no geometry."""
     return tuple(_outer_ring(shape) for shape in shapes_of(texts))
 
 
-def _outer_ring(shape: Any) -> npt.NDArray[np.float64]:
+def _outer_ring(shape: Any) -> FloatArray:
     """(k, 3) corners of the largest polygon of a geometry in space, in order, the first not
     repeated; none where there is none or it has no third coordinate."""
     import shapely
@@ -95,7 +95,7 @@ def _outer_ring(shape: Any) -> npt.NDArray[np.float64]:
     return np.asarray(max(rings, key=_area_of_ring))
 
 
-def _area_of_ring(ring: npt.NDArray[np.float64]) -> float:
+def _area_of_ring(ring: FloatArray) -> float:
     own = ring - ring.mean(axis=0)
     return float(np.linalg.norm(np.cross(own, np.roll(own, -1, axis=0)).sum(axis=0)))
 
@@ -148,5 +148,8 @@ def _has_decimal_commas(delimiter: str, rows: Sequence[Sequence[str]]) -> bool:
     """Points and commas are not mixed in one table."""
     if delimiter not in ";\t":
         return False
-    return any("," in cell and cell.replace(",", "", 1).lstrip("-").isdigit()
-               for row in rows[:50] for cell in row)  # fmt: skip
+    return any(
+        "," in cell and cell.replace(",", "", 1).lstrip("-").isdigit()
+        for row in rows[:50]
+        for cell in row
+    )

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError, InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -37,8 +37,14 @@ OFF_PLANE_DEG = 10.0
 """Striae that leave their plane by more are doubtful."""
 
 _NAMES = {
-    "dip_direction": ("on_plane_dip_direction_deg", "dip_direction_deg", "dip_direction", "dipdir",
-                      "dip_dir", "dd"),
+    "dip_direction": (
+        "on_plane_dip_direction_deg",
+        "dip_direction_deg",
+        "dip_direction",
+        "dipdir",
+        "dip_dir",
+        "dd",
+    ),
     "strike": ("strike", "strike_rhr_deg", "strike_rhr", "fault_strike"),
     "dip": ("on_plane_dip_deg", "dip_deg", "dip", "fault_dip"),
     "slip_rake": ("slip_rake_deg", "slip_rake"),
@@ -47,7 +53,7 @@ _NAMES = {
     "rake": ("rake_deg", "rake", "pitch"),
     "sense": ("sense", "slip_sense", "slip", "movement"),
     "id": ("name", "label", "id"),
-}  # fmt: skip
+}
 
 _ONE = {
     "normal": ("n", "normal", "nf"),
@@ -57,12 +63,18 @@ _ONE = {
 }
 _SENSES = {plain(word): sense for sense, words in _ONE.items() for word in words}
 _TWO = {
-    "tr": ("reverse", "dextral"), "tl": ("reverse", "sinistral"),
-    "nr": ("normal", "dextral"), "nl": ("normal", "sinistral"),
-    "rr": ("reverse", "dextral"), "rs": ("reverse", "sinistral"), "rd": ("reverse", "dextral"),
-    "nd": ("normal", "dextral"), "ns": ("normal", "sinistral"),
-    "id": ("reverse", "dextral"), "is": ("reverse", "sinistral"),
-}  # fmt: skip
+    "tr": ("reverse", "dextral"),
+    "tl": ("reverse", "sinistral"),
+    "nr": ("normal", "dextral"),
+    "nl": ("normal", "sinistral"),
+    "rr": ("reverse", "dextral"),
+    "rs": ("reverse", "sinistral"),
+    "rd": ("reverse", "dextral"),
+    "nd": ("normal", "dextral"),
+    "ns": ("normal", "sinistral"),
+    "id": ("reverse", "dextral"),
+    "is": ("reverse", "sinistral"),
+}
 """Letters of both parts of an oblique slip, FaultKin's first."""
 
 
@@ -76,9 +88,9 @@ class SlipTable:
 
     path: Path
     ids: tuple[str, ...]
-    dip_direction_deg: npt.NDArray[np.float64]
-    dip_deg: npt.NDArray[np.float64]
-    slip_rake_deg: npt.NDArray[np.float64]
+    dip_direction_deg: FloatArray
+    dip_deg: FloatArray
+    slip_rake_deg: FloatArray
     dropped: tuple[int, ...]
     warnings: tuple[Finding, ...]
 
@@ -238,9 +250,7 @@ class _Row:
         known = _SENSES.get(plain(word))
         senses = (known,) if known is not None else _TWO.get(plain(word))
         if senses is None:
-            raise self._error(
-                Finding("table.unknown-word", cell=word, words=_SENSE_WORDS)
-            )  # fmt: skip
+            raise self._error(Finding("table.unknown-word", cell=word, words=_SENSE_WORDS))
         found = [slip for sense in senses if (slip := slip_rake(plane, rake, sense)) is not None]
         if len(found) == 2 and abs(found[0] - found[1]) > ANGLE_TOLERANCE_DEG:
             raise self._error(Finding("slip.contradiction", word=word, rake_deg=rake))

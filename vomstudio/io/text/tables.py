@@ -20,8 +20,8 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -59,7 +59,7 @@ class TextTable:
     notes: tuple[Finding, ...]
     """What was remarkable in reading, for people."""
     separators: tuple[int, ...]  # lines that are rules such as `---` between rows
-    line_numbers: NDArray[np.int64]
+    line_numbers: IntArray
     """(n,) the line in the file at which each row begins, counted from 1."""
     _text: TextRows = field(repr=False)
     repeats: int = 0  # rows that were left out since they repeat others
@@ -108,7 +108,7 @@ class TextTable:
         }
         return [labels[cell] for cell in cells]
 
-    def numbers(self, columns: Sequence[int]) -> NDArray[np.float64]:
+    def numbers(self, columns: Sequence[int]) -> FloatArray:
         """(n, len(columns)) float64; an empty cell is NaN. Raises `InputError` at a word."""
         fast = self._fast_numbers(columns)
         if fast is not None:
@@ -118,7 +118,7 @@ class TextTable:
             result[:, place] = self._careful_numbers(column)
         return result
 
-    def _fast_numbers(self, columns: Sequence[int]) -> NDArray[np.float64] | None:
+    def _fast_numbers(self, columns: Sequence[int]) -> FloatArray | None:
         if self._text.rows is not None or not len(self):
             return None
         try:
@@ -205,9 +205,9 @@ class PointGroups:
     """
 
     ids: tuple[str, ...]
-    points: NDArray[np.float64]
+    points: FloatArray
     """(n, 3) x, y, z as written, float64."""
-    offsets: NDArray[np.int64]
+    offsets: IntArray
     """(len(ids) + 1,)"""
     dropped: tuple[int, ...]
     """Lines whose coordinates are missing or not finite."""
@@ -291,7 +291,7 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
         raise InputError(Finding("table.no-rows"), file=table.path, line=table.header_line)
     points = table.numbers(columns)
     _refuse_no_places(table, columns, points)
-    keep: NDArray[np.bool_] = np.asarray(np.isfinite(points).all(axis=1))
+    keep: BoolArray = np.asarray(np.isfinite(points).all(axis=1))
     dropped = tuple(int(n) for n in table.line_numbers[~keep])
     warnings = list(table.notes)
     if dropped:
@@ -344,7 +344,7 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
 
 
 def _words_beside(
-    table: TextTable, groups: list[str], keep: NDArray[np.bool_], by: str | None
+    table: TextTable, groups: list[str], keep: BoolArray, by: str | None
 ) -> tuple[Words[str], list[Finding]]:
     told = [c for c in COLUMNS if by not in (None, c) and table.has(c)]
     return words_of_groups({c: table.cells(table.find(c)) for c in told}, groups, keep.tolist())
@@ -401,7 +401,7 @@ def coordinate_columns(table: TextTable) -> list[int]:
     return found
 
 
-def _refuse_no_places(table: TextTable, columns: list[int], points: NDArray[np.float64]) -> None:
+def _refuse_no_places(table: TextTable, columns: list[int], points: FloatArray) -> None:
     """Coordinates whose squares would overflow, and that are no metres on any planet."""
     far = np.isfinite(points) & (np.abs(points) > FARTHEST_M)
     if far.any():

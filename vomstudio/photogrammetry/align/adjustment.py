@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.photogrammetry.align.priors import HELD, Freedom, parameter_names
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
@@ -32,7 +32,7 @@ def adjust(
     rounds: int = 2,
     covariance: bool = True,
     progress: Progress | None = None,
-) -> dict[int, npt.NDArray[np.float64]]:
+) -> dict[int, FloatArray]:
     """Refine poses, points and what `freedoms` (by camera) leaves free, in place; then drop bad
     observations, and again. Observations count less the farther off they are.
 
@@ -40,7 +40,7 @@ def adjust(
     unit variance; cameras are missing where it could not be had. Raises Cancelled.
     """
     pycolmap = colmap()
-    found: dict[int, npt.NDArray[np.float64]] = {}
+    found: dict[int, FloatArray] = {}
     for left in range(rounds, 0, -1):
         adjuster = adjuster_of(reconstruction, freedoms, threads, loss_px=LOSS_PX)
         cancellable(lambda _token, a=adjuster: a.solve(), progress or Silent())  # type: ignore[misc]
@@ -173,7 +173,7 @@ def adjuster_of(
 
 def covariances_of(
     reconstruction: Any, adjuster: Any, freedoms: Mapping[int, Freedom]
-) -> dict[int, npt.NDArray[np.float64]]:
+) -> dict[int, FloatArray]:
     """Of each camera's free parameters, for residuals of unit variance, where it can be had."""
     pycolmap = colmap()
     estimate = pycolmap.estimate_ba_covariance(

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.photogrammetry.align import priors
@@ -20,8 +20,6 @@ from vomstudio.photogrammetry.align.adjustment import (
 from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
 from vomstudio.photogrammetry.align.priors import Calibration, Freedom
 from vomstudio.photogrammetry.base.colmap import colmap
-
-Covariance = npt.NDArray[np.float64]
 
 
 def calibrate(
@@ -110,7 +108,7 @@ def _contradicted(
     reasons: dict[int, tuple[Finding, ...]],
     threads: int,
     progress: Progress,
-) -> tuple[Any, dict[int, Freedom], dict[int, Covariance]] | None:
+) -> tuple[Any, dict[int, Freedom], dict[int, FloatArray]] | None:
     """(reconstruction, freedoms, covariances) without the focal lengths from EXIF of the cameras
     `numbers`, where the photos speak clearly against them; else None. Updates `reasons`; `base`
     stays."""
@@ -153,7 +151,7 @@ def _widened(
     convergence: float,
     threads: int,
     progress: Progress,
-) -> tuple[Any, dict[int, Freedom], dict[int, Covariance]] | None:
+) -> tuple[Any, dict[int, Freedom], dict[int, FloatArray]] | None:
     """(reconstruction, freedoms, covariances) with what proves good of k2 and the principal points
     of the cameras, None where nothing does. Updates `reasons`; `base` stays."""
     tried = {
@@ -210,7 +208,7 @@ def _with_lenses(base: Any, freedoms: Mapping[int, Freedom]) -> Any:
 def _kept(
     camera: Any,
     freedom: Freedom,
-    covariance: Covariance | None,
+    covariance: FloatArray | None,
     factor: float,
     checks: dict[str, Finding],
 ) -> Freedom:
@@ -240,9 +238,7 @@ def _kept(
     return freedom
 
 
-def _focal_sigma(
-    reconstruction: Any, number: int, covariances: dict[int, npt.NDArray[np.float64]]
-) -> float:
+def _focal_sigma(reconstruction: Any, number: int, covariances: dict[int, FloatArray]) -> float:
     """Relative, formal, for residuals of unit variance; infinite where it could not be had."""
     if number not in covariances:
         return float("inf")
@@ -271,7 +267,7 @@ def _factors(reconstruction: Any, by_camera: dict[int, list[int]]) -> dict[int, 
 def _describe(
     camera: Any,
     freedom: Freedom,
-    covariance: npt.NDArray[np.float64] | None,
+    covariance: FloatArray | None,
     factor: float,
     photos: list[PhotoLike],
     reasons: tuple[Finding, ...],

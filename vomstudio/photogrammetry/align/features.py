@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, ByteArray, Float32Array, IndexArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.arrays import open_arrays
 from vomstudio.core.files.atomic import atomic_write
@@ -81,9 +81,9 @@ class Features:
     problem : why there are none, None if there are any
     """
 
-    keypoints: npt.NDArray[np.float32]
-    descriptors: npt.NDArray[np.uint8]
-    colors: npt.NDArray[np.uint8]
+    keypoints: Float32Array
+    descriptors: ByteArray
+    colors: ByteArray
     width: int
     height: int
     problem: Finding | None = None
@@ -169,9 +169,7 @@ def extract(task: ExtractTask) -> Features:
     return Features(keypoints, descriptors, colors, width, height, missing)
 
 
-def sift(
-    image: npt.NDArray[np.uint8], options: FeatureOptions
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint8]]:
+def sift(image: ByteArray, options: FeatureOptions) -> tuple[Float32Array, ByteArray]:
     """Keypoints (n, 6) and descriptors (n, 128) of a grey picture (h, w), in its own pixels."""
     pycolmap = colmap()
     settings = pycolmap.FeatureExtractionOptions()
@@ -201,13 +199,13 @@ def sift(
     return keypoints[kept], descriptors[kept]
 
 
-def sizes(keypoints: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+def sizes(keypoints: Float32Array) -> Float32Array:
     """(n,) areas of the affine shapes of keypoints (n, 6)."""
     k = keypoints
     return np.abs(k[:, 2] * k[:, 5] - k[:, 3] * k[:, 4])
 
 
-def _largest(keypoints: npt.NDArray[np.float32], count: int) -> npt.NDArray[np.intp]:
+def _largest(keypoints: Float32Array, count: int) -> IndexArray:
     """Rows of the largest `count`, in their order."""
     if len(keypoints) <= count:
         return np.arange(len(keypoints))
@@ -224,7 +222,7 @@ def extraction_memory(width: int, height: int, options: FeatureOptions) -> int:
     return int(pixels * doubled * 4 * 20 + min(width * height, 4 * pixels) * 4) + 50_000_000
 
 
-def grey(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+def grey(pixels: ByteArray) -> ByteArray:
     """(h, w) of (h, w, 3)."""
     import cv2
 
@@ -233,7 +231,7 @@ def grey(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
     )
 
 
-def _pixels(image: Image.Image, size: int) -> npt.NDArray[np.uint8]:
+def _pixels(image: Image.Image, size: int) -> ByteArray:
     """(h, w, 3) as stored, its long side at most `size`."""
     import cv2
 
@@ -249,7 +247,7 @@ def _pixels(image: Image.Image, size: int) -> npt.NDArray[np.uint8]:
     return np.asarray(pixels, np.uint8)
 
 
-def _mask(data: bytes, width: int, height: int) -> npt.NDArray[np.bool_]:
+def _mask(data: bytes, width: int, height: int) -> BoolArray:
     from PIL import Image
 
     with open_picture(data, PHOTOS, min_pixel_bytes=MASK_BYTES) as image:

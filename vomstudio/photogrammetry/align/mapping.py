@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import Float32Array, FloatArray, IntArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
@@ -293,7 +293,7 @@ def scene_of(
     return replace(scene, errors_px=point_errors(scene))
 
 
-def residuals(scene: SparseScene) -> npt.NDArray[np.float64]:
+def residuals(scene: SparseScene) -> FloatArray:
     """(m, 2) pixels, observed less projected, of every observation; NaN behind a camera."""
     miss = np.full((len(scene.track_views), 2), np.nan)
     points = scene.points[scene.track_points]
@@ -303,7 +303,7 @@ def residuals(scene: SparseScene) -> npt.NDArray[np.float64]:
     return miss
 
 
-def point_errors(scene: SparseScene) -> npt.NDArray[np.float32]:
+def point_errors(scene: SparseScene) -> Float32Array:
     """(n,) mean length of each point's residuals, pixels."""
     lengths = np.linalg.norm(residuals(scene), axis=1)[:, None]
     return _means(lengths, scene.track_offsets)[:, 0].astype(np.float32)
@@ -315,9 +315,7 @@ def mean_error(scene: SparseScene) -> float:
     return float(np.nanmean(errors)) if len(errors) else 0.0
 
 
-def _means(
-    values: npt.NDArray[np.float64], offsets: npt.NDArray[np.int64]
-) -> npt.NDArray[np.float64]:
+def _means(values: FloatArray, offsets: IntArray) -> FloatArray:
     if len(offsets) < 2:
         return np.zeros((0, values.shape[1]))
     return np.add.reduceat(values, offsets[:-1], axis=0) / np.diff(offsets)[:, None]

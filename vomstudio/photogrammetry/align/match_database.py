@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import Float32Array, IntArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.regular import JSON_BYTES, read_small
 from vomstudio.core.findings import Finding
@@ -29,7 +29,6 @@ from vomstudio.photogrammetry.align.photo_protocol import PhotoLike
 from vomstudio.photogrammetry.base.colmap import colmap
 
 Pair = tuple[int, int]
-Rows = npt.NDArray[np.int64]
 
 _DEFAULT_FOCAL = 1.2
 _QUICK_CHECK = """
@@ -224,7 +223,7 @@ def copy_pairs(source: Path, target: Path) -> None:
 
 def matches_of_pair(
     path: Path, a: int, b: int
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], Rows, Rows]:
+) -> tuple[Float32Array, Float32Array, IntArray, IntArray]:
     """Features (n, 2) and (n, 2) in pixels of two photos (rows), and rows of both (m, 2): of all
     matches, and of the verified ones. Raises InputError without a database."""
     with reading(path) as database:

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import Float32Array, FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
@@ -99,7 +99,7 @@ def choose_pairs(
     return PairChoice(tuple(sorted(pairs)), finding)
 
 
-def _positions(photos: Sequence[PhotoLike]) -> npt.NDArray[np.float64]:
+def _positions(photos: Sequence[PhotoLike]) -> FloatArray:
     """(n, 3) metres about the first position, good for distances only; NaN without GPS."""
     rows = [
         (p.longitude_deg, p.latitude_deg, p.altitude_m or 0.0)
@@ -147,7 +147,7 @@ def _nearest(photos: Sequence[PhotoLike]) -> set[Pair]:
 
 def _most_similar(features: Sequence[Features], progress: Progress) -> set[Pair]:
     n = len(features)
-    largest: list[npt.NDArray[np.float32]] = []
+    largest: list[Float32Array] = []
     for f in features:
         chosen = np.argsort(-sizes(f.keypoints), kind="stable")[:_FOR_PRESELECTION]
         d = f.descriptors[chosen].astype(np.float32)
@@ -170,7 +170,7 @@ def _most_similar(features: Sequence[Features], progress: Progress) -> set[Pair]
     return pairs
 
 
-def _mutual_matches(a: npt.NDArray[np.float32], b: npt.NDArray[np.float32]) -> int:
+def _mutual_matches(a: Float32Array, b: Float32Array) -> int:
     """Number of distinct mutual nearest neighbours."""
     if len(a) < 2 or len(b) < 2:
         return 0

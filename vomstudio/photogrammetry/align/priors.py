@@ -31,8 +31,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 
 CONVERGENT_DEG = 8.0
@@ -94,7 +94,7 @@ class Calibration:
         return self.names[i], self.names[j], self.correlation[i][j]
 
 
-def convergence_deg(axes: npt.NDArray[np.float64]) -> float:
+def convergence_deg(axes: FloatArray) -> float:
     """Root mean square angle between unit vectors (n, 3) and their mean; 0 for one."""
     if len(axes) < 2:
         return 0.0
@@ -206,8 +206,8 @@ def judge_second(focal: float, corner_px: float, k2: float, sigma: float) -> tup
 def judge_centre(
     focal: float,
     corner_px: float,
-    shift: npt.NDArray[np.float64],
-    covariance: npt.NDArray[np.float64],
+    shift: FloatArray,
+    covariance: FloatArray,
 ) -> tuple[bool, Finding]:
     """Whether the principal point is kept `shift` (2,) pixels off the middle, and why; covariance
     (2, 2) with neighbouring points counted as one."""
@@ -248,7 +248,7 @@ def parameter_names(model: str) -> tuple[str, ...]:
     return MODELS[model]
 
 
-def part_axes(reconstruction: Any) -> npt.NDArray[np.float64]:
+def part_axes(reconstruction: Any) -> FloatArray:
     """(n, 3) optical axes of the placed photos."""
     return np.array(
         [

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.plane_sizes import PlaneSizes
 from vomstudio.photogrammetry.align.lens_check import of_lenses
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from vomstudio.photogrammetry.align.priors import Calibration
     from vomstudio.photogrammetry.base.scene import SparseScene
 
-Array = npt.NDArray[np.float64]
 
 _WEAK_POINTS = 50
 _HIGH_ERROR_PX = 2.0
@@ -115,7 +114,7 @@ def check_scene(
     )
 
 
-def photo_pixel_sizes(scene: SparseScene) -> Array:
+def photo_pixel_sizes(scene: SparseScene) -> FloatArray:
     """(v,) length on the rock per pixel: median depth of a photo's tie points over its focal
     length (eq. 18 in pixels); NaN without points."""
     sizes = np.full(len(scene.views), np.nan)
@@ -128,7 +127,7 @@ def photo_pixel_sizes(scene: SparseScene) -> Array:
     return sizes
 
 
-def mean_views(scene: SparseScene) -> Array:
+def mean_views(scene: SparseScene) -> FloatArray:
     """(v,) mean number of photos that see the tie points of each photo; NaN without points."""
     lengths = scene.track_lengths[scene.track_points].astype(np.float64)
     total = np.bincount(scene.track_views, lengths, len(scene.views))
@@ -137,7 +136,7 @@ def mean_views(scene: SparseScene) -> Array:
         return np.asarray(total / np.where(count > 0, count, np.nan))
 
 
-def shared_view(scene: SparseScene, grid: int = 8) -> Array:
+def shared_view(scene: SparseScene, grid: int = 8) -> FloatArray:
     """(v, v) share of photo i's picture that lies on photo j: the overlap of the two; the diagonal
     is 0.
 
@@ -167,7 +166,7 @@ def shared_view(scene: SparseScene, grid: int = 8) -> Array:
     return shares
 
 
-def face_normal(scene: SparseScene) -> Array:
+def face_normal(scene: SparseScene) -> FloatArray:
     """Unit normal of the plane that fits the tie points best, towards the cameras."""
     points = scene.points
     if len(points) < 3:
@@ -180,14 +179,14 @@ def face_normal(scene: SparseScene) -> Array:
     return np.asarray(normal * (1.0 if (scene.centres.mean(axis=0) - centre) @ normal > 0 else -1))
 
 
-def obliquity_deg(scene: SparseScene, normal: Array) -> Array:
+def obliquity_deg(scene: SparseScene, normal: FloatArray) -> FloatArray:
     """(v,) angle between each view direction and the perpendicular to the face, on whichever side
     of it the camera stands: an object may be photographed all around."""
     axes = np.array([view.direction for view in scene.views])
     return np.asarray(np.degrees(np.arccos(np.clip(np.abs(axes @ normal), 0.0, 1.0))))
 
 
-def _lies_on(view: View, points: Array) -> npt.NDArray[np.bool_]:
+def _lies_on(view: View, points: FloatArray) -> BoolArray:
     """Which points are before the camera and inside its picture."""
     # What is not defined is compared as false.
     return view.contains(view.project(points))
@@ -238,7 +237,9 @@ def _of_registration(
     return found
 
 
-def _of_points(scene: SparseScene, views: Array, overlap: Array, limits: Limits) -> list[Finding]:
+def _of_points(
+    scene: SparseScene, views: FloatArray, overlap: FloatArray, limits: Limits
+) -> list[Finding]:
     found = []
     names = [view.name for view in scene.views]
     counts = np.bincount(scene.track_views, minlength=len(names))
@@ -271,7 +272,7 @@ def _of_points(scene: SparseScene, views: Array, overlap: Array, limits: Limits)
     return found
 
 
-def places_seen(scene: SparseScene, most: int = 2000) -> npt.NDArray[np.int64]:
+def places_seen(scene: SparseScene, most: int = 2000) -> IntArray:
     """(n,) in how many photos each tie point lies (up to `most` of them, evenly taken), whether it
     was matched there or not. Occlusion is not looked at."""
     step = max(1, len(scene.points) // most)
@@ -282,7 +283,7 @@ def places_seen(scene: SparseScene, most: int = 2000) -> npt.NDArray[np.int64]:
     return seen
 
 
-def _of_sizes(scene: SparseScene, gsd: Array, limits: Limits) -> list[Finding]:
+def _of_sizes(scene: SparseScene, gsd: FloatArray, limits: Limits) -> list[Finding]:
     known = np.isfinite(gsd)
     if known.sum() < 2:
         return []
@@ -310,7 +311,7 @@ def _of_directions(scene: SparseScene, limits: Limits) -> list[Finding]:
     return [Finding("one-direction", photos=(), value=spread, source="poses")]
 
 
-def _of_places(scene: SparseScene, gsd: Array, limits: Limits) -> list[Finding]:
+def _of_places(scene: SparseScene, gsd: FloatArray, limits: Limits) -> list[Finding]:
     """One position, one photo (textbook 3.2.1)."""
     centres = scene.centres
     turned: list[tuple[str, str]] = []

@@ -9,13 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.photogrammetry.base.scene import SparseScene
-
-Array = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
 
 FEWEST = 5
 """Tie points in the region that a photo must see to have a depth map."""
@@ -47,7 +45,7 @@ class Region:
             )
         return cls((low[0], low[1], low[2]), (high[0], high[1], high[2]))
 
-    def inside(self, points: npt.ArrayLike, origin: npt.ArrayLike) -> Bools:
+    def inside(self, points: npt.ArrayLike, origin: npt.ArrayLike) -> BoolArray:
         """(n,) which of (n, 3) points, less `origin`, lie in it."""
         places = np.asarray(points, np.float64)
         low, high = (np.asarray(end) - np.asarray(origin) for end in (self.low, self.high))

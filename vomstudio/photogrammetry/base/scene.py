@@ -8,8 +8,8 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray, Float32Array, FloatArray, Int32Array, IntArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.arrays import open_arrays
 from vomstudio.core.files.regular import read_json
@@ -38,24 +38,24 @@ class SparseScene:
     """
 
     views: tuple[View, ...]
-    points: npt.NDArray[np.float64]
-    colors: npt.NDArray[np.uint8]
-    errors_px: npt.NDArray[np.float32]
-    track_offsets: npt.NDArray[np.int64]
-    track_views: npt.NDArray[np.int32]
-    track_pixels: npt.NDArray[np.float32]
+    points: FloatArray
+    colors: ByteArray
+    errors_px: Float32Array
+    track_offsets: IntArray
+    track_views: Int32Array
+    track_pixels: Float32Array
     origin: tuple[int, int, int] = (0, 0, 0)
     crs: str | None = None
     scaled: bool = False
     notes: tuple[str, ...] = field(default=())
 
     @cached_property
-    def track_lengths(self) -> npt.NDArray[np.int64]:
+    def track_lengths(self) -> IntArray:
         """(n,) number of photos that see each point."""
         return np.diff(self.track_offsets)
 
     @cached_property
-    def track_points(self) -> npt.NDArray[np.int64]:
+    def track_points(self) -> IntArray:
         """(m,) the point of each observation."""
         return np.repeat(np.arange(len(self.points)), self.track_lengths)
 
@@ -65,7 +65,7 @@ class SparseScene:
         return WORLD if self.scaled or self.crs is not None else UNPLACED
 
     @property
-    def centres(self) -> npt.NDArray[np.float64]:
+    def centres(self) -> FloatArray:
         """(v, 3) projection centres."""
         return np.array([view.centre for view in self.views]).reshape(-1, 3)
 
@@ -76,11 +76,11 @@ class SparseScene:
                 return view
         raise KeyError(name)
 
-    def seen_by(self, view: int) -> npt.NDArray[np.int64]:
+    def seen_by(self, view: int) -> IntArray:
         """Rows of the points that photo number `view` observes."""
         return np.asarray(self.track_points[self.track_views == view])
 
-    def pixel_at(self, places: npt.NDArray[np.float64]) -> float:
+    def pixel_at(self, places: FloatArray) -> float:
         """Size of a pixel of the photos at points (n, 3), in units of the scene."""
         sizes = [
             np.median(np.abs(view.depths(places))) / np.mean(view.intrinsics.focal)

@@ -170,9 +170,27 @@ def _tilted(nx, ny, nz, tilt, a, b, c):  # type: ignore[no-untyped-def]
     fastmath=True,
 )
 def sweep(  # type: ignore[no-untyped-def]
-    ref, sources, sizes, turns, shifts, lens, wanted, depth, normal, costs, seeds,
-    near, far, unit, spread, most, reach, parity, first, last
-):  # fmt: skip
+    ref,
+    sources,
+    sizes,
+    turns,
+    shifts,
+    lens,
+    wanted,
+    depth,
+    normal,
+    costs,
+    seeds,
+    near,
+    far,
+    unit,
+    spread,
+    most,
+    reach,
+    parity,
+    first,
+    last,
+):
     """Better planes for every second pixel of the rows from first to last, in place.
 
     ref : (h, w) picture, 0 to 1
@@ -206,9 +224,24 @@ def sweep(  # type: ignore[no-untyped-def]
             nx, ny, nz = normal[y, x, 0], normal[y, x, 1], normal[y, x, 2]
             for s in range(n):
                 costs[y, x, s] = _cost(
-                    u, v, rx, ry, z, nx, ny, nz, sources[s], sizes[s, 0], sizes[s, 1],
-                    turns[s], shifts[s], lens, patch, weights, moments,
-                )  # fmt: skip
+                    u,
+                    v,
+                    rx,
+                    ry,
+                    z,
+                    nx,
+                    ny,
+                    nz,
+                    sources[s],
+                    sizes[s, 0],
+                    sizes[s, 1],
+                    turns[s],
+                    shifts[s],
+                    lens,
+                    patch,
+                    weights,
+                    moments,
+                )
                 trial[s] = costs[y, x, s]
             best = share * _choose(trial, chosen, count)
             for k in range(11):
@@ -237,9 +270,24 @@ def sweep(  # type: ignore[no-untyped-def]
                 for m in range(count):
                     s = chosen[m]
                     total += share * _cost(
-                        u, v, rx, ry, d, ax, ay, az, sources[s], sizes[s, 0], sizes[s, 1],
-                        turns[s], shifts[s], lens, patch, weights, moments,
-                    )  # fmt: skip
+                        u,
+                        v,
+                        rx,
+                        ry,
+                        d,
+                        ax,
+                        ay,
+                        az,
+                        sources[s],
+                        sizes[s, 0],
+                        sizes[s, 1],
+                        turns[s],
+                        shifts[s],
+                        lens,
+                        patch,
+                        weights,
+                        moments,
+                    )
                     if total >= best:
                         break
                 if total < best:
@@ -271,7 +319,21 @@ def measure(  # type: ignore[no-untyped-def]
             rx, ry = (u - lens[2]) * lens[0], (v - lens[3]) * lens[1]
             for s in range(len(sources)):
                 costs[y, x, s] = _cost(
-                    u, v, rx, ry, depth[y, x], normal[y, x, 0], normal[y, x, 1], normal[y, x, 2],
-                    sources[s], sizes[s, 0], sizes[s, 1], turns[s], shifts[s], lens,
-                    patch, weights, moments,
-                )  # fmt: skip
+                    u,
+                    v,
+                    rx,
+                    ry,
+                    depth[y, x],
+                    normal[y, x, 0],
+                    normal[y, x, 1],
+                    normal[y, x, 2],
+                    sources[s],
+                    sizes[s, 0],
+                    sizes[s, 1],
+                    turns[s],
+                    shifts[s],
+                    lens,
+                    patch,
+                    weights,
+                    moments,
+                )

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from vomstudio.core.errors import GeometryError, InputError
 from vomstudio.core.files.arrays import open_arrays
 from vomstudio.core.findings import Finding
@@ -49,7 +49,7 @@ class DepthTask:
     methods: tuple[str, ...]
     near: float
     far: float
-    points: npt.NDArray[np.float64]
+    points: FloatArray
     options: DepthOptions = field(default_factory=DepthOptions)
 
 
@@ -64,9 +64,9 @@ class DepthMap:
 
     name: str
     view: View
-    depth: npt.NDArray[np.float32]
-    normals: npt.NDArray[np.float32]
-    confidence: npt.NDArray[np.uint8]
+    depth: Float32Array
+    normals: Float32Array
+    confidence: ByteArray
 
     @property
     def filled(self) -> float:
@@ -154,12 +154,12 @@ def memory_needed(width: int, height: int, sources: int = SOURCES) -> int:
     return int(width * height * (14 * sources + 80) + 20_000_000)
 
 
-Photo = tuple[View, npt.NDArray[np.uint8], npt.NDArray[np.bool_]]
+Photo = tuple[View, ByteArray, BoolArray]
 
 
 def _by_rectified_pairs(
     task: DepthTask, first: Photo, others: Sequence[Photo]
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint8]]:
+) -> tuple[Float32Array, ByteArray]:
     """Inverse depths, and how many sources agree on each, from the pairs that can be rectified."""
     from vomstudio.photogrammetry.dense._depth_kernels import merge
     from vomstudio.photogrammetry.dense.sgbm import pair_inverse_depth
@@ -187,7 +187,7 @@ def _by_rectified_pairs(
     return merged, agreeing
 
 
-def _measured(task: DepthTask, inverse: npt.NDArray[np.float32]) -> float:
+def _measured(task: DepthTask, inverse: Float32Array) -> float:
     """The part of the photo's tie points, on the mask, that have a depth."""
     view, valid = task.reference.view, task.reference.valid
     pixels = view.project(task.points)
@@ -203,8 +203,8 @@ def _fill_by_patchmatch(
     task: DepthTask,
     first: Photo,
     others: Sequence[Photo],
-    inverse: npt.NDArray[np.float32],
-    agreeing: npt.NDArray[np.uint8],
+    inverse: Float32Array,
+    agreeing: ByteArray,
 ) -> None:
     """PatchMatch where there is no depth yet, in place."""
     from vomstudio.photogrammetry.dense.patchmatch import match
@@ -253,8 +253,8 @@ def _check(task: DepthTask) -> None:
 def _finish(
     first: Photo,
     others: Sequence[Photo],
-    inverse: npt.NDArray[np.float32],
-    agreeing: npt.NDArray[np.uint8],
+    inverse: Float32Array,
+    agreeing: ByteArray,
 ) -> DepthMap:
     """With the depths at which no other photo looks alike left out: sky and bare surfaces have a
     smoothest disparity too, and a pair that errs agrees with itself."""
@@ -276,8 +276,8 @@ def _finish(
 
 
 def _planes(
-    view: View, inverse: npt.NDArray[np.float32], steepness: float, radius: int, stride: int
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+    view: View, inverse: Float32Array, steepness: float, radius: int, stride: int
+) -> tuple[Float32Array, Float32Array]:
     """Normals (h, w, 3) of the planes through each pixel's neighbours, and their inverse depths."""
     from vomstudio.photogrammetry.dense._depth_kernels import plane_normals
 

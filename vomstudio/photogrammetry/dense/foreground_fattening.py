@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
+
+from vomstudio.core.arrays import BoolArray, ByteArray
 
 # Windows that are matched reach this far over an edge, pixels.
 _REACH = 16
@@ -17,9 +18,7 @@ _OPEN, _FREE_SHARE = 33, 0.85
 _SAME = 15.0
 
 
-def sky_fringe(
-    gray: npt.NDArray[np.uint8], valid: npt.NDArray[np.bool_], has: npt.NDArray[np.bool_]
-) -> npt.NDArray[np.bool_]:
+def sky_fringe(gray: ByteArray, valid: BoolArray, has: BoolArray) -> BoolArray:
     """(h, w) the pixels with a depth that show sky: bare, bright, and beside much of the same that
     has none. A window on the sky that reaches the skyline looks alike at the depth of the rock.
 

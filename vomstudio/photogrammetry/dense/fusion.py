@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
@@ -146,7 +146,7 @@ def _rows(names: Sequence[str], rows: Mapping[str, int]) -> Iterator[int]:
     return (rows[name] for name in names if name in rows)
 
 
-def _lens(one: DepthMap) -> npt.NDArray[np.float64]:
+def _lens(one: DepthMap) -> FloatArray:
     lens = one.view.intrinsics
     return np.array([*lens.focal, *lens.centre])
 
@@ -223,9 +223,7 @@ def _fuse_one(row: int, others: Sequence[int], maps: _Cache, options: FusionOpti
     )
 
 
-def _toward_photo(
-    mean: npt.NDArray[np.float64], own: npt.NDArray[np.float64], rays: npt.NDArray[np.float64]
-) -> npt.NDArray[np.float64]:
+def _toward_photo(mean: FloatArray, own: FloatArray, rays: FloatArray) -> FloatArray:
     """Unit normals (n, 3) that face the camera along its rays: the mean of those that agree, or
     the photo's own where that mean has gone over the edge."""
     chosen = np.where(((mean * rays).sum(axis=1) < 0.0)[:, None], mean, own)

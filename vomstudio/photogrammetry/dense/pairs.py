@@ -7,8 +7,8 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import View
@@ -66,7 +66,7 @@ class Plan:
     view: int
     near: float
     far: float
-    points: npt.NDArray[np.float64]
+    points: FloatArray
     sources: tuple[Source, ...]
     neighbours: tuple[int, ...]
 
@@ -152,17 +152,17 @@ class _Candidate:
     angle_deg: float
     convergence_deg: float
     score: float
-    side: npt.NDArray[np.float64]
+    side: FloatArray
 
 
-def _seen(scene: SparseScene) -> list[npt.NDArray[np.int64]]:
+def _seen(scene: SparseScene) -> list[IntArray]:
     """Rows of the tie points that each view sees, ascending."""
     keys = np.unique(scene.track_views.astype(np.int64) << 32 | scene.track_points)
     starts = np.searchsorted(keys >> 32, np.arange(1, len(scene.views)))
     return np.split(keys & 0xFFFFFFFF, starts)
 
 
-def _shared(scene: SparseScene) -> list[npt.NDArray[np.int64]]:
+def _shared(scene: SparseScene) -> list[IntArray]:
     """For each view, those that see enough of the same points: of hundreds, most see none."""
     from scipy.sparse import csr_matrix
 
@@ -182,9 +182,9 @@ def _shared(scene: SparseScene) -> list[npt.NDArray[np.int64]]:
 def _candidates(
     scene: SparseScene,
     row: int,
-    shared: npt.NDArray[np.int64],
-    seen: list[npt.NDArray[np.int64]],
-    centres: npt.NDArray[np.float64],
+    shared: IntArray,
+    seen: list[IntArray],
+    centres: FloatArray,
 ) -> list[_Candidate]:
     """shared : rows of the photos that share points enough with this one"""
     found = []
@@ -212,7 +212,7 @@ def _candidates(
     return found
 
 
-def _worth(angles_deg: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _worth(angles_deg: FloatArray) -> FloatArray:
     off = angles_deg - _BEST_ANGLE_DEG
     return np.asarray(np.exp(-0.5 * (off / np.where(off < 0, _BELOW_DEG, _ABOVE_DEG)) ** 2))
 
@@ -232,7 +232,7 @@ def _spread(candidates: list[_Candidate], count: int) -> list[_Candidate]:
     return chosen
 
 
-def _method(view: View, other: View, points: npt.NDArray[np.float64], candidate: _Candidate) -> str:
+def _method(view: View, other: View, points: FloatArray, candidate: _Candidate) -> str:
     """SGBM where the pair can be rectified without distorting what it shows."""
     if (
         candidate.convergence_deg > _LARGEST_CONVERGENCE_DEG
@@ -253,7 +253,7 @@ def _method(view: View, other: View, points: npt.NDArray[np.float64], candidate:
     return SGBM
 
 
-def _range(depths: npt.NDArray[np.float64]) -> tuple[float, float]:
+def _range(depths: FloatArray) -> tuple[float, float]:
     """Nearest and farthest depth, without the stray tie points. Padded in inverse depth, in which
     pixels count, by a part of the range and of the depth itself: rock without tie points reaches
     beyond."""
@@ -262,8 +262,6 @@ def _range(depths: npt.NDArray[np.float64]) -> tuple[float, float]:
     return float(1.0 / (near + room)), float(1.0 / max(far - room, 0.25 * far))
 
 
-def _angles_deg(
-    first: npt.NDArray[np.float64], second: npt.NDArray[np.float64]
-) -> npt.NDArray[np.float64]:
+def _angles_deg(first: FloatArray, second: FloatArray) -> FloatArray:
     cross = np.linalg.norm(np.cross(first, second), axis=1)
     return np.asarray(np.degrees(np.arctan2(cross, (first * second).sum(axis=1))))

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 from vomstudio.core.threads import thread_pool
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.kernels.jit import for_kernels
@@ -22,8 +22,6 @@ from vomstudio.geometry.kernels.jit import for_kernels
 if TYPE_CHECKING:
     from concurrent.futures import ThreadPoolExecutor
 
-Array = npt.NDArray[np.float64]
-Pixels = npt.NDArray[np.float32]
 
 # Reduction, sweeps over both colours, first size of the random changes, reach of far neighbours.
 _LEVELS = ((4, 4, 1.0, 5), (2, 3, 0.4, 3), (1, 1, 0.15, 0))
@@ -41,17 +39,17 @@ class Found:
     agreeing : (h, w) in how many sources the patch looks alike
     """
 
-    inverse: Pixels
-    agreeing: npt.NDArray[np.uint8]
+    inverse: Float32Array
+    agreeing: ByteArray
 
 
 def match(
     view: View,
-    gray: npt.NDArray[np.uint8],
-    wanted: npt.NDArray[np.bool_],
-    known: Pixels,
-    sources: Sequence[tuple[View, npt.NDArray[np.uint8], npt.NDArray[np.bool_]]],
-    points: Array,
+    gray: ByteArray,
+    wanted: BoolArray,
+    known: Float32Array,
+    sources: Sequence[tuple[View, ByteArray, BoolArray]],
+    points: FloatArray,
     near: float,
     far: float,
     *,
@@ -69,7 +67,7 @@ def match(
     threads : the result does not depend on their number
     """
     rng = np.random.default_rng(seed)
-    planes: tuple[Pixels, Pixels] | None = None
+    planes: tuple[Float32Array, Float32Array] | None = None
     h, w = gray.shape
     levels = [level for level in _LEVELS if min(h, w) / level[0] >= _SMALLEST_SIDE] or [_LEVELS[-1]]
     costs = np.empty((0, 0, 0), np.float32)
@@ -126,11 +124,11 @@ def match(
 
 def likeness(
     view: View,
-    gray: npt.NDArray[np.uint8],
-    depth: Pixels,
-    normals: Pixels,
-    sources: Sequence[tuple[View, npt.NDArray[np.uint8], npt.NDArray[np.bool_]]],
-) -> npt.NDArray[np.uint8]:
+    gray: ByteArray,
+    depth: Float32Array,
+    normals: Float32Array,
+    sources: Sequence[tuple[View, ByteArray, BoolArray]],
+) -> ByteArray:
     """In how many sources (h, w) the patches of a depth map look alike.
 
     depth, normals : (h, w), (h, w, 3) of the photo, 0 = none
@@ -199,21 +197,21 @@ class _Setting:
     """Pictures and cameras at one reduction, as the kernels want them."""
 
     lens: Intrinsics
-    ref: Pixels
-    wanted: npt.NDArray[np.bool_]
-    k: Pixels
-    pictures: Pixels
-    sizes: npt.NDArray[np.int64]
-    turns: Pixels
-    shifts: Pixels
+    ref: Float32Array
+    wanted: BoolArray
+    k: Float32Array
+    pictures: Float32Array
+    sizes: IntArray
+    turns: Float32Array
+    shifts: Float32Array
 
     @classmethod
     def make(
         cls,
         view: View,
-        gray: npt.NDArray[np.uint8],
-        wanted: npt.NDArray[np.bool_],
-        sources: Sequence[tuple[View, npt.NDArray[np.uint8], npt.NDArray[np.bool_]]],
+        gray: ByteArray,
+        wanted: BoolArray,
+        sources: Sequence[tuple[View, ByteArray, BoolArray]],
         reduction: int,
     ) -> _Setting:
         ref = _shrunk(gray, reduction)
@@ -244,13 +242,13 @@ class _Setting:
         )
 
 
-def _from_centres(lens: Intrinsics) -> Array:
+def _from_centres(lens: Intrinsics) -> FloatArray:
     """The calibration matrix for pixels counted from the centre of the first one."""
     half = np.array([[0.0, 0.0, 0.5], [0.0, 0.0, 0.5], [0.0, 0.0, 0.0]])
     return np.asarray(lens.matrix - half)
 
 
-def _shrunk(gray: npt.NDArray[np.uint8], reduction: int) -> Pixels:
+def _shrunk(gray: ByteArray, reduction: int) -> Float32Array:
     import cv2
 
     h, w = gray.shape
@@ -260,7 +258,7 @@ def _shrunk(gray: npt.NDArray[np.uint8], reduction: int) -> Pixels:
     return np.ascontiguousarray(gray, np.float32) / np.float32(255.0)
 
 
-def _reduced(values: Pixels, shape: tuple[int, ...]) -> Pixels:
+def _reduced(values: Float32Array, shape: tuple[int, ...]) -> Float32Array:
     """The value at the middle of each larger pixel."""
     rows = ((np.arange(shape[0]) + 0.5) * values.shape[0] / shape[0]).astype(int)
     columns = ((np.arange(shape[1]) + 0.5) * values.shape[1] / shape[1]).astype(int)
@@ -274,13 +272,13 @@ def _unit(view: View, lens: Intrinsics, sources: Sequence[View]) -> float:
 
 def _start(
     lens: Intrinsics,
-    fixed: Pixels,
+    fixed: Float32Array,
     view: View,
-    points: Array,
+    points: FloatArray,
     near: float,
     far: float,
     rng: np.random.Generator,
-) -> tuple[Pixels, Pixels]:
+) -> tuple[Float32Array, Float32Array]:
     """Depths of the nearest tie point for half of the pixels and at random for the others; normals
     about towards the camera."""
     from scipy.spatial import cKDTree
@@ -301,13 +299,13 @@ def _start(
     return for_kernels(depth, np.float32), for_kernels(normal, np.float32)
 
 
-def _into(view: View, points: Array) -> Array:
+def _into(view: View, points: FloatArray) -> FloatArray:
     return np.asarray(points @ view.rotation.T + view.translation)
 
 
 def _refined(
-    planes: tuple[Pixels, Pixels], lens: Intrinsics, near: float, far: float
-) -> tuple[Pixels, Pixels]:
+    planes: tuple[Float32Array, Float32Array], lens: Intrinsics, near: float, far: float
+) -> tuple[Float32Array, Float32Array]:
     """The planes of a coarser level, cut by the rays of a finer one."""
     depth, normal = planes
     h, w = lens.height, lens.width
@@ -317,7 +315,7 @@ def _refined(
     z, n = depth[rows[:, None], columns], normal[rows[:, None], columns]
     (fx, fy), (cx, cy) = lens.focal, lens.centre
 
-    def along(x: npt.NDArray[Any], y: npt.NDArray[Any]) -> Array:
+    def along(x: AnyArray, y: AnyArray) -> FloatArray:
         return np.asarray(
             n[..., 0] * ((x - cx) / fx) + n[..., 1] * ((y - cy) / fy)[:, None] + n[..., 2]
         )
@@ -330,9 +328,7 @@ def _refined(
     return for_kernels(depth, np.float32), for_kernels(n, np.float32)
 
 
-def _lands_on(
-    view: View, other: View, depth: Pixels, counts: npt.NDArray[np.bool_]
-) -> npt.NDArray[np.bool_]:
+def _lands_on(view: View, other: View, depth: Float32Array, counts: BoolArray) -> BoolArray:
     """Which pixels' points lie on a part of the other photo that counts."""
     h, w = depth.shape
     x, y = np.meshgrid(np.arange(w) + 0.5, np.arange(h) + 0.5)
@@ -346,7 +342,7 @@ def _lands_on(
     return np.asarray((on & counts[row, column]).reshape(h, w))
 
 
-def _drop_specks(inverse: Pixels, unit: float) -> None:
+def _drop_specks(inverse: Float32Array, unit: float) -> None:
     """Small patches that jump out of their surroundings are chance."""
     import cv2
 

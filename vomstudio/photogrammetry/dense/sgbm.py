@@ -10,12 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.kernels.jit import for_kernels
-
-Array = npt.NDArray[np.float64]
 
 # Pixels of the windows compared. Larger ones carry the depth of a face over its edges: with 5 the
 # made faces are measured less exactly (tests/benchmarks/bench_dense), and joint steps fill up.
@@ -41,9 +39,9 @@ class Rectified:
     left, top, width, height : of the part of the plane to fill
     """
 
-    first: Array
-    second: Array
-    turn: Array
+    first: FloatArray
+    second: FloatArray
+    turn: FloatArray
     focal: float
     baseline: float
     plane: tuple[float, float, float]
@@ -60,7 +58,9 @@ class Rectified:
         return (1.0 - self.plane[0]) / (self.focal * self.baseline)
 
 
-def rectify(first: View, second: View, points: Array, near: float, far: float) -> Rectified | None:
+def rectify(
+    first: View, second: View, points: FloatArray, near: float, far: float
+) -> Rectified | None:
     """How to lay two pinhole photos on one plane; None where that cannot be done usefully.
 
     points : (n, 3) tie points that the first sees
@@ -104,7 +104,7 @@ def rectify(first: View, second: View, points: Array, near: float, far: float) -
     alpha, beta, gamma = plane
     shear = np.array([[1.0 - alpha, -beta, -gamma], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 
-    def onto(view: View) -> Array:
+    def onto(view: View) -> FloatArray:
         return np.asarray(
             flat @ turn @ view.rotation.T @ np.linalg.inv(view.intrinsics.matrix), np.float64
         )
@@ -126,12 +126,12 @@ def rectify(first: View, second: View, points: Array, near: float, far: float) -
 
 
 def pair_inverse_depth(
-    first: tuple[View, npt.NDArray[np.uint8], npt.NDArray[np.bool_]],
-    second: tuple[View, npt.NDArray[np.uint8], npt.NDArray[np.bool_]],
-    points: Array,
+    first: tuple[View, ByteArray, BoolArray],
+    second: tuple[View, ByteArray, BoolArray],
+    points: FloatArray,
     near: float,
     far: float,
-) -> tuple[npt.NDArray[np.float32], float] | None:
+) -> tuple[Float32Array, float] | None:
     """Inverse depths (h, w) in the first photo, 0 where there is none, and their change for a pixel
     of disparity; None where the pair cannot be rectified.
 
@@ -195,7 +195,7 @@ def pair_inverse_depth(
     return inverse, pair.step
 
 
-def _box(view: View, turn: Array, focal: float) -> tuple[int, int, int, int] | None:
+def _box(view: View, turn: FloatArray, focal: float) -> tuple[int, int, int, int] | None:
     """Whole pixels around the photo on the rectified plane: left, top, right, bottom."""
     w, h = view.intrinsics.width, view.intrinsics.height
     corners = view.intrinsics.rays([[0, 0], [w, 0], [w, h], [0, h]]) @ view.rotation @ turn.T
@@ -207,7 +207,7 @@ def _box(view: View, turn: Array, focal: float) -> tuple[int, int, int, int] | N
 
 
 def _search(
-    xyz: Array, focal: float, baseline: float, near: float, far: float, across: tuple[int, int]
+    xyz: FloatArray, focal: float, baseline: float, near: float, far: float, across: tuple[int, int]
 ) -> tuple[tuple[float, float, float], float, float]:
     """The disparity of the plane through the tie points (rectified frame), and the lowest and
     highest difference from it to look for."""
@@ -224,7 +224,7 @@ def _search(
     return plane, float(low - room), float(high + room)
 
 
-def _plane(u: Array, v: Array, disparity: Array) -> tuple[float, float, float]:
+def _plane(u: FloatArray, v: FloatArray, disparity: FloatArray) -> tuple[float, float, float]:
     """Least absolute differences, by reweighting. Too steep a plane is taken level."""
     a = np.column_stack([u, v, np.ones_like(u)])
     weight = np.ones_like(u)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, ByteArray, Float32Array
 from vomstudio.core.errors import GeometryError, InputError
 from vomstudio.core.files.untrusted.pictures import MASK_BYTES, decode_picture
 from vomstudio.core.findings import Finding
@@ -51,18 +51,18 @@ class Undistorted:
     view: View
 
     @cached_property
-    def valid(self) -> npt.NDArray[np.bool_]:
+    def valid(self) -> BoolArray:
         """(h, w) which pixels may be used."""
         lens = self.view.intrinsics
         if self.mask is None:
             return np.ones((lens.height, lens.width), bool)
         return decode_mask(self.mask, lens.width, lens.height, self.view.name)
 
-    def pixels(self) -> npt.NDArray[np.uint8]:
+    def pixels(self) -> ByteArray:
         """(h, w, 3) red, green, blue."""
         return decode_photo(self.photo, self.view.name)
 
-    def gray(self) -> npt.NDArray[np.uint8]:
+    def gray(self) -> ByteArray:
         """(h, w)"""
         import cv2
 
@@ -111,7 +111,7 @@ def undistort(task: UndistortTask) -> Undistorted:
     )
     if small != (lens.width, lens.height):
         image = np.asarray(cv2.resize(image, small, interpolation=cv2.INTER_AREA))
-    fully: npt.NDArray[np.uint8] | None = None
+    fully: ByteArray | None = None
     if mask is not None:
         fully = mask.astype(np.uint8) * np.uint8(255)
         if small != (lens.width, lens.height):
@@ -146,7 +146,7 @@ def memory_needed(width: int, height: int, max_size: int | None) -> int:
     return int(width * height * (6 + 18 * scale * scale)) + 20_000_000
 
 
-def decode_photo(photo: bytes, name: str) -> npt.NDArray[np.uint8]:
+def decode_photo(photo: bytes, name: str) -> ByteArray:
     """(h, w, 3) red, green, blue, as stored: an orientation tag turns nothing.
 
     Raises InputError.
@@ -159,7 +159,7 @@ def decode_photo(photo: bytes, name: str) -> npt.NDArray[np.uint8]:
     return image
 
 
-def decode_mask(mask: bytes, width: int, height: int, name: str) -> npt.NDArray[np.bool_]:
+def decode_mask(mask: bytes, width: int, height: int, name: str) -> BoolArray:
     """(h, w) True where the photo may be used. A mask of another size but the same proportions is
     stretched.
 
@@ -213,7 +213,7 @@ def _pinhole_of(lens: Intrinsics) -> Intrinsics:
 
 def _remapping(
     ideal: Intrinsics, lens: Intrinsics, size: tuple[int, int]
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], npt.NDArray[np.bool_]]:
+) -> tuple[Float32Array, Float32Array, BoolArray]:
     """For each pixel of the ideal photo: where it lies, in OpenCV's coordinates, in the real one
     once resampled to `size`; and whether it lies there."""
     shape = (ideal.height, ideal.width)
@@ -234,7 +234,7 @@ def _remapping(
     return x, y, shown
 
 
-def _encode_photo(image: npt.NDArray[np.uint8], lossless: bool) -> bytes:
+def _encode_photo(image: ByteArray, lossless: bool) -> bytes:
     import cv2
 
     bgr = cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
@@ -249,7 +249,7 @@ def _encode_photo(image: npt.NDArray[np.uint8], lossless: bool) -> bytes:
     return cv2.imencode(".jpg", bgr, options)[1].tobytes()
 
 
-def _encode_mask(valid: npt.NDArray[np.bool_]) -> bytes:
+def _encode_mask(valid: BoolArray) -> bytes:
     import cv2
 
     return cv2.imencode(".png", valid.astype(np.uint8) * np.uint8(255))[1].tobytes()

@@ -15,8 +15,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding, finding_of
 from vomstudio.core.progress import Progress
@@ -32,8 +32,6 @@ from vomstudio.registration.similarity import (
     nearly_on_a_line,
     rotation_covariance,
 )
-
-Array = npt.NDArray[np.float64]
 
 FEWEST = 3
 # Markers that miss by so many pixels at most are never called wrong.
@@ -145,7 +143,7 @@ def _pair(one: SparseScene, other: SparseScene) -> tuple[str, str]:
 
 
 # ------------------------------------------------------------------------------------------------
-def _places(scene: SparseScene, marks: Sequence[Mark]) -> dict[str, Array]:
+def _places(scene: SparseScene, marks: Sequence[Mark]) -> dict[str, FloatArray]:
     """Markers that the photos of a part locate."""
     found, _ = marks_by_point(scene, marks)
     places = {label: seen_at.place(scene) for label, seen_at in found.items()}
@@ -224,7 +222,7 @@ def _join(
 
 
 def _by_control(
-    a: dict[str, Array], b: dict[str, Array], control: Sequence[ControlPoint]
+    a: dict[str, FloatArray], b: dict[str, FloatArray], control: Sequence[ControlPoint]
 ) -> Similarity:
     """Of the one part to the other, each placed by control points of its own."""
     fits = []
@@ -244,7 +242,7 @@ def _by_control(
     )
 
 
-def _pixel_size(one: SparseScene, other: SparseScene, here: Array, there: Array) -> float:
+def _pixel_size(one: SparseScene, other: SparseScene, here: FloatArray, there: FloatArray) -> float:
     """The larger of the two parts' pixels at the markers, in the units of the one."""
     scale = fit_similarity(there, here).scale
     return max(one.pixel_at(here), other.pixel_at(there) * scale)

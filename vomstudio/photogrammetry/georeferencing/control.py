@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
@@ -39,8 +39,6 @@ from vomstudio.registration.marks.mark_errors import (
 from vomstudio.registration.marks.wrong_marks import WrongMark, agreeing, meet, misplaced
 from vomstudio.registration.scatter import drift_findings
 from vomstudio.registration.similarity import fit_similarity
-
-Array = npt.NDArray[np.float64]
 
 LEAST_POINTS, LEAST_PHOTOS = 3, 2
 WANTED_PHOTOS = 4
@@ -159,7 +157,7 @@ def place_by_control(
     return placed, replace(report, warnings=tuple(warnings))
 
 
-def _bowing(points: Sequence[PointFit], adjusted: bool, extent: Array) -> Bowing | None:
+def _bowing(points: Sequence[PointFit], adjusted: bool, extent: FloatArray) -> Bowing | None:
     known = [p for p in points if p.role in ("control", "check") and p.residual_m]
     judges = [p for p in known if p.role == "check"]
     if adjusted and len(judges) >= FEWEST:
@@ -293,7 +291,7 @@ def _observations(
 def _fit_of(
     scene: SparseScene,
     point: ControlPoint,
-    local: Array,
+    local: FloatArray,
     seen: PointMarks,
     used: bool,
 ) -> PointFit:

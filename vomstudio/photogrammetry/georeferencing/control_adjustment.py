@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
@@ -33,8 +33,6 @@ from vomstudio.registration.similarity import (
     fit_similarity,
     nearly_on_a_line,
 )
-
-Array = npt.NDArray[np.float64]
 
 _PART_OF_PIXEL = 0.1
 _FOLDS = 3
@@ -75,7 +73,7 @@ class GroundPoints:
 
     control: Sequence[ControlPoint]
     seen: list[PointMarks]
-    local: Array
+    local: FloatArray
     origin: tuple[int, int, int]
     fitting: list[int]
     ties: list[PointMarks]
@@ -84,7 +82,7 @@ class GroundPoints:
     floor: float
     mark_px: float
 
-    def places(self, scene: SparseScene, rows: Sequence[int]) -> Array:
+    def places(self, scene: SparseScene, rows: Sequence[int]) -> FloatArray:
         """Return the places (n, 3) of some of the points in a scene."""
         return np.array([self.seen[row].place(scene) for row in rows])
 
@@ -117,7 +115,7 @@ class GroundPoints:
             )
         return ControlFit(fit, used, scatter)
 
-    def errors(self, scene: SparseScene, fit: Similarity, rows: Sequence[int]) -> Array:
+    def errors(self, scene: SparseScene, fit: Similarity, rows: Sequence[int]) -> FloatArray:
         """Return the covariances (n, 3, 3) of points: surveyed accuracy and scatter of the marks.
 
         fit : from the scene to the control points
@@ -271,7 +269,7 @@ def _misses_of_others(
     return float(np.sqrt(np.mean(np.square(bent)))), float(np.sqrt(np.mean(np.square(stiff))))
 
 
-def require_width(local: Array) -> None:
+def require_width(local: FloatArray) -> None:
     """Raises GeometryError where points (n, 3) lie on one line."""
     if nearly_on_a_line(local):
         raise GeometryError(Finding("control.collinear"))

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.bowing import bowing_of
@@ -36,7 +36,6 @@ from vomstudio.registration.similarity import (
 if TYPE_CHECKING:
     from vomstudio.core.progress import Progress
 
-Array = npt.NDArray[np.float64]
 
 _WARN_DEG = 2.0
 _SAME_SPOT_M = 0.5
@@ -68,9 +67,9 @@ class GpsReport(Placement):
     """
 
     names: tuple[str, ...]
-    positions: Array
-    residuals_m: Array
-    used: npt.NDArray[np.bool_]
+    positions: FloatArray
+    residuals_m: FloatArray
+    used: BoolArray
     rms_m: float
     heights: str
 
@@ -177,7 +176,7 @@ def _photos_with_position(
 
 
 def _scatter(
-    centres: Array, local: Array, used: npt.NDArray[np.bool_], stated: float | None
+    centres: FloatArray, local: FloatArray, used: BoolArray, stated: float | None
 ) -> Scatter:
     """Estimate the errors of a registration by camera positions.
 
@@ -211,7 +210,7 @@ def crs_of(photos: Sequence[PhotoLike], crs: str | None) -> str:
     return utm_zone(longitude, latitude)
 
 
-def world_positions(photos: Sequence[PhotoLike], crs: str) -> Array:
+def world_positions(photos: Sequence[PhotoLike], crs: str) -> FloatArray:
     """(n, 3) east, north and the stated altitude. Raises GeometryError outside of the CRS."""
     from vomstudio.io.gis.crs import from_degrees
 
@@ -237,12 +236,12 @@ def _stated_accuracy(photos: Sequence[PhotoLike]) -> float | None:
     return float(np.median(stated)) / _RADIUS if len(stated) > len(photos) / 2 else None
 
 
-def _each_sigma(photos: Sequence[PhotoLike], usual: float) -> Array:
+def _each_sigma(photos: Sequence[PhotoLike], usual: float) -> FloatArray:
     """(n,) of one horizontal coordinate of each photo; `usual` where it states none."""
     return np.array([(p.gps_accuracy_m or 0) / _RADIUS or usual for p in photos])
 
 
-def _check_not_on_a_line(centres: Array, spread: Array) -> None:
+def _check_not_on_a_line(centres: FloatArray, spread: FloatArray) -> None:
     """Raises GeometryError where the cameras stand on one line, in the scene or by GPS."""
     if nearly_on_a_line(centres) or nearly_on_a_line(spread):
         raise GeometryError(Finding("collinear", "error", photos=(), value=None))

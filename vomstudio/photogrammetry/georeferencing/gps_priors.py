@@ -16,8 +16,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.photogrammetry.base.scene import SparseScene
@@ -27,8 +27,6 @@ from vomstudio.photogrammetry.georeferencing.ground_calibration import (
     adjust_to_ground,
     ground_misfit,
 )
-
-Array = npt.NDArray[np.float64]
 
 USEFUL_PIXELS = 3.0
 FEWEST_POSITIONS = 5
@@ -55,8 +53,8 @@ class GpsAdjustment:
 def adjust_to_positions(
     scene: SparseScene,
     rows: Sequence[int],
-    positions: Array,
-    sigmas_m: Array,
+    positions: FloatArray,
+    sigmas_m: FloatArray,
     *,
     threads: int = -1,
     progress: Progress | None = None,
@@ -95,7 +93,7 @@ def adjust_to_positions(
     return bent, GpsAdjustment(True, reason, middle, lenses)
 
 
-def _refusal(scene: SparseScene, sigmas: Array) -> Finding | None:
+def _refusal(scene: SparseScene, sigmas: FloatArray) -> Finding | None:
     """Return why positions with these errors (n,) cannot improve the adjustment, or None."""
     if len(sigmas) < FEWEST_POSITIONS:
         return Finding("gps.too-few-to-adjust", positions=len(sigmas), least=FEWEST_POSITIONS)
@@ -112,7 +110,7 @@ def _refusal(scene: SparseScene, sigmas: Array) -> Finding | None:
 
 
 def known_centres(
-    rows: Sequence[int] | npt.NDArray[np.int64], positions: Array, sigmas: Array
+    rows: Sequence[int] | IntArray, positions: FloatArray, sigmas: FloatArray
 ) -> list[KnownCentre]:
     """Positions (n, 3) of cameras, with errors (n,) of a horizontal coordinate, as an adjustment
     wants them."""

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.triangulation import triangulate
@@ -25,8 +25,6 @@ from vomstudio.photogrammetry.align.priors import FEWEST_FOR_DISTORTION, Freedom
 from vomstudio.photogrammetry.base.colmap import cancellable, colmap
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.registration.marks.mark_errors import HAND_MARK_PX
-
-Array = npt.NDArray[np.float64]
 
 _LEAST_NOISE_PX = 0.05
 # Positions of cameras that miss by more count as wrong.
@@ -46,10 +44,10 @@ class KnownPoint:
     mark_px : error of a mark in one direction
     """
 
-    position: Array | None
+    position: FloatArray | None
     sigma: float
-    views: npt.NDArray[np.int64]
-    pixels: Array
+    views: IntArray
+    pixels: FloatArray
     mark_px: float = HAND_MARK_PX
 
 
@@ -58,8 +56,8 @@ class KnownCentre:
     """A camera position in the frame of the scene: row of the view, (3,), (3,) sigma."""
 
     view: int
-    position: Array
-    sigma: Array
+    position: FloatArray
+    sigma: FloatArray
 
 
 def bundle_adjust(

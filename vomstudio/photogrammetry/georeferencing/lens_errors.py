@@ -18,8 +18,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.geology.bowing import LensBend, model_shape, shape_change
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
@@ -33,8 +33,6 @@ from vomstudio.photogrammetry.georeferencing.ground_adjustment import (
 from vomstudio.photogrammetry.georeferencing.ground_calibration import LensVerdict
 from vomstudio.photogrammetry.georeferencing.lens_response import Response, response_of
 from vomstudio.registration.similarity import Similarity
-
-Array = npt.NDArray[np.float64]
 
 _Z95 = 1.959963984540054
 # Tie points for each photo, of which a few dozen know a lens as well as thousands that err alike.
@@ -57,14 +55,14 @@ class LensEffect:
     bend : by the 95 % errors
     """
 
-    covariance: Array
+    covariance: FloatArray
     bend: LensBend
 
 
 def lens_effect(
     scene: SparseScene,
     cameras: Sequence[Calibration],
-    about: Array,
+    about: FloatArray,
     placed_again: Callable[[SparseScene], Similarity] | None = None,
     points: Sequence[KnownPoint] = (),
     centres: Sequence[KnownCentre] = (),
@@ -190,7 +188,7 @@ def _with_second(scene: SparseScene, known: dict[Intrinsics, float]) -> SparseSc
     return replace(scene, views=tuple(wider(view) for view in scene.views))
 
 
-def _changes(response: Response, held: Sequence[float | None]) -> list[Array]:
+def _changes(response: Response, held: Sequence[float | None]) -> list[FloatArray]:
     """One-sigma changes of all lenses, (l,) each, independent of each other. held : of each lens
     one sigma of its focal length as a share, 0 where that was estimated, None for a lens that is
     taken as right."""

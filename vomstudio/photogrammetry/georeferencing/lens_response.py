@@ -12,14 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.georeferencing.ground_adjustment import KnownCentre, KnownPoint
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # Beside what photos tell: poses are known to a radian, and to the size of the scene. Nothing else
 # holds the frame of a scene that rests on nothing.
@@ -35,20 +32,20 @@ class Response:
 
     scene: SparseScene
     lenses: tuple[Intrinsics, ...]
-    information: Array
-    _poses_by_lens: Array
-    _point_inverse: Array
-    _to_pose: Array
-    _to_lens: Array
-    _rows: tuple[Ints, Ints, Ints]
+    information: FloatArray
+    _poses_by_lens: FloatArray
+    _point_inverse: FloatArray
+    _to_pose: FloatArray
+    _to_lens: FloatArray
+    _rows: tuple[IntArray, IntArray, IntArray]
 
     @property
-    def starts(self) -> Ints:
+    def starts(self) -> IntArray:
         """(lenses,) where the unknowns of each lens begin."""
         counts = [len(lens.params) for lens in self.lenses]
         return np.concatenate([[0], np.cumsum(counts)])[:-1].astype(np.int64)
 
-    def moved(self, change: Array) -> SparseScene:
+    def moved(self, change: FloatArray) -> SparseScene:
         """The scene once the lenses have changed by (l,) and all else was adjusted."""
         poses = self._poses_by_lens @ change
         views, points, lens_of = self._rows
@@ -98,9 +95,9 @@ def response_of(
     inner += seen.prior[:, None, None] * np.eye(3)
     # A point that two almost parallel rays see is known to the size of the scene.
     scale = float(np.trace(inner, axis1=1, axis2=2).mean()) if count else 1.0
-    inverse: Array = np.linalg.inv(inner + 1e-12 * scale * np.eye(3)).astype(np.float64)
-    to_pose: Array = np.einsum("mki,mkj->mij", by_point, by_pose)
-    to_lens: Array = np.einsum("mki,mkj->mij", by_point, by_lens)
+    inverse: FloatArray = np.linalg.inv(inner + 1e-12 * scale * np.eye(3)).astype(np.float64)
+    to_pose: FloatArray = np.einsum("mki,mkj->mij", by_point, by_pose)
+    to_lens: FloatArray = np.einsum("mki,mkj->mij", by_point, by_lens)
 
     size = 6 * len(scene.views)
     total = size + int(starts[-1])
@@ -136,15 +133,15 @@ class _Seen:
     """views, points : (m,) rows; weight : (m,) one over the error of a pixel; prior : (n,) one over
     the variance of a coordinate of each point"""
 
-    views: Ints
-    points: Ints
-    weight: Array
-    prior: Array
+    views: IntArray
+    points: IntArray
+    weight: FloatArray
+    prior: FloatArray
 
 
 def _observations(
     scene: SparseScene, noise_px: float, points: Sequence[KnownPoint]
-) -> tuple[Array, _Seen]:
+) -> tuple[FloatArray, _Seen]:
     views, which = [scene.track_views.astype(np.int64)], [scene.track_points]
     weight = [np.full(len(scene.track_views), 1.0 / noise_px)]
     places, prior = [scene.points], [np.zeros(len(scene.points))]
@@ -163,8 +160,8 @@ def _observations(
 
 
 def _derivatives(
-    views: Sequence[View], places: Array, seen: _Seen, wide: int
-) -> tuple[Array, Array, Array]:
+    views: Sequence[View], places: FloatArray, seen: _Seen, wide: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Of each observation in its own error, (m, 2, k): by the pose (a turn and a shift in the
     camera's frame), by the point, by the lens; 0 where it cannot be had."""
     count = len(seen.views)
@@ -210,7 +207,9 @@ def _derivatives(
     return made
 
 
-def _eliminate(normal: Array, which: Ints, places: Ints, pull: Array, inverse: Array) -> None:
+def _eliminate(
+    normal: FloatArray, which: IntArray, places: IntArray, pull: FloatArray, inverse: FloatArray
+) -> None:
     """Take out of the normal equations, in place, what the points take up. which : (m,) point of
     each observation; places : (m, k) its unknowns; pull : (m, 3, k)"""
     order = np.argsort(which, kind="stable")
@@ -225,7 +224,7 @@ def _eliminate(normal: Array, which: Ints, places: Ints, pull: Array, inverse: A
         np.subtract.at(normal, (at[:, None], at[None, :]), taken)
 
 
-def _hold(normal: Array, scene: SparseScene, centres: Sequence[KnownCentre]) -> None:
+def _hold(normal: FloatArray, scene: SparseScene, centres: Sequence[KnownCentre]) -> None:
     """Known places of cameras, and what keeps the rest from drifting, in place."""
     reach = float(np.linalg.norm(scene.centres - scene.centres.mean(axis=0), axis=1).max()) or 1.0
     loose = np.array([_LOOSE, _LOOSE, _LOOSE, *(3 * [_LOOSE / reach**2])])
@@ -240,7 +239,7 @@ def _hold(normal: Array, scene: SparseScene, centres: Sequence[KnownCentre]) -> 
         normal[np.ix_(at, at)] += known
 
 
-def _turned(view: View, move: Array, lens: Intrinsics) -> View:
+def _turned(view: View, move: FloatArray, lens: Intrinsics) -> View:
     from scipy.spatial.transform import Rotation
 
     turn = Rotation.from_rotvec(move[:3]).as_matrix()

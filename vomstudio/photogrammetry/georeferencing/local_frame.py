@@ -7,21 +7,26 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.photogrammetry.base.scene import SparseScene
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
 
-Array = npt.NDArray[np.float64]
 
 # Towards the sky in the camera frame (x right, y down) by the EXIF orientation tag: where the
 # stored picture's upper edge lies once it is turned upright.
 _UP = {
-    1: (0.0, -1.0), 2: (0.0, -1.0), 3: (0.0, 1.0), 4: (0.0, 1.0),
-    5: (-1.0, 0.0), 6: (-1.0, 0.0), 7: (1.0, 0.0), 8: (1.0, 0.0),
-}  # fmt: skip
+    1: (0.0, -1.0),
+    2: (0.0, -1.0),
+    3: (0.0, 1.0),
+    4: (0.0, 1.0),
+    5: (-1.0, 0.0),
+    6: (-1.0, 0.0),
+    7: (1.0, 0.0),
+    8: (1.0, 0.0),
+}
 # Photos that look this steeply down tell nothing about the vertical by their upper edge.
 _LEVEL = 0.3
 
@@ -63,7 +68,9 @@ def upright(scene: SparseScene, photos: Sequence[Photo]) -> SparseScene:
     return moved(scene, scale, turn, shift)
 
 
-def moved(scene: SparseScene, scale: float, rotation: Array, translation: Array) -> SparseScene:
+def moved(
+    scene: SparseScene, scale: float, rotation: FloatArray, translation: FloatArray
+) -> SparseScene:
     """The scene after x' = scale * rotation @ x + translation."""
     return replace(
         scene,

@@ -6,16 +6,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.triangulation import triangulate
 from vomstudio.io.control.points import Mark
 from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.registration.marks.mark_errors import Marks, place_covariance
-
-Array = npt.NDArray[np.float64]
 
 SAME_SPOT_PX = 3.0
 
@@ -24,25 +22,25 @@ SAME_SPOT_PX = 3.0
 class PointMarks:
     """views : (k,) rows of the views in which a point is marked; pixels : (k, 2)"""
 
-    views: npt.NDArray[np.int64]
-    pixels: Array
+    views: IntArray
+    pixels: FloatArray
 
     def in_views(self, scene: SparseScene) -> Marks:
         """Return the marks with the views of a scene."""
         return Marks([scene.views[int(row)] for row in self.views], self.pixels)
 
-    def place(self, scene: SparseScene) -> Array:
+    def place(self, scene: SparseScene) -> FloatArray:
         """(3,) in the frame of the scene; NaN where its rays do not determine it."""
         return triangulate(*self.in_views(scene))
 
-    def covariance(self, scene: SparseScene, mark_px: float) -> Array:
+    def covariance(self, scene: SparseScene, mark_px: float) -> FloatArray:
         """Return the covariance (3, 3) of the place, in the frame of the scene.
 
         mark_px : error of a mark in one direction, one sigma
         """
         return place_covariance(self.in_views(scene), self.place(scene), mark_px)
 
-    def select(self, rows: npt.NDArray[np.int64]) -> PointMarks:
+    def select(self, rows: IntArray) -> PointMarks:
         """Return some of the marks."""
         return PointMarks(self.views[rows], self.pixels[rows])
 

@@ -9,8 +9,8 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
@@ -24,7 +24,6 @@ from vomstudio.registration.marks.mark_errors import Marks, mark_distances
 from vomstudio.registration.marks.wrong_marks import agreeing
 from vomstudio.registration.similarity import Similarity, fit_robustly, nearly_on_a_line
 
-Array = npt.NDArray[np.float64]
 Pixel = tuple[float, float]
 
 FEWEST_POINTS, FEWEST_PHOTOS = 3, 2
@@ -250,7 +249,7 @@ class PlacedPhotos:
                     expected[name] = (float(at[0]), float(at[1]))
         return MarkPrediction(expected, residuals, sizes, suspect)
 
-    def epipolar_line(self, marking: Marking, label: str, photo: str) -> Array:
+    def epipolar_line(self, marking: Marking, label: str, photo: str) -> FloatArray:
         """(k, 2) pixels of a photo along which a point must lie that is marked in one other photo
         of its part; none where two marks tell more."""
         number = self.part_of(photo)
@@ -276,12 +275,12 @@ class PlacedPhotos:
         return Marks([views[name] for name in names], pixels)
 
     @staticmethod
-    def _place(marks: Marks) -> Array | None:
+    def _place(marks: Marks) -> FloatArray | None:
         """(1, 3) in the part's frame, where two marks or more tell."""
         place = triangulate(*marks)
         return place[None] if np.isfinite(place).all() else None
 
-    def _by_coordinates(self, marking: Marking, label: str, number: int) -> Array | None:
+    def _by_coordinates(self, marking: Marking, label: str, number: int) -> FloatArray | None:
         """The place (1, 3) of a point with coordinates in the frame of a part."""
         point = marking.point(label)
         if point is None:

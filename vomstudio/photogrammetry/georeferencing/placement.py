@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.geology.bowing import Bowing, LensBend
 from vomstudio.photogrammetry.align.priors import Calibration
@@ -20,8 +20,6 @@ from vomstudio.photogrammetry.georeferencing.lens_errors import lens_effect, sam
 from vomstudio.registration.scatter import Scatter, scale_findings
 from vomstudio.registration.similarity import Similarity, fit_similarity
 from vomstudio.registration.warnings import bowing_findings, lens_findings
-
-Array = npt.NDArray[np.float64]
 
 MAX_ROTATION_ERROR_DEG = 40.0
 """One sigma of a rotation above which points determine no direction."""
@@ -70,7 +68,7 @@ class Placement:
     adjusted: bool
     decisions: tuple[Finding, ...]
     lenses: tuple[LensVerdict, ...]
-    covariance: Array
+    covariance: FloatArray
     centre: tuple[float, float, float]
     bowing: Bowing | None
     lens_bend: LensBend | None
@@ -107,8 +105,8 @@ def placement_errors(
     scene: SparseScene,
     cameras: Sequence[Calibration],
     scatter: Scatter,
-    locate: Callable[[SparseScene], Array],
-    targets: Array,
+    locate: Callable[[SparseScene], FloatArray],
+    targets: FloatArray,
     *,
     lenses: Sequence[LensVerdict] | None,
     points: Sequence[KnownPoint] = (),

@@ -6,12 +6,10 @@ import math
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.registration.similarity import Similarity
-
-Array = npt.NDArray[np.float64]
 
 
 def moved(
@@ -28,7 +26,7 @@ def moved(
     )
 
 
-def integer_origin(positions: Array) -> tuple[int, int, int]:
+def integer_origin(positions: FloatArray) -> tuple[int, int, int]:
     """Whole hundreds of metres near the positions."""
     x, y, z = (int(math.floor(v / 100) * 100) for v in np.median(positions, axis=0))
     return x, y, z

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray, Float32Array, FloatingArray, IntArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.arrays import open_arrays
 from vomstudio.core.files.regular import read_json
@@ -24,8 +24,6 @@ from vomstudio.photogrammetry.align.alignment import Alignment
 from vomstudio.photogrammetry.base.checkpoints import file_name
 from vomstudio.photogrammetry.base.scene import SparseScene
 from vomstudio.photogrammetry.base.stage_folders import stage_folder
-
-Pixels = npt.NDArray[np.float32]
 
 WEAK_BELOW = 50
 """Pairs with fewer agreeing matches hold photos together badly."""
@@ -153,10 +151,10 @@ class PairOfPhotos:
     refused : (k, 2) rows that look alike and do not
     """
 
-    left: Pixels
-    right: Pixels
-    matches: npt.NDArray[np.int64]
-    refused: npt.NDArray[np.int64]
+    left: Float32Array
+    right: Float32Array
+    matches: IntArray
+    refused: IntArray
 
 
 def pair(out: Path, a: str, b: str) -> PairOfPhotos:
@@ -174,7 +172,7 @@ def pair(out: Path, a: str, b: str) -> PairOfPhotos:
     return PairOfPhotos(left, right, kept, refused.reshape(-1, 2))
 
 
-def residual_vectors(out: Path, name: str) -> tuple[Pixels, Pixels]:
+def residual_vectors(out: Path, name: str) -> tuple[Float32Array, Float32Array]:
     """(n, 2) pixels at which a photo shows tie points, and (n, 2) by how much these miss where the
     adjusted model puts them: observed less projected."""
     scene = SparseScene.load(_stage(out, "frame", _POSES))
@@ -200,13 +198,13 @@ class DepthPictures:
     coverage : share of the photo's usable pixels that have a depth
     """
 
-    photo: npt.NDArray[np.uint8]
-    depth: npt.NDArray[np.float32]
+    photo: ByteArray
+    depth: Float32Array
     low: float
     high: float
-    colors: npt.NDArray[np.uint8]
-    confidence: npt.NDArray[np.uint8]
-    normals: npt.NDArray[np.uint8]
+    colors: ByteArray
+    confidence: ByteArray
+    normals: ByteArray
     coverage: float
 
 
@@ -269,7 +267,7 @@ def coverage(out: Path, name: str) -> float | None:
     return float(has.mean())
 
 
-def depth_range(depth: npt.NDArray[np.float32]) -> tuple[float, float]:
+def depth_range(depth: Float32Array) -> tuple[float, float]:
     """Between which depths nearly all lie: 1 % are nearer, 1 % farther. (0, 1) where none is."""
     known = depth[depth > 0]
     if not len(known):
@@ -278,7 +276,7 @@ def depth_range(depth: npt.NDArray[np.float32]) -> tuple[float, float]:
     return (low, high) if high > low else (low * 0.999, low * 1.001)
 
 
-def color_table() -> npt.NDArray[np.uint8]:
+def color_table() -> ByteArray:
     """(256, 3) viridis."""
     from matplotlib import colormaps
 
@@ -286,9 +284,7 @@ def color_table() -> npt.NDArray[np.uint8]:
     return np.ascontiguousarray(table[:, :3])
 
 
-def depth_colors(
-    depth: npt.NDArray[np.float32], low: float, high: float, table: npt.NDArray[np.uint8]
-) -> npt.NDArray[np.uint8]:
+def depth_colors(depth: Float32Array, low: float, high: float, table: ByteArray) -> ByteArray:
     """(h, w, 3); pixels without a depth are NO_DEPTH."""
     place = np.clip((depth - low) / (high - low) * len(table), 0, len(table) - 1).astype(np.intp)
     picture = np.asarray(table[place])
@@ -296,7 +292,7 @@ def depth_colors(
     return picture
 
 
-def facing_colors(normals: npt.NDArray[np.floating]) -> npt.NDArray[np.uint8]:
+def facing_colors(normals: FloatingArray) -> ByteArray:
     """(..., 3) of unit normals (..., 3) in the model's frame: the hue says toward which side the
     surface faces (0 to the north, clockwise), paler the flatter it lies, darker where it overhangs.
     """

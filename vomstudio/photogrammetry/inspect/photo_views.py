@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.photos.cameras_file import Cameras
 
 if TYPE_CHECKING:
     from vomstudio.geometry.rays.raytree import RayTree
 
-Array = npt.NDArray[np.float64]
 
 # A line between two points picked on a rough face runs through the rock here and there: it is
 # hidden only where the rock covers it by more than this part of its length.
@@ -43,7 +43,7 @@ class Sighting:
 
     view: int
     name: str
-    pixel: Array
+    pixel: FloatArray
     gsd_m: float
     obliquity_deg: float | None
     share: float = 1.0
@@ -63,7 +63,7 @@ class Seen:
     own frame, and the barycentric weights of the face's corners (None for a point)."""
 
     index: int
-    position: Array
+    position: FloatArray
     weights: tuple[float, float, float] | None
 
 
@@ -90,7 +90,7 @@ class PhotoViews:
         self.tree = tree
         self._origin = np.asarray(cameras.origin, np.float64)
         matrix = np.eye(4) if to_world is None else np.asarray(to_world, np.float64)
-        self.to_world: Array = matrix
+        self.to_world: FloatArray = matrix
         self._forth = matrix[:3, :3]
         self._back = np.linalg.inv(self._forth)
         # World of the cameras' origin.
@@ -109,25 +109,23 @@ class PhotoViews:
         """Whether a photo has a camera."""
         return any(view.name == name for view in self.views)
 
-    def direction(self, view: int) -> Array:
+    def direction(self, view: int) -> FloatArray:
         """(3,) unit vector in World along a photo's axis."""
         way = np.linalg.solve(self._back, self.views[view].direction)
         return np.asarray(way / np.linalg.norm(way))
 
-    def local(self, world: npt.ArrayLike) -> Array:
+    def local(self, world: npt.ArrayLike) -> FloatArray:
         """World points (n, 3) in the cameras' frame."""
         points = np.asarray(world, np.float64).reshape(-1, 3)
         return np.asarray((points - self._anchor) @ self._back.T)
 
     # --- from the model to the photos --------------------------------------------------------
-    def pixels(self, view: int, world: npt.ArrayLike) -> Array:
+    def pixels(self, view: int, world: npt.ArrayLike) -> FloatArray:
         """(n, 2) of World points; NaN where the lens shows nothing, whatever hides them, inside the
         photo or not."""
         return self.views[view].project(self.local(world))
 
-    def shows(
-        self, view: int, world: npt.ArrayLike, slack_m: float | None = None
-    ) -> npt.NDArray[np.bool_]:
+    def shows(self, view: int, world: npt.ArrayLike, slack_m: float | None = None) -> BoolArray:
         """(n,) World points that are on the photo and not hidden.
 
         slack_m : how far behind the first surface a point may lie, in the model's unit; without
@@ -137,8 +135,8 @@ class PhotoViews:
         return self._shows(view, local, self.views[view].project(local), slack_m)
 
     def _shows(
-        self, view: int, local: Array, pixels: Array, slack_m: float | None
-    ) -> npt.NDArray[np.bool_]:
+        self, view: int, local: FloatArray, pixels: FloatArray, slack_m: float | None
+    ) -> BoolArray:
         seen = self.views[view].contains(pixels)
         rows = np.flatnonzero(seen)
         if len(rows):
@@ -146,8 +144,8 @@ class PhotoViews:
         return seen
 
     def _hidden(
-        self, centre: Array, local: Array, slack_m: float | Array | None
-    ) -> npt.NDArray[np.bool_]:
+        self, centre: FloatArray, local: FloatArray, slack_m: float | FloatArray | None
+    ) -> BoolArray:
         ways = local - centre
         far = np.linalg.norm(ways, axis=1)
         slack = 2.0 * self.resolution if slack_m is None else slack_m
@@ -186,7 +184,7 @@ class PhotoViews:
     def _focal(self, view: int) -> float:
         return float(np.sqrt(np.prod(self.views[view].intrinsics.focal)))
 
-    def _obliquity(self, view: int, local: Array) -> float | None:
+    def _obliquity(self, view: int, local: FloatArray) -> float | None:
         ways = local - self._centres[view]
         hits = self.tree.cast(self._centres[view] + self._origin, ways)
         found = []
@@ -200,7 +198,7 @@ class PhotoViews:
 
     def course(
         self, view: int, line: npt.ArrayLike, step_px: float = 3.0, slack_m: float | None = None
-    ) -> tuple[Array, npt.NDArray[np.bool_]]:
+    ) -> tuple[FloatArray, BoolArray]:
         """Pixels (k, 2) along a World polyline (n, 3), some `step_px` apart, and which of them are
         on the photo and not hidden (as `shows`; between its corners a line may run below the
         surface by a part of its length)."""
@@ -208,8 +206,8 @@ class PhotoViews:
         if len(local) < 2:
             return np.zeros((0, 2)), np.zeros(0, np.bool_)
         steps = self._steps(view, local, step_px)
-        pieces: list[Array] = []
-        slacks: list[Array] = []
+        pieces: list[FloatArray] = []
+        slacks: list[FloatArray] = []
         for a, b, count in zip(local[:-1], local[1:], steps, strict=True):
             t = np.linspace(0.0, 1.0, count, endpoint=False)[:, None]
             pieces.append(a + t * (b - a))
@@ -228,7 +226,7 @@ class PhotoViews:
             seen[rows] = ~self._hidden(self._centres[view], points[rows], slack[rows])
         return pixels, seen
 
-    def _steps(self, view: int, local: Array, step_px: float) -> list[int]:
+    def _steps(self, view: int, local: FloatArray, step_px: float) -> list[int]:
         pixels = self.views[view].project(local)
         lengths = np.hypot(*np.diff(pixels, axis=0).T)
         size = float(np.hypot(*(self.views[view].intrinsics.width,) * 2))
@@ -238,7 +236,7 @@ class PhotoViews:
         return [max(1, int(np.ceil(length / step))) for length in lengths]
 
     # --- from a photo to the model -----------------------------------------------------------
-    def places_under(self, view: int, pixels: npt.ArrayLike) -> Array:
+    def places_under(self, view: int, pixels: npt.ArrayLike) -> FloatArray:
         """(n, 3) where the lines of sight through pixels (n, 2) of a photo first meet the model,
         World; NaN where nowhere. In a cloud as far along the line as the point that is met."""
         photo = self.views[view]
@@ -254,7 +252,7 @@ class PhotoViews:
         found[met] = (own - self._origin) @ self._forth.T + self._anchor
         return found
 
-    def pick(self, view: int, pixel: Sequence[float] | Array) -> Seen | None:
+    def pick(self, view: int, pixel: Sequence[float] | FloatArray) -> Seen | None:
         """What a photo shows at a pixel; None beside the model or off the photo."""
         photo = self.views[view]
         if not photo.contains(pixel)[0]:

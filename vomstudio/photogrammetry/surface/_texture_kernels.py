@@ -198,9 +198,22 @@ def _weight(t):  # type: ignore[no-untyped-def]
     " f4[:,:,::1], i4[::1], i8, u1[:,:,::1], f8[::1], f8, f4[:,:,::1])"
 )
 def add_view(  # type: ignore[no-untyped-def]
-    owner, corners, left, top, entry, pixels, depths, weights, offsets, level, wanted, picture,
-    gain, sharpening, total,
-):  # fmt: skip
+    owner,
+    corners,
+    left,
+    top,
+    entry,
+    pixels,
+    depths,
+    weights,
+    offsets,
+    level,
+    wanted,
+    picture,
+    gain,
+    sharpening,
+    total,
+):
     """Add one view's colours to the texels whose faces are drawn from it.
 
     owner (h, w) : face of each texel; corners : (m, 3, 2) on the page. entry (m,) : row of the face

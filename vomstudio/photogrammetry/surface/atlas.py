@@ -15,19 +15,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, Float32Array, FloatArray, Int32Array, IntArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
-from vomstudio.photogrammetry.surface.topology import (
-    Array,
-    Faces,
-    components,
-    cross_products,
-    neighbours,
-)
+from vomstudio.photogrammetry.surface.topology import components, cross_products, neighbours
 
 # Cosines: between a chart's direction and its faces at least, and as far as one direction is taken
 # to reach.
@@ -86,17 +80,17 @@ class Atlas:
     texel : edge of a texel on the surface, in the unit of the vertices
     """
 
-    corners: Array
-    page: npt.NDArray[np.int32]
-    chart: npt.NDArray[np.int32]
-    sizes: npt.NDArray[np.int64]
+    corners: FloatArray
+    page: Int32Array
+    chart: Int32Array
+    sizes: IntArray
     texel: float
     facts: dict[str, Any]
 
 
 def make_atlas(
-    vertices: Array,
-    faces: Faces,
+    vertices: FloatArray,
+    faces: Int32Array,
     texel: float,
     options: AtlasOptions | None = None,
     progress: Progress | None = None,
@@ -142,9 +136,7 @@ def make_atlas(
     return Atlas(corners, page, chart, sizes, texel, facts)
 
 
-def uv_mesh(
-    atlas: Atlas, faces: Faces
-) -> tuple[npt.NDArray[np.int64], Faces, npt.NDArray[np.float32], npt.NDArray[np.int64]]:
+def uv_mesh(atlas: Atlas, faces: Int32Array) -> tuple[IntArray, Int32Array, Float32Array, IntArray]:
     """A mesh whose vertices have one texture coordinate each, faces grouped by page.
 
     Returns the old vertex of each new one (n,), faces (m, 3) of new vertices, uv (n, 2) with the
@@ -166,13 +158,13 @@ def uv_mesh(
 
 
 def _flatten(
-    vertices: Array,
-    faces: Faces,
-    cross: Array,
+    vertices: FloatArray,
+    faces: Int32Array,
+    cross: FloatArray,
     texel: float,
     options: AtlasOptions,
     progress: Progress,
-) -> tuple[Array, npt.NDArray[np.int32]]:
+) -> tuple[FloatArray, Int32Array]:
     """(m, 3, 2) corners of each face within its chart, in the unit of the vertices, from (0, 0) up;
     and (m,) charts, no two faces of one overlapping."""
     length = np.linalg.norm(cross, axis=1)
@@ -216,7 +208,7 @@ def _flatten(
     return flat, chart
 
 
-def _labels(cross: Array, exact: Array, across: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+def _labels(cross: FloatArray, exact: FloatArray, across: Int32Array) -> Int32Array:
     """(m,) the direction along which each face is drawn."""
     from vomstudio.photogrammetry.surface._atlas_kernels import settle_labels
 
@@ -238,7 +230,7 @@ def _labels(cross: Array, exact: Array, across: npt.NDArray[np.int32]) -> npt.ND
     return labels
 
 
-def _directions(normals: Array, weights: Array) -> Array:
+def _directions(normals: FloatArray, weights: FloatArray) -> FloatArray:
     """Few directions so that nearly all of the surface faces one of them: greedily, the one that
     reaches most of what is left, moved to the mean of what it reaches."""
     n = 200
@@ -251,7 +243,7 @@ def _directions(normals: Array, weights: Array) -> Array:
     some, weight = normals[::step], weights[::step].copy()
     facing = some @ candidates.T > _REACH
     whole = weight.sum()
-    chosen: list[Array] = []
+    chosen: list[FloatArray] = []
     for _ in range(_MOST_DIRECTIONS):
         if weight.sum() <= 0.002 * whole and chosen:
             break
@@ -269,7 +261,7 @@ def _directions(normals: Array, weights: Array) -> Array:
     return np.ascontiguousarray(chosen)
 
 
-def _connected_pieces(faces: Faces, labels: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+def _connected_pieces(faces: Int32Array, labels: Int32Array) -> Int32Array:
     """(m,) connected faces of one label."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
@@ -284,13 +276,13 @@ def _connected_pieces(faces: Faces, labels: npt.NDArray[np.int32]) -> npt.NDArra
 
 
 def _project(
-    vertices: Array,
-    faces: Faces,
-    rows: npt.NDArray[np.int64],
-    cross: Array,
-    exact: Array,
-    flat: Array,
-) -> npt.NDArray[np.bool_]:
+    vertices: FloatArray,
+    faces: Int32Array,
+    rows: IntArray,
+    cross: FloatArray,
+    exact: FloatArray,
+    flat: FloatArray,
+) -> BoolArray:
     """Draw faces along their mean normal into the narrowest upright box; which of them look away
     from it. Texels keep their area on average."""
     normal = cross[rows].sum(axis=0)
@@ -317,7 +309,7 @@ def _project(
     return poor if len(rows) > 1 else np.zeros(1, bool)
 
 
-def _smallest_box_angle(points: Array) -> float:
+def _smallest_box_angle(points: FloatArray) -> float:
     """Angle by which points are turned to fit the smallest box."""
     some = points[:: max(1, len(points) // 3000)]
     angles = np.radians(np.arange(0, 90, 5.0))
@@ -326,9 +318,7 @@ def _smallest_box_angle(points: Array) -> float:
     return float(angles[(np.ptp(x, axis=0) * np.ptp(y, axis=0)).argmin()])
 
 
-def _cut(
-    flat: Array, rows: npt.NDArray[np.int64], longest: float, texel: float
-) -> list[npt.NDArray[np.int64]]:
+def _cut(flat: FloatArray, rows: IntArray, longest: float, texel: float) -> list[IntArray]:
     """Parts of a chart that fit a page and fill their boxes, by the middles of their faces."""
     if not len(rows):
         return []
@@ -357,7 +347,7 @@ def _cut(
     ]
 
 
-def _overlapping(flat: Array, rows: npt.NDArray[np.int64], texel: float) -> npt.NDArray[np.bool_]:
+def _overlapping(flat: FloatArray, rows: IntArray, texel: float) -> BoolArray:
     from vomstudio.photogrammetry.surface._atlas_kernels import find_overlap
 
     if len(rows) < 2:
@@ -375,8 +365,8 @@ def _overlapping(flat: Array, rows: npt.NDArray[np.int64], texel: float) -> npt.
 
 
 def _pack(
-    drawn: Array, chart: npt.NDArray[np.int32], options: AtlasOptions, progress: Progress
-) -> tuple[Array, npt.NDArray[np.int32], npt.NDArray[np.int64]] | None:
+    drawn: FloatArray, chart: Int32Array, options: AtlasOptions, progress: Progress
+) -> tuple[FloatArray, Int32Array, IntArray] | None:
     """Corners on pages, in texels; None where there would be too many pages."""
     from vomstudio.photogrammetry.surface._atlas_kernels import cover_cells
 
@@ -411,18 +401,18 @@ def _pack(
 
 
 def _place_charts(
-    shapes: list[npt.NDArray[np.bool_]],
-    filled: npt.NDArray[np.int64],
+    shapes: list[BoolArray],
+    filled: IntArray,
     side: int,
     options: AtlasOptions,
     progress: Progress,
-) -> tuple[list[npt.NDArray[np.bool_]], npt.NDArray[np.int64]] | None:
+) -> tuple[list[BoolArray], IntArray] | None:
     """Pages of side x side cells, and page, column and row of each chart; None where there would
     be too many pages."""
     from vomstudio.photogrammetry.surface._atlas_kernels import place_chart
 
     count = len(shapes)
-    pages: list[npt.NDArray[np.bool_]] = []
+    pages: list[BoolArray] = []
     starts: list[dict[tuple[int, int], int]] = []
     place = np.zeros((count, 3), np.int64)
     tallest = np.array([max(s.shape) for s in shapes])
@@ -452,13 +442,13 @@ def _place_charts(
     return pages, place
 
 
-def _page_side(shapes: list[npt.NDArray[np.bool_]], filled: int, options: AtlasOptions) -> int:
+def _page_side(shapes: list[BoolArray], filled: int, options: AtlasOptions) -> int:
     """A page no larger than all charts need."""
     widest = max(max(shape.shape) for shape in shapes) * _CELL
     side = math.ceil(math.sqrt(filled / 0.85) * _CELL / 64) * 64
     return int(min(max(side, widest), options.page))
 
 
-def _doubled_areas(corners: Array) -> Array:
+def _doubled_areas(corners: FloatArray) -> FloatArray:
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])

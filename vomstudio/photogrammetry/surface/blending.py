@@ -13,15 +13,19 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import (
+    BoolArray,
+    Float32Array,
+    FloatArray,
+    IndexArray,
+    Int32Array,
+    IntArray,
+)
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
-from vomstudio.photogrammetry.surface.topology import Array, Faces, edge_keys, neighbours
+from vomstudio.photogrammetry.surface.topology import edge_keys, neighbours
 from vomstudio.photogrammetry.surface.visibility import PhotoVisibility
-
-Ints = npt.NDArray[np.int32]
-Floats = npt.NDArray[np.float32]
 
 # A photo that sees a face only just is drawn only where no other one does.
 _POOR = 1e-3
@@ -51,39 +55,41 @@ class Blend:
         else
     """
 
-    views: Ints
-    seen_by: Ints
-    draw_face: Ints
-    draw_view: Ints
-    draw_weights: Floats
-    draw_offsets: Floats
-    colors: Floats
-    known: npt.NDArray[np.bool_]
-    gains: Array
-    sharpness: Array
-    occluded: npt.NDArray[np.int64]
+    views: Int32Array
+    seen_by: Int32Array
+    draw_face: Int32Array
+    draw_view: Int32Array
+    draw_weights: Float32Array
+    draw_offsets: Float32Array
+    colors: Float32Array
+    known: BoolArray
+    gains: FloatArray
+    sharpness: FloatArray
+    occluded: IntArray
 
 
 @dataclass(frozen=True, eq=False)
 class _Rows:
     """Sorted by owner (a vertex or a face), then by view."""
 
-    starts: Ints
-    owner: Ints
-    views: Ints
-    keys: npt.NDArray[np.int64]
+    starts: Int32Array
+    owner: Int32Array
+    views: Int32Array
+    keys: IntArray
 
     @cached_property
-    def by_view(self) -> list[npt.NDArray[np.intp]]:
+    def by_view(self) -> list[IndexArray]:
         """The rows of each view up to the last one that has any."""
         order = np.argsort(self.views, kind="stable")
         return np.split(order, np.cumsum(np.bincount(self.views))[:-1])
 
-    def of_view(self, view: int) -> npt.NDArray[np.intp]:
+    def of_view(self, view: int) -> IndexArray:
         return self.by_view[view] if view < len(self.by_view) else np.zeros(0, np.intp)
 
     @classmethod
-    def of(cls, owner: Ints, views: Ints, n: int, count: int) -> tuple[_Rows, npt.NDArray[np.intp]]:
+    def of(
+        cls, owner: Int32Array, views: Int32Array, n: int, count: int
+    ) -> tuple[_Rows, IndexArray]:
         keys = owner.astype(np.int64) * count + views
         order = np.argsort(keys, kind="stable")
         owner, views = owner[order], views[order]
@@ -91,7 +97,7 @@ class _Rows:
         np.cumsum(np.bincount(owner, minlength=n), out=starts[1:])
         return cls(starts, owner, views, keys[order]), order
 
-    def find(self, keys: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    def find(self, keys: IntArray) -> IntArray:
         """Rows of these keys, -1 where there is none."""
         if not len(self.keys):
             return np.full(keys.shape, -1, np.int64)
@@ -100,8 +106,8 @@ class _Rows:
 
 
 def blend(
-    vertices: Array,
-    faces: Faces,
+    vertices: FloatArray,
+    faces: Int32Array,
     visible: Sequence[PhotoVisibility],
     texel: float,
     progress: Progress,
@@ -179,7 +185,7 @@ def blend(
     )
 
 
-def _numbered(parts: Sequence[npt.NDArray[np.int32]]) -> Ints:
+def _numbered(parts: Sequence[Int32Array]) -> Int32Array:
     return np.repeat(np.arange(len(parts), dtype=np.int32), [len(part) for part in parts])
 
 
@@ -187,11 +193,11 @@ def _numbered(parts: Sequence[npt.NDArray[np.int32]]) -> Ints:
 class _Links:
     """Which vertices are joined by an edge: those of v are others[starts[v]:starts[v + 1]]."""
 
-    starts: Ints
-    others: Ints
+    starts: Int32Array
+    others: Int32Array
 
     @classmethod
-    def of(cls, faces: Faces, n: int) -> _Links:
+    def of(cls, faces: Int32Array, n: int) -> _Links:
         keys = np.unique(edge_keys(faces))
         a, b = (keys >> 32).astype(np.int32), (keys & 0xFFFFFFFF).astype(np.int32)
         start, end = np.r_[a, b], np.r_[b, a]
@@ -201,7 +207,7 @@ class _Links:
         return cls(starts, np.ascontiguousarray(end[order]))
 
     def spread(
-        self, some: Ints, counts: npt.NDArray[np.bool_], values: Floats, rounds: int
+        self, some: Int32Array, counts: BoolArray, values: Float32Array, rounds: int
     ) -> None:
         """Average the values (n, c) of `some` vertices over those linked to them that count."""
         from vomstudio.photogrammetry.surface._texture_kernels import diffuse
@@ -210,13 +216,13 @@ class _Links:
         diffuse(self.starts, self.others, some, counts, values, spare, rounds)
 
 
-def _unclipped(colors: Floats) -> npt.NDArray[np.bool_]:
+def _unclipped(colors: Float32Array) -> BoolArray:
     return np.asarray(((colors > 6) & (colors < 248)).all(axis=1))
 
 
 def _balance(
-    rows: _Rows, n: int, count: int, values: Floats, usable: npt.NDArray[np.bool_] | None
-) -> Array:
+    rows: _Rows, n: int, count: int, values: Float32Array, usable: BoolArray | None
+) -> FloatArray:
     """(count, c) by how much each photo's values lie above the others' at the same vertices: least
     squares over the medians of all pairs, with a mean of about 0 in each connected group."""
     step = max(1, n // _SAMPLE)
@@ -246,8 +252,8 @@ def _balance(
 
 
 def _occluded(
-    rows: _Rows, colors: Floats, links: _Links, count: int, progress: Progress
-) -> npt.NDArray[np.bool_]:
+    rows: _Rows, colors: Float32Array, links: _Links, count: int, progress: Progress
+) -> BoolArray:
     """(e,) which entries show an occluder: something else than the other photos of their vertex
     agree on."""
     from vomstudio.photogrammetry.surface._texture_kernels import from_median
@@ -280,7 +286,7 @@ def _occluded(
     return occluded
 
 
-def _on_view(rows: _Rows, view: int, values: Floats, links: _Links, rounds: int) -> None:
+def _on_view(rows: _Rows, view: int, values: Float32Array, links: _Links, rounds: int) -> None:
     """Smooth the values of one view's entries over the vertices that it sees."""
     n = len(rows.starts) - 1
     mine = rows.of_view(view)
@@ -294,35 +300,35 @@ def _on_view(rows: _Rows, view: int, values: Floats, links: _Links, rounds: int)
 
 
 def _corner_rows(
-    at_vertices: _Rows, faces: Faces, face: Ints, view: Ints, count: int
-) -> npt.NDArray[np.int64]:
+    at_vertices: _Rows, faces: Int32Array, face: Int32Array, view: Int32Array, count: int
+) -> IntArray:
     """(e, 3) entries of the corners of faces in views."""
     keys = faces[face].astype(np.int64) * count + view[:, None]
     return at_vertices.find(keys)
 
 
 def _faces_at(
-    flags: npt.NDArray[np.bool_], at_vertices: _Rows, at_faces: _Rows, faces: Faces, count: int
-) -> npt.NDArray[np.bool_]:
+    flags: BoolArray, at_vertices: _Rows, at_faces: _Rows, faces: Int32Array, count: int
+) -> BoolArray:
     """Which entries of faces have a flagged corner in their view."""
     rows = _corner_rows(at_vertices, faces, at_faces.owner, at_faces.views, count)
     return np.asarray((flags[rows] & (rows >= 0)).any(axis=1))
 
 
 def _offsets(
-    vertices: Array,
-    faces: Faces,
+    vertices: FloatArray,
+    faces: Int32Array,
     rows: _Rows,
     at_faces: _Rows,
-    colors: Floats,
-    quality: Floats,
-    well: npt.NDArray[np.bool_],
-    occluded: npt.NDArray[np.bool_],
+    colors: Float32Array,
+    quality: Float32Array,
+    well: BoolArray,
+    occluded: BoolArray,
     links: _Links,
     texel: float,
     count: int,
     progress: Progress,
-) -> Floats:
+) -> Float32Array:
     """(e, 3) low band of all photos less that of the entry's own; what is occluded or hardly seen
     in a photo takes what is found beside it."""
     n = len(rows.starts) - 1
@@ -370,14 +376,14 @@ def _offsets(
 
 
 def _draws(
-    faces: Faces,
-    views: Ints,
+    faces: Int32Array,
+    views: Int32Array,
     rows: _Rows,
     at_faces: _Rows,
-    quality: Floats,
-    offsets: Floats,
+    quality: Float32Array,
+    offsets: Float32Array,
     count: int,
-) -> tuple[Ints, Ints, Floats, Floats]:
+) -> tuple[Int32Array, Int32Array, Float32Array, Float32Array]:
     """Along a seam both photos are drawn, each fading over the faces that touch it."""
     known = np.flatnonzero(views >= 0)
     keys = (faces[known].astype(np.int64) * count + views[known, None]).ravel()
@@ -409,14 +415,14 @@ def _draws(
 
 
 def _vertex_colors(
-    faces: Faces,
-    views: Ints,
-    seen_by: Ints,
+    faces: Int32Array,
+    views: Int32Array,
+    seen_by: Int32Array,
     rows: _Rows,
-    colors: Floats,
+    colors: Float32Array,
     links: _Links,
     count: int,
-) -> tuple[Floats, npt.NDArray[np.bool_]]:
+) -> tuple[Float32Array, BoolArray]:
     """Of the photos that the faces about a vertex are drawn from; where none is, of the vertices
     beside it that are seen well: at the border of what is seen, colours are mixed with what stands
     before it."""

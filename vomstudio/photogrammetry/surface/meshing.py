@@ -7,8 +7,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import (
+    BoolArray,
+    ByteArray,
+    Float32Array,
+    FloatArray,
+    Int32Array,
+    IntArray,
+)
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
@@ -17,8 +24,6 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.photogrammetry.base import memory
 from vomstudio.photogrammetry.surface.topology import (
-    Array,
-    Faces,
     compact,
     components,
     cross_products,
@@ -163,7 +168,7 @@ def build_surface(
 
 def _checked(
     cloud: PointCloud, options: SurfaceOptions
-) -> tuple[Array, npt.NDArray[np.float32], npt.NDArray[np.uint8] | None, list[Finding]]:
+) -> tuple[FloatArray, Float32Array, ByteArray | None, list[Finding]]:
     points, normals, colors = cloud.points, cloud.normals, cloud.colors
     if not len(points):
         raise GeometryError(Finding("surface.no-points"))
@@ -189,14 +194,14 @@ def _checked(
     return points, normals, colors, warnings
 
 
-def _thinned(points: Array, wanted: int) -> npt.NDArray[np.int64]:
+def _thinned(points: FloatArray, wanted: int) -> IntArray:
     """Every k-th point along a curve that goes through space cell by cell."""
     cells = np.floor((points - points.min(axis=0)) / (np.ptp(points, axis=0).max() / 1023 + 1e-300))
     order = np.lexsort(cells.T)
     return np.sort(order[np.linspace(0, len(points) - 1, wanted).astype(np.int64)])
 
 
-def _spacing(points: Array) -> tuple[Any, float]:
+def _spacing(points: FloatArray) -> tuple[Any, float]:
     from scipy.spatial import cKDTree
 
     tree = cKDTree(points, balanced_tree=False)
@@ -209,7 +214,7 @@ def _spacing(points: Array) -> tuple[Any, float]:
     return tree, float(np.median(near))
 
 
-def _depth(points: Array, spacing: float, faces: int | None) -> int:
+def _depth(points: FloatArray, spacing: float, faces: int | None) -> int:
     """Cells of about two spacings to the nearest neighbour (the step of the pixels, where points
     are at random), and not so fine that simplification would throw away most of them."""
     extent = 1.1 * float(np.ptp(points, axis=0).max())
@@ -221,8 +226,8 @@ def _depth(points: Array, spacing: float, faces: int | None) -> int:
 
 
 def _poisson(
-    points: Array, normals: npt.NDArray[np.float32], depth: int, threads: int
-) -> tuple[Array, Faces]:
+    points: FloatArray, normals: Float32Array, depth: int, threads: int
+) -> tuple[FloatArray, Int32Array]:
     import open3d as o3d
 
     cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points))
@@ -237,8 +242,8 @@ def _poisson(
 
 
 def _trim(
-    vertices: Array, faces: Faces, distance: Array, reach: float, hole: float
-) -> tuple[npt.NDArray[np.bool_], int]:
+    vertices: FloatArray, faces: Int32Array, distance: FloatArray, reach: float, hole: float
+) -> tuple[BoolArray, int]:
     """Which faces stay, and how many holes were closed by letting Poisson's surface stay there.
 
     Within `reach` of the points the surface stays where it goes on behind; at its rim, where it
@@ -269,12 +274,12 @@ def _trim(
 
 
 def _cracks(
-    vertices: Array,
-    faces: Faces,
-    band: npt.NDArray[np.bool_],
-    air: npt.NDArray[np.bool_],
+    vertices: FloatArray,
+    faces: Int32Array,
+    band: BoolArray,
+    air: BoolArray,
     reach: float,
-) -> npt.NDArray[np.bool_]:
+) -> BoolArray:
     """Those of the band about the points that lie farther from the air, along the surface, than a
     rim is wide: narrow strips that no photo saw, such as the treads of joint steps, which only
     hang together with the rim."""
@@ -305,14 +310,14 @@ def _cracks(
 
 
 def _refine(
-    vertices: Array,
-    faces: Faces,
-    points: Array,
-    normals: npt.NDArray[np.float32],
+    vertices: FloatArray,
+    faces: Int32Array,
+    points: FloatArray,
+    normals: Float32Array,
     tree: Any,
     width: float,
     progress: Progress,
-) -> Array:
+) -> FloatArray:
     """Vertices on the points near them; those whose faces would turn over stay."""
     from vomstudio.photogrammetry.surface._surface_kernels import pull_to_points
 
@@ -341,7 +346,9 @@ def _refine(
     return moved
 
 
-def _decimate(vertices: Array, faces: Faces, wanted: int) -> tuple[Array, Faces]:
+def _decimate(
+    vertices: FloatArray, faces: Int32Array, wanted: int
+) -> tuple[FloatArray, Int32Array]:
     """Quadric error metrics. Each library fails at times without a word, hence the count."""
     import open3d
 
@@ -362,7 +369,9 @@ def _decimate(vertices: Array, faces: Faces, wanted: int) -> tuple[Array, Faces]
     return np.asarray(found[0], np.float64), np.asarray(found[1], np.int32)
 
 
-def _without_islands(vertices: Array, faces: Faces, smallest: int) -> tuple[Array, Faces, int]:
+def _without_islands(
+    vertices: FloatArray, faces: Int32Array, smallest: int
+) -> tuple[FloatArray, Int32Array, int]:
     """Never the largest piece, however small it is."""
     if not len(faces):
         return vertices, faces, 0
@@ -376,8 +385,8 @@ def _without_islands(vertices: Array, faces: Faces, smallest: int) -> tuple[Arra
 
 
 def _toward_normals(
-    vertices: Array, faces: Faces, tree: Any, normals: npt.NDArray[np.float32]
-) -> Faces:
+    vertices: FloatArray, faces: Int32Array, tree: Any, normals: Float32Array
+) -> Int32Array:
     """Counter-clockwise as seen from the air; piece by piece, since sheets may be turned over."""
     middle = vertices[faces].mean(axis=1)
     nearest = tree.query(middle)[1]
@@ -389,16 +398,14 @@ def _toward_normals(
     return faces
 
 
-def _colors(
-    vertices: Array, tree: Any, colors: npt.NDArray[np.uint8] | None
-) -> npt.NDArray[np.uint8] | None:
+def _colors(vertices: FloatArray, tree: Any, colors: ByteArray | None) -> ByteArray | None:
     if colors is None:
         return None
     near = tree.query(vertices, k=min(4, tree.n))[1].reshape(len(vertices), -1)
     return np.asarray(np.rint(colors[near].astype(np.float32).mean(axis=1)).astype(np.uint8))
 
 
-def _verify(vertices: Array, faces: Faces) -> None:
+def _verify(vertices: FloatArray, faces: Int32Array) -> None:
     if not len(faces):
         raise GeometryError(Finding("surface.nothing-left"))
     if not np.isfinite(vertices).all() or not is_manifold(faces):

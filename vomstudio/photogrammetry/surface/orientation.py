@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, Int32Array
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.photogrammetry.surface.topology import Array, Faces, components, cross_products
+from vomstudio.photogrammetry.surface.topology import components, cross_products
 from vomstudio.photogrammetry.surface.visibility import PhotoVisibility
 
 MOST_UNSEEN = 0.5
 """Share of a surface that may be in no photo. Beyond it most of the model would be invented."""
 
 
-def seen_faces(visible: Sequence[PhotoVisibility], count: int) -> npt.NDArray[np.bool_]:
+def seen_faces(visible: Sequence[PhotoVisibility], count: int) -> BoolArray:
     """(count,) which faces at least one photo sees from their outer side."""
     seen = np.zeros(count, bool)
     for one in visible:
@@ -25,8 +25,8 @@ def seen_faces(visible: Sequence[PhotoVisibility], count: int) -> npt.NDArray[np
 
 
 def facing_photos(
-    vertices: Array, faces: Faces, look: Callable[[Faces], list[PhotoVisibility]]
-) -> tuple[Faces, list[PhotoVisibility], int]:
+    vertices: FloatArray, faces: Int32Array, look: Callable[[Int32Array], list[PhotoVisibility]]
+) -> tuple[Int32Array, list[PhotoVisibility], int]:
     """The faces with the sides outside from which the photos see them.
 
     look : what the photos see of faces (m, 3), counter-clockwise from outside

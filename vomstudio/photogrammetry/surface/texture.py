@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray, Float32Array, FloatArray, Int32Array
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Executor, Inline, Progress, Silent
@@ -20,7 +20,7 @@ from vomstudio.photogrammetry.surface.atlas import Atlas, AtlasOptions, make_atl
 from vomstudio.photogrammetry.surface.blending import Blend, blend
 from vomstudio.photogrammetry.surface.orientation import facing_photos
 from vomstudio.photogrammetry.surface.texture_pages import draw_pages
-from vomstudio.photogrammetry.surface.topology import Array, Faces, cross_products
+from vomstudio.photogrammetry.surface.topology import cross_products
 from vomstudio.photogrammetry.surface.visibility import (
     Photo,
     PhotoVisibility,
@@ -81,9 +81,9 @@ class Textured:
     it"""
 
     mesh: Mesh
-    pages: tuple[npt.NDArray[np.uint8], ...]
+    pages: tuple[ByteArray, ...]
     report: TextureReport
-    drawn_from: npt.NDArray[np.int32]
+    drawn_from: Int32Array
 
     def write(
         self,
@@ -126,7 +126,7 @@ class Textured:
             yield replace(material, texture=path)
 
 
-def jpeg(page: npt.NDArray[np.uint8], quality: int = JPEG_QUALITY) -> bytes:
+def jpeg(page: ByteArray, quality: int = JPEG_QUALITY) -> bytes:
     """An RGB page, its colours at full resolution."""
     import cv2
 
@@ -198,7 +198,7 @@ class _Moved:
     """A photo about the middle of the mesh. Its bytes are asked for when they are needed: those of
     hundreds of photos would fill the memory."""
 
-    def __init__(self, photo: Photo, shift: Array) -> None:
+    def __init__(self, photo: Photo, shift: FloatArray) -> None:
         self._photo = photo
         self.view = photo.view.moved(1.0, np.eye(3), -shift)
 
@@ -212,7 +212,11 @@ class _Moved:
 
 
 def _visibility(
-    photos: Sequence[_Moved], vertices: Array, faces: Faces, executor: Executor, progress: Progress
+    photos: Sequence[_Moved],
+    vertices: FloatArray,
+    faces: Int32Array,
+    executor: Executor,
+    progress: Progress,
 ) -> list[PhotoVisibility]:
     progress.stage(tr("Computing visibility"), len(photos))
     tasks = (VisibilityTask(p.photo, p.mask, p.view, vertices, faces) for p in photos)
@@ -232,7 +236,7 @@ def _resolved(visible: Sequence[PhotoVisibility], m: int) -> float:
     return float(1 / np.median(best[best > 0]))
 
 
-def _all_colors(made: Blend, mesh: Mesh) -> npt.NDArray[np.float32]:
+def _all_colors(made: Blend, mesh: Mesh) -> Float32Array:
     """Vertices that nothing reaches keep the colour of the cloud, or the mean."""
     colors = made.colors.copy()
     rest = ~made.known
@@ -245,8 +249,8 @@ def _all_colors(made: Blend, mesh: Mesh) -> npt.NDArray[np.float32]:
 
 
 def _report(
-    vertices: Array,
-    faces: Faces,
+    vertices: FloatArray,
+    faces: Int32Array,
     visible: Sequence[PhotoVisibility],
     atlas: Atlas,
     made: Blend,

@@ -7,13 +7,20 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import (
+    BoolArray,
+    ByteArray,
+    Float32Array,
+    FloatArray,
+    Int32Array,
+    IntArray,
+)
 from vomstudio.core.progress import Executor, Progress
 from vomstudio.core.words import tr
 from vomstudio.photogrammetry.surface.atlas import Atlas
 from vomstudio.photogrammetry.surface.blending import Blend
-from vomstudio.photogrammetry.surface.topology import Array, Faces, compact
+from vomstudio.photogrammetry.surface.topology import compact
 from vomstudio.photogrammetry.surface.visibility import Photo, decode, project, pyramid
 
 # A photo is decoded once for each tile that it has a part in.
@@ -31,11 +38,11 @@ class TilePhoto:
     photo: bytes
     view: Any
     gain: tuple[float, float, float]
-    face: npt.NDArray[np.int32]
-    pixels: npt.NDArray[np.float32]
-    depths: npt.NDArray[np.float32]
-    weights: npt.NDArray[np.float32]
-    offsets: npt.NDArray[np.float32]
+    face: Int32Array
+    pixels: Float32Array
+    depths: Float32Array
+    weights: Float32Array
+    offsets: Float32Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +55,8 @@ class TileTask:
     width: int
     height: int
     gutter: int
-    corners: Array
-    fallback: npt.NDArray[np.float32]
+    corners: FloatArray
+    fallback: Float32Array
     photos: tuple[TilePhoto, ...]
 
 
@@ -57,8 +64,8 @@ class TileTask:
 class Tile:
     """rgb (h, w, 3); filled (h, w) where charts and their gutters are"""
 
-    rgb: npt.NDArray[np.uint8]
-    filled: npt.NDArray[np.bool_]
+    rgb: ByteArray
+    filled: BoolArray
 
 
 def draw_tile(task: TileTask) -> Tile:
@@ -88,19 +95,30 @@ def draw_tile(task: TileTask) -> Tile:
         level = level.astype(np.int32)
         for wanted in np.unique(level):
             add_view(
-                owner, task.corners, *at, entry, part.pixels, part.depths, part.weights,
-                part.offsets, level, int(wanted), np.ascontiguousarray(layers[wanted]),
-                np.array(part.gain), _SEAM, total,
-            )  # fmt: skip
+                owner,
+                task.corners,
+                *at,
+                entry,
+                part.pixels,
+                part.depths,
+                part.weights,
+                part.offsets,
+                level,
+                int(wanted),
+                np.ascontiguousarray(layers[wanted]),
+                np.array(part.gain),
+                _SEAM,
+                total,
+            )
     rgb = np.zeros((*owner.shape, 3), np.uint8)
     finish(owner, task.corners, *at, task.fallback, total, rgb)
     return Tile(rgb, owner >= 0)
 
 
-def _levels(corners: Array, pixels: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
+def _levels(corners: FloatArray, pixels: Float32Array) -> IntArray:
     """Level of the pyramid at which a pixel is about a texel."""
 
-    def area(p: Any) -> npt.NDArray[np.float64]:
+    def area(p: Any) -> FloatArray:
         a, b = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]
         return np.asarray(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]))
 
@@ -111,15 +129,15 @@ def _levels(corners: Array, pixels: npt.NDArray[np.float32]) -> npt.NDArray[np.i
 
 def draw_pages(
     photos: Sequence[Photo],
-    vertices: Array,
-    faces: Faces,
+    vertices: FloatArray,
+    faces: Int32Array,
     atlas: Atlas,
     made: Blend,
-    colors: npt.NDArray[np.float32],
+    colors: Float32Array,
     gutter: int,
     executor: Executor,
     progress: Progress,
-) -> list[npt.NDArray[np.uint8]]:
+) -> list[ByteArray]:
     """RGB pages (h, w, 3) of the atlas; colors : (n, 3) of vertices, where no photo is drawn."""
     places = [
         (page, left, top)
@@ -154,11 +172,11 @@ class _Tasks:
     def __init__(
         self,
         photos: Sequence[Photo],
-        vertices: Array,
-        faces: Faces,
+        vertices: FloatArray,
+        faces: Int32Array,
         atlas: Atlas,
         made: Blend,
-        colors: npt.NDArray[np.float32],
+        colors: Float32Array,
         gutter: int,
     ) -> None:
         self._photos, self._vertices, self._faces = photos, vertices, faces
@@ -218,7 +236,7 @@ class _Tasks:
         )
 
 
-def fill_between(page: npt.NDArray[np.uint8], filled: npt.NDArray[np.bool_]) -> None:
+def fill_between(page: ByteArray, filled: BoolArray) -> None:
     """Give the free texels smooth colours of the charts about them, so that neither JPEG nor the
     smaller copies of a renderer bring black lines into the charts (pull-push)."""
     if filled.all() or not filled.any():

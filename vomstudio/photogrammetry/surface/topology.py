@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
-Faces = npt.NDArray[np.int32]
+from vomstudio.core.arrays import BoolArray, FloatArray, Int32Array, IntArray
 
 
-def edge_keys(faces: Faces) -> npt.NDArray[np.int64]:
+def edge_keys(faces: Int32Array) -> IntArray:
     """(m, 3) one number per undirected edge: corner k to corner k + 1."""
     start, end = faces.astype(np.int64), np.roll(faces, -1, axis=1).astype(np.int64)
     return np.minimum(start, end) << 32 | np.maximum(start, end)
 
 
-def neighbours(faces: Faces) -> npt.NDArray[np.int32]:
+def neighbours(faces: Int32Array) -> Int32Array:
     """(m, 3) the face across each edge; -1 where there is none, or more than one."""
     keys = edge_keys(faces).ravel()
     order = np.argsort(keys, kind="stable")
@@ -29,7 +27,7 @@ def neighbours(faces: Faces) -> npt.NDArray[np.int32]:
     return across.reshape(-1, 3)
 
 
-def components(faces: Faces, among: npt.NDArray[np.bool_] | None = None) -> npt.NDArray[np.int32]:
+def components(faces: Int32Array, among: BoolArray | None = None) -> Int32Array:
     """(m,) number of the piece that each face belongs to, joined over edges; faces that are not
     `among` get -1."""
     from scipy.sparse import coo_matrix
@@ -43,7 +41,7 @@ def components(faces: Faces, among: npt.NDArray[np.bool_] | None = None) -> npt.
         face, other = face[kept], other[kept]
     n = len(faces)
     links = coo_matrix((np.ones(len(face), np.int8), (face, other)), shape=(n, n))
-    labels: npt.NDArray[np.int32] = connected_components(links, directed=False)[1].astype(np.int32)
+    labels: Int32Array = connected_components(links, directed=False)[1].astype(np.int32)
     if among is None:
         return labels
     labels[~among] = -1
@@ -53,7 +51,7 @@ def components(faces: Faces, among: npt.NDArray[np.bool_] | None = None) -> npt.
     return labels
 
 
-def compact(vertices: Array, faces: Faces) -> tuple[Array, Faces, npt.NDArray[np.int64]]:
+def compact(vertices: FloatArray, faces: Int32Array) -> tuple[FloatArray, Int32Array, IntArray]:
     """Without the vertices that no face uses; also the old rows of those that are left."""
     used = np.zeros(len(vertices), bool)
     used[faces] = True
@@ -61,13 +59,13 @@ def compact(vertices: Array, faces: Faces) -> tuple[Array, Faces, npt.NDArray[np
     return vertices[rows], (np.cumsum(used) - 1)[faces].astype(np.int32), rows
 
 
-def cross_products(vertices: Array, faces: Faces) -> Array:
+def cross_products(vertices: FloatArray, faces: Int32Array) -> FloatArray:
     """(m, 3) normals of faces, as long as twice their area."""
     corners = vertices[faces]
     return np.asarray(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
 
 
-def vertex_normals(vertices: Array, faces: Faces) -> Array:
+def vertex_normals(vertices: FloatArray, faces: Int32Array) -> FloatArray:
     """(n, 3) unit, weighted by area; zero for a vertex without faces."""
     cross = cross_products(vertices, faces)
     total = np.empty_like(vertices)
@@ -81,7 +79,7 @@ def vertex_normals(vertices: Array, faces: Faces) -> Array:
     return unit
 
 
-def make_manifold(vertices: Array, faces: Faces) -> tuple[Array, Faces]:
+def make_manifold(vertices: FloatArray, faces: Int32Array) -> tuple[FloatArray, Int32Array]:
     """Without faces that have no area or stand twice; an edge keeps its two largest faces, and a
     vertex where sheets only touch stands once for each sheet."""
     faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2])]
@@ -101,7 +99,7 @@ def make_manifold(vertices: Array, faces: Faces) -> tuple[Array, Faces]:
     return compact(*_split_vertices(vertices, faces))[:2]
 
 
-def _split_vertices(vertices: Array, faces: Faces) -> tuple[Array, Faces]:
+def _split_vertices(vertices: FloatArray, faces: Int32Array) -> tuple[FloatArray, Int32Array]:
     """Corners of one vertex belong together where their faces share an edge at it."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
@@ -124,7 +122,7 @@ def _split_vertices(vertices: Array, faces: Faces) -> tuple[Array, Faces]:
     return vertices[owner], fan.reshape(-1, 3).astype(np.int32)
 
 
-def is_manifold(faces: Faces) -> bool:
+def is_manifold(faces: Int32Array) -> bool:
     """Whether no edge has more than two faces."""
     _, count = np.unique(edge_keys(faces), return_counts=True)
     return bool(count.max(initial=0) <= 2)

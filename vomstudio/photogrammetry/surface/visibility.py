@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, Float32Array, FloatArray, Int32Array
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.untrusted.pictures import COLOR_BYTES, MASK_BYTES, decode_picture
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import View
-from vomstudio.photogrammetry.surface.topology import Array, Faces, cross_products
+from vomstudio.photogrammetry.surface.topology import cross_products
 
 # Depths of larger photos are drawn smaller.
 _MOST_DEPTHS = 12_000_000
@@ -48,8 +48,8 @@ class VisibilityTask:
     photo: bytes
     mask: bytes | None
     view: View
-    vertices: Array
-    faces: Faces
+    vertices: FloatArray
+    faces: Int32Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,12 +62,12 @@ class PhotoVisibility:
     """
 
     name: str
-    faces: npt.NDArray[np.int32]
-    quality: npt.NDArray[np.float32]
-    well: npt.NDArray[np.bool_]
-    vertices: npt.NDArray[np.int32]
-    colors: npt.NDArray[np.float32]
-    detail: npt.NDArray[np.float32]
+    faces: Int32Array
+    quality: Float32Array
+    well: BoolArray
+    vertices: Int32Array
+    colors: Float32Array
+    detail: Float32Array
 
 
 def memory_needed(width: int, height: int, faces: int) -> int:
@@ -140,14 +140,14 @@ def compute_visibility(task: VisibilityTask) -> PhotoVisibility:
     )
 
 
-def project(view: View, vertices: Array) -> tuple[Array, Array]:
+def project(view: View, vertices: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Pixels (n, 2), NaN where there are none, and depths (n,)."""
     return np.ascontiguousarray(view.project(vertices)), np.ascontiguousarray(view.depths(vertices))
 
 
 def _seen(
-    task: VisibilityTask, pixels: Array, depths: Array, chosen: npt.NDArray[np.int32]
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+    task: VisibilityTask, pixels: FloatArray, depths: FloatArray, chosen: Int32Array
+) -> tuple[Float32Array, Float32Array]:
     import cv2
 
     from vomstudio.photogrammetry.surface._visibility_kernels import count_seen, draw_depths
@@ -170,13 +170,23 @@ def _seen(
     clear = np.zeros(len(chosen), np.float32)
     pixel = lens.width / size[0] / lens.focal[0]
     count_seen(
-        scaled, depths, task.faces, chosen, buffer, nearest, usable, pixel, float(_MARGIN), _SLACK,
-        seen, clear,
-    )  # fmt: skip
+        scaled,
+        depths,
+        task.faces,
+        chosen,
+        buffer,
+        nearest,
+        usable,
+        pixel,
+        float(_MARGIN),
+        _SLACK,
+        seen,
+        clear,
+    )
     return seen, clear
 
 
-def _spans(pixels: Array, corners: npt.NDArray[np.int32], n: int) -> Array:
+def _spans(pixels: FloatArray, corners: Int32Array, n: int) -> FloatArray:
     """(n,) mean length of a vertex's edges in the photo, pixels."""
     total, count = np.zeros(n), np.zeros(n)
     for k in range(3):
@@ -200,12 +210,12 @@ def pyramid(picture: Any, levels: int) -> list[Any]:
     return made
 
 
-def on_level(pixels: Array, level: int) -> Array:
+def on_level(pixels: FloatArray, level: int) -> FloatArray:
     """Pixels (n, 2) of a picture on a level of its `pyramid`."""
     return np.ascontiguousarray((pixels - 0.5) / 2**level + 0.5)
 
 
-def _colors(picture: Any, pixels: Array, span: Array) -> npt.NDArray[np.float32]:
+def _colors(picture: Any, pixels: FloatArray, span: FloatArray) -> Float32Array:
     """RGB averaged over about a third of a vertex's edges, so that little of what is beside an
     edge in sight comes in."""
     from vomstudio.photogrammetry.surface._visibility_kernels import look_up
@@ -221,7 +231,7 @@ def _colors(picture: Any, pixels: Array, span: Array) -> npt.NDArray[np.float32]
     return colors
 
 
-def _detail(picture: Any, pixels: Array) -> npt.NDArray[np.float32]:
+def _detail(picture: Any, pixels: FloatArray) -> Float32Array:
     """Contrast of about two pixels over that of about eight: less in a blurred photo, whatever is
     on it. The finest scale is left out, where noise is."""
     import cv2

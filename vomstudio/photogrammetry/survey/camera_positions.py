@@ -7,14 +7,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.registration.similarity import rotation_covariance
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
 
-Array = npt.NDArray[np.float64]
 
 # WGS 84.
 _A, _E2 = 6378137.0, 0.00669437999014
@@ -26,7 +25,7 @@ HANDHELD_ACCURACY_M = 5.0
 DRONE_ACCURACY_M = 3.0
 
 
-def metres_from_gps(photos: Sequence[Photo]) -> Array:
+def metres_from_gps(photos: Sequence[Photo]) -> FloatArray:
     """(n, 3) east, north, up in metres from their mean, NaN without GPS; height 0 where none is
     known. Good to a part in a thousand over some kilometres: for checks, not for registration."""
     found = np.full((len(photos), 3), np.nan)
@@ -53,7 +52,7 @@ def accuracy_of(photos: Sequence[Photo]) -> tuple[float, bool]:
     return (DRONE_ACCURACY_M if drone else HANDHELD_ACCURACY_M), False
 
 
-def rotation_error95_deg(positions: Array, sigma_m: float) -> tuple[float, Array]:
+def rotation_error95_deg(positions: FloatArray, sigma_m: float) -> tuple[float, FloatArray]:
     """95 % error of the orientation of a model registered by positions (n, 3) of independent error
     sigma, about the axis that they determine worst, and that axis (3,).
 
@@ -64,7 +63,7 @@ def rotation_error95_deg(positions: Array, sigma_m: float) -> tuple[float, Array
     return (180.0 if len(positions) < 3 else min(180.0, worst)), axes[:, -1]
 
 
-def straightness(positions: Array) -> float:
+def straightness(positions: FloatArray) -> float:
     """Width of the positions across their longest direction, over their length (standard
     deviations): 0 in one line."""
     centred = positions - positions.mean(axis=0)

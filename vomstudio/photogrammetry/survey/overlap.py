@@ -17,15 +17,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, Float32Array, FloatArray
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
 
-Array = npt.NDArray[np.float64]
 
 LONG_SIDE = 800
 MOST_FEATURES = 1500
@@ -50,14 +49,14 @@ class Features:
     focal : in the same unit, None where unknown
     """
 
-    points: Array
-    descriptors: npt.NDArray[np.float32]
+    points: FloatArray
+    descriptors: Float32Array
     width: float
     height: float
     focal: float | None
 
     @property
-    def matrix(self) -> Array | None:
+    def matrix(self) -> FloatArray | None:
         """(3, 3) calibration matrix in these units; None without a focal length."""
         if self.focal is None:
             return None
@@ -84,10 +83,10 @@ class PairOverlap:
     plane_share: float
     overlap: float
     pixel_ratio: float | None
-    rotation: Array | None
+    rotation: FloatArray | None
     baseline_ratio: float | None
-    inside: npt.NDArray[np.bool_]
-    inside_back: npt.NDArray[np.bool_]
+    inside: BoolArray
+    inside_back: BoolArray
 
     @property
     def turn_deg(self) -> float | None:
@@ -104,8 +103,8 @@ class SetOverlap:
     compared : number of pairs that were tried"""
 
     pairs: tuple[PairOverlap, ...]
-    views: npt.NDArray[np.float64]
-    views_low: npt.NDArray[np.float64]
+    views: FloatArray
+    views_low: FloatArray
     compared: int
 
     def components(self, count: int) -> list[list[int]]:
@@ -161,7 +160,7 @@ def features_of(photo: Photo) -> Features | None:
     )
 
 
-def choose_pairs(count: int, positions: Array | None = None) -> list[tuple[int, int]]:
+def choose_pairs(count: int, positions: FloatArray | None = None) -> list[tuple[int, int]]:
     """All pairs of a small set; else those that are near in order, or in place where known.
 
     positions : (count, 2 or 3), NaN where unknown
@@ -178,7 +177,7 @@ def choose_pairs(count: int, positions: Array | None = None) -> list[tuple[int, 
     return sorted(chosen)
 
 
-def match_pair(a: Features, b: Features) -> tuple[Array, Array]:
+def match_pair(a: Features, b: Features) -> tuple[FloatArray, FloatArray]:
     """Matched points (n, 2) of each, before verification."""
     if len(a.points) < FEWEST_MATCHES or len(b.points) < FEWEST_MATCHES:
         return np.empty((0, 2)), np.empty((0, 2))
@@ -241,7 +240,7 @@ def compare_pair(i: int, j: int, a: Features, b: Features) -> PairOverlap | None
 
 def compare_photos(
     features: Sequence[Features | None],
-    positions: Array | None = None,
+    positions: FloatArray | None = None,
     progress: Progress | None = None,
 ) -> SetOverlap:
     """All pairs worth looking at; a photo without features matches nothing."""
@@ -300,12 +299,12 @@ def _pairs_between_components(
     return found[::step]
 
 
-def optical_axes(look: SetOverlap, count: int) -> tuple[Array, npt.NDArray[np.bool_]]:
+def optical_axes(look: SetOverlap, count: int) -> tuple[FloatArray, BoolArray]:
     """Directions of view (count, 3) in the frame of one camera, and which photos they are known
     for: relative rotations chained along the best matched pairs of the largest component."""
     best = sorted((p for p in look.pairs if p.rotation is not None), key=lambda p: -p.matches)
     part = set(look.components(count)[0]) if count else set()
-    rotation: dict[int, Array] = {}
+    rotation: dict[int, FloatArray] = {}
     if best:
         rotation[best[0].first] = np.eye(3)
     grown = True
@@ -330,13 +329,13 @@ def optical_axes(look: SetOverlap, count: int) -> tuple[Array, npt.NDArray[np.bo
 
 
 # ------------------------------------------------------------------------------------------------
-def _places(f: Features) -> Array:
+def _places(f: Features) -> FloatArray:
     steps = (np.arange(_GRID) + 0.5) / _GRID
     x, y = np.meshgrid(steps * f.width, steps * f.height)
     return np.column_stack([x.ravel(), y.ravel()])
 
 
-def _inside(plane: Array, a: Features, b: Features) -> npt.NDArray[np.bool_]:
+def _inside(plane: FloatArray, a: Features, b: Features) -> BoolArray:
     """Which places of a the homography carries onto b."""
     at = np.column_stack([_places(a), np.ones(_GRID * _GRID)]) @ plane.T
     centre = plane[2] @ [a.width / 2, a.height / 2, 1.0]
@@ -347,7 +346,7 @@ def _inside(plane: Array, a: Features, b: Features) -> npt.NDArray[np.bool_]:
     return np.asarray(front & on)
 
 
-def _inside_hull(points: Array, f: Features) -> npt.NDArray[np.bool_]:
+def _inside_hull(points: FloatArray, f: Features) -> BoolArray:
     """Which places lie among the matches; for scenes that are no plane."""
     import cv2
 
@@ -357,7 +356,7 @@ def _inside_hull(points: Array, f: Features) -> npt.NDArray[np.bool_]:
     )
 
 
-def _pixel_ratio(plane: Array, a: Features) -> float | None:
+def _pixel_ratio(plane: FloatArray, a: Features) -> float | None:
     """Magnification of the homography at the centre of the first photo."""
     x, y = a.width / 2, a.height / 2
     w = plane[2] @ [x, y, 1.0]
@@ -367,7 +366,9 @@ def _pixel_ratio(plane: Array, a: Features) -> float | None:
     return float(math.sqrt(area)) if 1e-6 < area < 1e6 else None
 
 
-def _plane_motion(plane: Array, a: Features, b: Features) -> tuple[Array | None, float | None]:
+def _plane_motion(
+    plane: FloatArray, a: Features, b: Features
+) -> tuple[FloatArray | None, float | None]:
     """Rotation from the first camera to the second, and their distance over that to the rock."""
     k1, k2 = a.matrix, b.matrix
     if k1 is None or k2 is None:
@@ -383,7 +384,7 @@ def _plane_motion(plane: Array, a: Features, b: Features) -> tuple[Array | None,
     return np.asarray(sign * u @ vt), base
 
 
-def _facing_rotation(h: Array) -> Array | None:
+def _facing_rotation(h: FloatArray) -> FloatArray | None:
     """Of the motions that explain a plane (two remain once it lies before the cameras) the one for
     which it faces the first camera most: in the other, camera path and normal trade places."""
     import cv2
@@ -401,7 +402,9 @@ _ONE_PLACE = 0.02
 distortion and the rounding of an EXIF focal length leave of a pure rotation."""
 
 
-def _rotation_by_essential_matrix(p: Array, q: Array, a: Features, b: Features) -> Array | None:
+def _rotation_by_essential_matrix(
+    p: FloatArray, q: FloatArray, a: Features, b: Features
+) -> FloatArray | None:
     """Rotation by the essential matrix."""
     import cv2
 

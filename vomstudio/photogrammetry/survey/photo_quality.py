@@ -13,13 +13,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
+
+from vomstudio.core.arrays import BoolArray, ByteArray, Float32Array
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
 
-Bytes = npt.NDArray[np.uint8]
-Floats = npt.NDArray[np.float32]
 
 _TILE = 384
 _TILES = 16
@@ -70,13 +69,13 @@ def measure_quality(photo: Photo) -> PhotoQuality:
     )
 
 
-def linear_light(values: Bytes) -> Floats:
+def linear_light(values: ByteArray) -> Float32Array:
     """sRGB's transfer curve undone (IEC 61966-2-1), 0 to 1."""
     v = np.asarray(values, np.float32) / 255.0
     return np.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
 
-def blur(pixels: Bytes, mask: npt.NDArray[np.bool_] | None = None) -> float | None:
+def blur(pixels: ByteArray, mask: BoolArray | None = None) -> float | None:
     """Sigma in pixels of the strong edges (their median), the worse of the directions
     across and along the picture; None where there are too few edges.
 
@@ -96,20 +95,20 @@ def blur(pixels: Bytes, mask: npt.NDArray[np.bool_] | None = None) -> float | No
     return None
 
 
-def _halved(tile: Floats) -> Floats:
+def _halved(tile: Float32Array) -> Float32Array:
     import cv2
 
     half = cv2.resize(tile, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
     return np.asarray(half, np.float32)
 
 
-def _tiles(pixels: Bytes, mask: npt.NDArray[np.bool_] | None) -> list[Bytes]:
+def _tiles(pixels: ByteArray, mask: BoolArray | None) -> list[ByteArray]:
     """Pieces at full resolution, spread over the photo, those with the most contrast first."""
     height, width = pixels.shape
     size = min(_TILE, height, width)
     rows = np.unique(np.linspace(0, height - size, 6).astype(int))
     columns = np.unique(np.linspace(0, width - size, 6).astype(int))
-    found: list[tuple[float, int, Bytes]] = []
+    found: list[tuple[float, int, ByteArray]] = []
     for y in rows:
         for x in columns:
             if mask is not None and mask[y : y + size : 8, x : x + size : 8].mean() < 0.9:
@@ -119,7 +118,7 @@ def _tiles(pixels: Bytes, mask: npt.NDArray[np.bool_] | None) -> list[Bytes]:
     return [tile for _, _, tile in sorted(found, key=lambda f: f[:2])[:_TILES]]
 
 
-def _edge_sigma(tiles: list[Floats], axis: int) -> float | None:
+def _edge_sigma(tiles: list[Float32Array], axis: int) -> float | None:
     import cv2
 
     ratios = []
@@ -157,7 +156,7 @@ def _edge_sigma(tiles: list[Floats], axis: int) -> float | None:
     return float(np.sqrt(max(float(np.quantile(variance, _EDGE_QUANTILE)), 0.04)))
 
 
-def interpolation_period(pixels: Bytes) -> float:
+def interpolation_period(pixels: ByteArray) -> float:
     """How strongly second differences repeat along rows and along columns at one and the same
     period: the trace of resampling (Gallagher 2005, "Detection of linear and cubic interpolation in
     JPEG compressed images"). Ratio of the peak to the median of the spectrum, the weaker of both

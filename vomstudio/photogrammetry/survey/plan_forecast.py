@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.photogrammetry.survey.planning import SurveyPlan
 from vomstudio.photogrammetry.survey.registration_forecast import Forecast, forecast
 from vomstudio.photogrammetry.survey.survey_options import DEFAULT_CONTROL_M, DEFAULT_RECEIVER_M
-
-Array = npt.NDArray[np.float64]
 
 _HEIGHTS_WORSE = 2.0
 _BAD_DEG = 2.0
@@ -85,7 +83,7 @@ def forecast_findings(plan: SurveyPlan, receiver: Forecast, control: Forecast) -
     return findings
 
 
-def as_world(places: Array, upright: bool) -> Array:
+def as_world(places: FloatArray, upright: bool) -> FloatArray:
     """Convert places in the frame of the outcrop to a frame with z up.
 
     Parameters

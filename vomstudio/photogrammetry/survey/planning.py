@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import IntArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import Shown
@@ -28,7 +28,6 @@ from vomstudio.photogrammetry.survey.survey_options import (
     PlanOptions,
 )
 
-Array = npt.NDArray[np.float64]
 Manner = Literal["handheld", "drone", "terrain"]
 
 MANNERS: tuple[Manner, ...] = ("handheld", "drone", "terrain")
@@ -352,7 +351,7 @@ def _station_at(
 
 def _views(
     camera: PlanCamera, stations: tuple[Station, ...], width: float, height: float
-) -> npt.NDArray[np.int64]:
+) -> IntArray:
     """How many photos see each of 11 x 7 places of the outcrop, its corners among them."""
     u, v = np.meshgrid(np.linspace(0.0, width, 11), np.linspace(0.0, height, 7))
     places = np.column_stack([u.ravel(), v.ravel(), np.zeros(u.size)])

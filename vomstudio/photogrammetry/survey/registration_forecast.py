@@ -11,12 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding, cause_of
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -53,7 +51,7 @@ class Forecast:
     why_not: Finding | None = None
 
 
-def forecast(by: str, places: Array, sigma: tuple[float, float]) -> Forecast:
+def forecast(by: str, places: FloatArray, sigma: tuple[float, float]) -> Forecast:
     """By points at places (n, 3) east, north, up (here along the outcrop, into it, up), of which a
     horizontal coordinate and a height are known to sigma, one sigma, metres."""
     from vomstudio.registration.placing import register_points

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.photogrammetry.survey.camera_positions import (
     accuracy_of,
@@ -21,8 +21,6 @@ from vomstudio.photogrammetry.survey.overlap import FEWEST_MATCHES, SetOverlap
 
 if TYPE_CHECKING:
     from vomstudio.io.photos.photo import Photo
-
-Array = npt.NDArray[np.float64]
 
 
 def best_overlap(pairs: SetOverlap, count: int) -> list[float]:
@@ -110,7 +108,7 @@ def _in_any(pairs: Sequence[tuple[str, str]]) -> tuple[str, ...]:
 
 
 def of_directions(
-    seen: SurveyMeasurements, axes: Array, known: npt.NDArray[np.bool_], limits: Limits
+    seen: SurveyMeasurements, axes: FloatArray, known: BoolArray, limits: Limits
 ) -> list[Finding]:
     """One view direction only: doming (textbook 3.2.1)."""
     photos = seen.photos
@@ -135,7 +133,7 @@ def of_directions(
     return [Finding("one-direction", photos=(), value=spread, source=source, straight_down=down)]
 
 
-def _gimbal_axes(photos: Sequence[Photo]) -> Array | None:
+def _gimbal_axes(photos: Sequence[Photo]) -> FloatArray | None:
     """Directions of view (n, 3) east, north, up, where every photo states its own."""
     found = []
     for photo in photos:
@@ -217,7 +215,7 @@ def of_positions(photos: Sequence[Photo], limits: Limits) -> list[Finding]:
     return found
 
 
-def _of_gps_accuracy(placed: Sequence[Photo], at: Array, limits: Limits) -> Finding:
+def _of_gps_accuracy(placed: Sequence[Photo], at: FloatArray, limits: Limits) -> Finding:
     """How well the positions `at` (n, 3) of these photos determine the rotation of a model."""
     sigma, stated = accuracy_of(placed)
     error, _ = rotation_error95_deg(at, sigma)
@@ -235,6 +233,6 @@ def _of_gps_accuracy(placed: Sequence[Photo], at: Array, limits: Limits) -> Find
     return Finding("gps-registration", photos=(), value=error, sigma_m=sigma, stated=stated)
 
 
-def _radius(at: Array) -> float:
+def _radius(at: FloatArray) -> float:
     """Largest horizontal distance of positions (n, 3) from their mean."""
     return float(np.linalg.norm(at[:, :2] - at[:, :2].mean(axis=0), axis=1).max())

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray
 from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.files.containment import check_in_project
 from vomstudio.core.files.disk_errors import reason_of
@@ -26,22 +26,40 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.photogrammetry.survey.photo_quality import blur
 from vomstudio.photogrammetry.survey.survey_options import DEFAULT_FPS
 
-Bytes = npt.NDArray[np.uint8]
-
 VIDEO_ENDINGS = (
-    ".mp4", ".mov", ".avi", ".mkv", ".m4v", ".mts", ".m2ts", ".mpg", ".mpeg", ".webm", ".wmv",
+    ".mp4",
+    ".mov",
+    ".avi",
+    ".mkv",
+    ".m4v",
+    ".mts",
+    ".m2ts",
+    ".mpg",
+    ".mpeg",
+    ".webm",
+    ".wmv",
     ".3gp",
-)  # fmt: skip
+)
 """Extensions of videos of phones, cameras and drones, for file dialogs."""
 _RECORD = "frames.json"
 # Bytes at places of the head: of AVI; MP4, MOV and 3GP; MKV and WebM; WMV; MPEG program and
 # elementary streams; MPEG transport streams with packets of 188 bytes, and of 192 as cameras write.
 _FILMS = (
-    ((0, b"RIFF"), (8, b"AVI")), ((4, b"ftyp"),), ((4, b"moov"),), ((4, b"mdat"),), ((4, b"wide"),),
-    ((4, b"free"),), ((4, b"skip"),), ((4, b"pnot"),), ((0, b"\x1a\x45\xdf\xa3"),),
-    ((0, b"\x30\x26\xb2\x75\x8e\x66\xcf\x11"),), ((0, b"\0\0\1\xba"),), ((0, b"\0\0\1\xb3"),),
-    ((0, b"G"), (188, b"G"), (376, b"G")), ((4, b"G"), (196, b"G"), (388, b"G")),
-)  # fmt: skip
+    ((0, b"RIFF"), (8, b"AVI")),
+    ((4, b"ftyp"),),
+    ((4, b"moov"),),
+    ((4, b"mdat"),),
+    ((4, b"wide"),),
+    ((4, b"free"),),
+    ((4, b"skip"),),
+    ((4, b"pnot"),),
+    ((0, b"\x1a\x45\xdf\xa3"),),
+    ((0, b"\x30\x26\xb2\x75\x8e\x66\xcf\x11"),),
+    ((0, b"\0\0\1\xba"),),
+    ((0, b"\0\0\1\xb3"),),
+    ((0, b"G"), (188, b"G"), (376, b"G")),
+    ((4, b"G"), (196, b"G"), (388, b"G")),
+)
 # Of a second's frames only some are compared for sharpness.
 _CANDIDATES = 5
 _BLUR_PX, _BLUR_TIMES, _MOST_BLUR_PX = 2.5, 1.8, 4.0
@@ -198,7 +216,7 @@ class _Video:
     def __exit__(self, *exc: object) -> None:
         self._capture.release()
 
-    def frames(self, wanted: int) -> Iterator[tuple[int, Bytes]]:
+    def frames(self, wanted: int) -> Iterator[tuple[int, ByteArray]]:
         """Every `wanted`-th frame with its number; the others are not converted."""
         yield 0, np.asarray(self._first, np.uint8)
         number = 1
@@ -220,7 +238,7 @@ def _choose_frames(
     window = max(1, round(source.fps / fps))
     stated = source.count
     progress.stage(tr("Selecting frames"), stated)
-    last: Bytes | None = None
+    last: ByteArray | None = None
     sigmas: list[float] = []
     stem = in_unicode(source.path.stem)
     for done, group in _windows(source, window):
@@ -257,10 +275,10 @@ def _choose_frames(
     return replace(report, seconds=(source.count or 0) / source.fps)
 
 
-def _windows(source: _Video, window: int) -> Iterator[tuple[int, list[tuple[int, Bytes]]]]:
+def _windows(source: _Video, window: int) -> Iterator[tuple[int, list[tuple[int, ByteArray]]]]:
     """The frames to choose from, for one moment after the other."""
     every = max(1, window // _CANDIDATES)
-    group: list[tuple[int, Bytes]] = []
+    group: list[tuple[int, ByteArray]] = []
     end = window
     for number, frame in source.frames(every):
         if number >= end and group:
@@ -273,7 +291,7 @@ def _windows(source: _Video, window: int) -> Iterator[tuple[int, list[tuple[int,
         yield group[-1][0] + 1, group
 
 
-def _detail(frame: Bytes) -> float:
+def _detail(frame: ByteArray) -> float:
     """Variance of the Laplacian: ranks frames of one and the same scene by sharpness (Pech-Pacheco
     et al. 2000)."""
     import cv2
@@ -282,7 +300,7 @@ def _detail(frame: Bytes) -> float:
     return float(cv2.Laplacian(grey[::2, ::2], cv2.CV_32F).var())
 
 
-def _reduced(frame: Bytes) -> Bytes:
+def _reduced(frame: ByteArray) -> ByteArray:
     import cv2
 
     scale = _SMALL / max(frame.shape[:2])
@@ -290,7 +308,7 @@ def _reduced(frame: Bytes) -> Bytes:
     return np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY), np.uint8)
 
 
-def _shift(before: Bytes, after: Bytes) -> float | None:
+def _shift(before: ByteArray, after: ByteArray) -> float | None:
     """Median displacement of corners over the long side; None where they cannot be followed."""
     import cv2
 

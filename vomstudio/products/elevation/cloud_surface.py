@@ -8,13 +8,11 @@ so that the uppermost point has the smallest z.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IndexArray, IntArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.products.ortho.tiles import Grid, Tile
-
-Array = npt.NDArray[np.float64]
 
 SIDE_SPACINGS = 5.0
 """The longest side of a triangle, in typical sides: between points strewn at random the longest are
@@ -41,7 +39,7 @@ HULL_POINTS = 200_000
 _AT_ONCE = 100_000
 
 
-def longest_side(xy: Array) -> float:
+def longest_side(xy: FloatArray) -> float:
     """The default limit: SIDE_SPACINGS times the square root of the area that a point has to
     itself. xy (n, 2). Raises InputError for fewer than three places."""
     from scipy.spatial import ConvexHull, QhullError
@@ -66,7 +64,7 @@ def longest_side(xy: Array) -> float:
     return float(SIDE_SPACINGS * side / np.sqrt(per_cell))
 
 
-def _taken(key: npt.NDArray[np.int64]) -> int:
+def _taken(key: IntArray) -> int:
     """How many cells are touched. key : (n,) of the cell of each point"""
     count = int(key.max()) + 1
     if count > 40 * len(key):
@@ -76,7 +74,7 @@ def _taken(key: npt.NDArray[np.int64]) -> int:
     return int(np.count_nonzero(touched))
 
 
-def top_sheet(points: Array) -> Array:
+def top_sheet(points: FloatArray) -> FloatArray:
     """Points without those over which another sheet lies, (n, 3) to (k, 3): an overhang and what is
     under it, of which the uppermost counts.
 
@@ -99,9 +97,7 @@ def top_sheet(points: Array) -> Array:
     return unique
 
 
-def _under_another(
-    points: Array, asked: npt.NDArray[np.intp]
-) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+def _under_another(points: FloatArray, asked: IndexArray) -> tuple[BoolArray, BoolArray]:
     """(n,) which of the points `asked` are under another sheet, and which must be asked again:
     those with a gap above them and the neighbours of those that go; none where none go."""
     from scipy.spatial import cKDTree
@@ -126,7 +122,7 @@ def _under_another(
     return under, doubtful & bool(under.any())
 
 
-def _covered(away: Array, over: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+def _covered(away: FloatArray, over: BoolArray) -> BoolArray:
     """(n,) whether the neighbours above lie over the point. away : (n, k, 2) from the point, which
     is one of them; over : (n, k) those above."""
     counts = over.sum(axis=1)
@@ -156,7 +152,7 @@ def _covered(away: Array, over: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
     return np.asarray(mingled | alone)
 
 
-def thinned(points: Array, side: float) -> Array:
+def thinned(points: FloatArray, side: float) -> FloatArray:
     """One point for each square of the plane: the mean of its uppermost ones, those no more than
     a few sides below the highest."""
     cells = np.floor((points[:, :2] - points[:, :2].min(axis=0)) / side).astype(np.int64)
@@ -171,7 +167,7 @@ def thinned(points: Array, side: float) -> Array:
     return np.ascontiguousarray(sums / counts[:, None])
 
 
-def interpolated(points: Array, limit: float, grid: Grid, tile: Tile) -> Array:
+def interpolated(points: FloatArray, limit: float, grid: Grid, tile: Tile) -> FloatArray:
     """(h, w) depths at the centres of a tile's cells, by the triangles of Delaunay between the
     points' places, NaN where such a triangle has a side longer than `limit`. points : (n, 3), no
     two at one place"""
@@ -190,11 +186,20 @@ def interpolated(points: Array, limit: float, grid: Grid, tile: Tile) -> Array:
     g = grid.gsd
     depth = np.empty((tile.height, tile.width))
     interpolate(
-        np.ascontiguousarray(points[order]), starts.astype(np.int64), nx, ny,
-        float(low[0]), float(low[1]), side,
-        grid.left + (tile.column + 0.5) * g, grid.top + (tile.row + 0.5) * g, g, limit,
-        np.zeros(3, np.int64), depth,
-    )  # fmt: skip
+        np.ascontiguousarray(points[order]),
+        starts.astype(np.int64),
+        nx,
+        ny,
+        float(low[0]),
+        float(low[1]),
+        side,
+        grid.left + (tile.column + 0.5) * g,
+        grid.top + (tile.row + 0.5) * g,
+        g,
+        limit,
+        np.zeros(3, np.int64),
+        depth,
+    )
     return depth
 
 

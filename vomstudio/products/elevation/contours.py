@@ -6,21 +6,19 @@ import math
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import Float32Array, FloatArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.io.gis.layer_writing import write_layer
 from vomstudio.io.gis.raster import Affine
 
-Array = npt.NDArray[np.float64]
-
 MAX_LEVELS = 2000
 
 
 def contour_lines(
-    heights: npt.NDArray[np.float32], transform: Affine, spacing: float
-) -> list[tuple[float, Array]]:
+    heights: Float32Array, transform: Affine, spacing: float
+) -> list[tuple[float, FloatArray]]:
     """(level, (k, 2) coordinates) of each line, through the cells' centres, linear between them.
     Levels are the multiples of `spacing`, metres. Raises UsageError for too many levels."""
     known = np.isfinite(heights)
@@ -44,9 +42,13 @@ def contour_lines(
     a, b, c, d, e, f = transform
     column, row = (np.arange(n) + 0.5 for n in heights.shape[::-1])
     # Relative to the corner: the northing of a map leaves few digits.
-    drawn = Figure().add_subplot().contour(
-        a * column, e * row, np.ma.masked_invalid(heights.astype(np.float64)), levels=levels
-    )  # fmt: skip
+    drawn = (
+        Figure()
+        .add_subplot()
+        .contour(
+            a * column, e * row, np.ma.masked_invalid(heights.astype(np.float64)), levels=levels
+        )
+    )
     assert b == d == 0.0
     return [
         (float(level), np.asarray(line, np.float64) + (c, f))
@@ -56,7 +58,7 @@ def contour_lines(
     ]
 
 
-def write_contours(part: Path, lines: list[tuple[float, Array]], crs: str | None) -> None:
+def write_contours(part: Path, lines: list[tuple[float, FloatArray]], crs: str | None) -> None:
     """A GeoPackage with the layer `contours`: lines with their height. Raises TargetError."""
     import shapely
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import Float32Array, FloatArray, Int32Array
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
@@ -23,9 +23,6 @@ from vomstudio.products.elevation.planning import HeightPlan
 from vomstudio.products.ortho.drawn_tiles import drawn_tiles
 from vomstudio.products.ortho.tiles import Drawer, Grid, Members, Tile
 
-Array = npt.NDArray[np.float64]
-Heights = npt.NDArray[np.float32]
-
 TILE_POINTS = 500_000
 """From more points in a tile one for each cell is taken, the mean of those in it."""
 
@@ -36,7 +33,7 @@ def draw_heights(
     limit: float | None = None,
     progress: Progress | None = None,
     threads: int | None = None,
-) -> tuple[Heights, float | None]:
+) -> tuple[Float32Array, float | None]:
     """(h, w) float32 metres along the upward normal of the plane of reference, NaN where there is
     no surface; and the longest side of triangles between points, None for a mesh.
 
@@ -48,7 +45,7 @@ def draw_heights(
         raise UsageError(Finding("option.clouds-only", option="--limit"), field="--limit")
     progress = progress or Silent()
     progress.stage(tr("Preparing the model"))
-    source: Drawer[Array]
+    source: Drawer[FloatArray]
     if isinstance(data, Mesh):
         source, used = MeshHeights(plan.points, data.faces, plan.grid), None
     else:
@@ -67,7 +64,7 @@ def draw_heights(
 class MeshHeights:
     """Draws depths of a mesh, NaN where there is none."""
 
-    def __init__(self, view: Array, faces: npt.NDArray[np.int32], grid: Grid) -> None:
+    def __init__(self, view: FloatArray, faces: Int32Array, grid: Grid) -> None:
         """view : (n, 3) vertices in the axes of the frame."""
         from vomstudio.products.ortho._mesh_kernels import bin_faces
 
@@ -77,7 +74,7 @@ class MeshHeights:
         g = grid.gsd
         self._members = Members.of(bin_faces, self._view, self._faces, grid, g)
 
-    def draw(self, tile: Tile) -> Array:
+    def draw(self, tile: Tile) -> FloatArray:
         chosen = self._members.in_tile(tile)
         return _cast(self._view, self._faces, chosen, self._grid, tile)
 
@@ -86,7 +83,7 @@ class CloudHeights:
     """Draws depths of a cloud, NaN where there is none: of each tile with what lies within the
     longest side of it."""
 
-    def __init__(self, view: Array, limit: float, grid: Grid) -> None:
+    def __init__(self, view: FloatArray, limit: float, grid: Grid) -> None:
         from vomstudio.products.ortho._splat_kernels import bin_points
 
         self._view = np.ascontiguousarray(view)
@@ -95,7 +92,7 @@ class CloudHeights:
         reach = np.zeros(len(view))
         self._members = Members.of(bin_points, self._view, reach, grid, limit + g)
 
-    def draw(self, tile: Tile) -> Array:
+    def draw(self, tile: Tile) -> FloatArray:
         chosen = self._members.in_tile(tile)
         points = self._view[chosen]
         if len(points) > TILE_POINTS:
@@ -106,18 +103,23 @@ class CloudHeights:
 
 
 def _cast(
-    view: Array,
-    faces: npt.NDArray[np.int32],
-    chosen: npt.NDArray[np.int32],
+    view: FloatArray,
+    faces: Int32Array,
+    chosen: Int32Array,
     grid: Grid,
     tile: Tile,
-) -> Array:
+) -> FloatArray:
     if not len(chosen):
         return np.full((tile.height, tile.width), np.nan)
     g = grid.gsd
     depth = cast_grid(
-        view, faces, chosen,
-        left=grid.left + tile.column * g, top=grid.top + tile.row * g, step=g,
-        width=tile.width, height=tile.height,
-    ).depth  # fmt: skip
+        view,
+        faces,
+        chosen,
+        left=grid.left + tile.column * g,
+        top=grid.top + tile.row * g,
+        step=g,
+        width=tile.width,
+        height=tile.height,
+    ).depth
     return np.where(np.isfinite(depth), depth, np.nan)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray, Float32Array
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.regular import require_regular_beside
 from vomstudio.core.files.untrusted.pictures import RASTER_CACHE_BYTES, check_raster
@@ -25,12 +25,12 @@ class ElevationPicture:
     : side of a pixel in metres; low, high : the range of the colours, metres; table : (256, 3)
     uint8 from low to high"""
 
-    rgba: npt.NDArray[np.uint8]
-    heights: npt.NDArray[np.float32]
+    rgba: ByteArray
+    heights: Float32Array
     step: float
     low: float
     high: float
-    table: npt.NDArray[np.uint8]
+    table: ByteArray
 
 
 def read_picture(raster: Path, most: int = MOST) -> ElevationPicture:
@@ -58,7 +58,7 @@ def read_picture(raster: Path, most: int = MOST) -> ElevationPicture:
     return picture_of(heights, step)
 
 
-def picture_of(heights: npt.NDArray[np.float32], step: float) -> ElevationPicture:
+def picture_of(heights: Float32Array, step: float) -> ElevationPicture:
     """heights : (h, w) metres, NaN where there is none; step : side of a cell, metres"""
     from matplotlib import colormaps
 

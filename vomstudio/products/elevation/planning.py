@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.geology.notation import plane_option
 from vomstudio.geology.orientation import Plane
@@ -16,8 +17,6 @@ from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.io.gis.raster import Affine
 from vomstudio.products.ortho.planning import lay_grid
 from vomstudio.products.ortho.tiles import Grid
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +33,8 @@ class HeightPlan:
     plane: Plane
     frame: ViewFrame
     grid: Grid
-    reference: Array
-    points: Array
+    reference: FloatArray
+    points: FloatArray
     notes: tuple[Finding, ...]
     metric: bool = True
 
@@ -60,7 +59,7 @@ class HeightPlan:
         return (grid.gsd, 0.0, left, 0.0, -grid.gsd, top)
 
     @property
-    def cell_to_world(self) -> Array:
+    def cell_to_world(self) -> FloatArray:
         """(4, 4) from (column, row, height, 1) to World; (0, 0) is the outer corner of the top left
         cell, its centre (0.5, 0.5)."""
         grid = self.grid

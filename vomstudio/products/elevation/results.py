@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-import numpy.typing as npt
-
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.results import FLAT, Result
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,16 +28,16 @@ class ElevationFigures(Result):
     height: int
     gsd_m: float
     coverage: float
-    reference_point: Array
+    reference_point: FloatArray
     dip_direction_deg: float
     dip_deg: float
-    right: Array
-    down: Array
-    normal: Array
+    right: FloatArray
+    down: FloatArray
+    normal: FloatArray
     lowest_m: float
     highest_m: float
     interpolation_limit_m: float | None
-    cell_to_world: Array
+    cell_to_world: FloatArray
     crs: str | None
 
 

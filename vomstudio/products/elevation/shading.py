@@ -9,13 +9,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray, Float32Array, FloatArray, FloatingArray
 from vomstudio.geology.orientation import normals_to_planes
 from vomstudio.geometry.view_frame import ViewFrame
-
-Array = npt.NDArray[np.float64]
-Raster = npt.NDArray[np.float32]
 
 LIGHT_FROM_DEG = 315.0
 LIGHT_HEIGHT_DEG = 45.0
@@ -23,7 +20,7 @@ ROWS = 512
 """Rows worked on at a time."""
 
 
-def gradients(heights: npt.NDArray[np.floating], gsd: float) -> tuple[Array, Array]:
+def gradients(heights: FloatingArray, gsd: float) -> tuple[FloatArray, FloatArray]:
     """Rise per metre to the right and down the rows; (h, w) each, NaN at the border and beside
     cells without a height."""
     h, w = heights.shape
@@ -41,7 +38,9 @@ def gradients(heights: npt.NDArray[np.floating], gsd: float) -> tuple[Array, Arr
     return right, down
 
 
-def dips_of(heights: Raster, gsd: float, frame: ViewFrame) -> tuple[Raster, Raster]:
+def dips_of(
+    heights: Float32Array, gsd: float, frame: ViewFrame
+) -> tuple[Float32Array, Float32Array]:
     """Dip (0 to 90, degrees from the horizontal of World) and dip direction (0 to 360, NaN where
     the surface is level) of the surface, whatever the plane of reference; (h, w) each.
 
@@ -62,7 +61,7 @@ def dips_of(heights: Raster, gsd: float, frame: ViewFrame) -> tuple[Raster, Rast
     return dip, azimuth
 
 
-def hillshade(heights: Raster, gsd: float) -> npt.NDArray[np.uint8]:
+def hillshade(heights: Float32Array, gsd: float) -> ByteArray:
     """(h, w) from 1 (in the dark) to 255 (facing the light), 0 where it is not known. The light
     comes from the upper left of the raster, 45 degrees above its plane."""
     found = np.zeros(heights.shape, np.uint8)
@@ -78,7 +77,7 @@ def hillshade(heights: Raster, gsd: float) -> npt.NDArray[np.uint8]:
     return found
 
 
-def _strips(heights: Raster):  # type: ignore[no-untyped-def]
+def _strips(heights: Float32Array):  # type: ignore[no-untyped-def]
     """Rows of the whole and their rows within a part that has one row more on each side."""
     for start in range(0, len(heights), ROWS):
         stop = min(start + ROWS, len(heights))

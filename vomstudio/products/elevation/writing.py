@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, Float32Array
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.atomic import atomic_group, check_target
 from vomstudio.core.files.extensions import check_extension
@@ -20,7 +20,6 @@ from vomstudio.geology.notation import plain_azimuth
 from vomstudio.io.gis.raster import Raster, open_geotiff, view_plane_crs, write_tile
 from vomstudio.products.elevation.contours import contour_lines, write_contours
 from vomstudio.products.elevation.dem_options import DemFiles
-from vomstudio.products.elevation.heights import Heights
 from vomstudio.products.elevation.planning import HeightPlan
 from vomstudio.products.elevation.results import ElevationFigures, WrittenElevation
 from vomstudio.products.elevation.shading import dips_of, hillshade
@@ -51,7 +50,7 @@ def check_targets(raster: str | Path, files: DemFiles, *, force: bool) -> None:
 
 
 def figures_of(
-    heights: Heights, plan: HeightPlan, limit: float | None, crs: str | None
+    heights: Float32Array, plan: HeightPlan, limit: float | None, crs: str | None
 ) -> ElevationFigures:
     """limit : longest side of the triangles; crs : of World. Raises InputError where no cell has a
     height."""
@@ -82,7 +81,7 @@ def figures_of(
 
 
 def write_elevation(
-    heights: Heights,
+    heights: Float32Array,
     plan: HeightPlan,
     figures: ElevationFigures,
     raster: str | Path,
@@ -122,13 +121,17 @@ def write_elevation(
     )
     facts = _facts(made, plan, world, north_known) | {"model": model, "content_hash": content_hash}
     base = Raster(
-        plan.grid.width, plan.grid.height, "float", plan.transform, crs,
+        plan.grid.width,
+        plan.grid.height,
+        "float",
+        plan.transform,
+        crs,
         {
             "VOMSTUDIO_VERSION": __version__,
             "VOMSTUDIO_PLANE": f"dip direction {plain_azimuth(figures.dip_direction_deg)} dip "
             f"{figures.dip_deg:.4f} deg",
         },
-    )  # fmt: skip
+    )
     with atomic_group(list(targets.values()), force) as parts:
         at = dict(zip(targets, parts, strict=True))
         _write(at["raster"], base, heights, targets["raster"])
@@ -172,7 +175,7 @@ def _facts(
     }
 
 
-def _write(part: Path, raster: Raster, values: npt.NDArray[Any], shown: Path) -> None:
+def _write(part: Path, raster: Raster, values: AnyArray, shown: Path) -> None:
     with contextlib.ExitStack() as files:
         file = files.enter_context(open_geotiff(part, raster, shown))
         for row in range(0, values.shape[0], TILE):

@@ -48,18 +48,26 @@ def write_fractures(
 ) -> None:
     """Writes the figure as svg, pdf or png (text stays text in svg and pdf)."""
     write_figure(
-        target, lambda figure: draw_fractures(figure, mapped, style),
-        format=format, size_mm=SIZE_MM, paper=style.paper, dpi=dpi, settings=sizes_of(style),
-    )  # fmt: skip
+        target,
+        lambda figure: draw_fractures(figure, mapped, style),
+        format=format,
+        size_mm=SIZE_MM,
+        paper=style.paper,
+        dpi=dpi,
+        settings=sizes_of(style),
+    )
 
 
 def draw_fractures(figure: Figure, mapped: Mapped, style: NetStyle = PRINT) -> list[Axes]:
     """The axes of the panels a to e: map, rose, nodes, lengths, intensity (of an area)."""
     figure.set_facecolor(style.paper)
     places = {
-        "a": (0.02, 0.47, 0.33, 0.47), "b": (0.36, 0.47, 0.29, 0.47), "c": (0.68, 0.49, 0.30, 0.41),
-        "d": (0.09, 0.09, 0.38, 0.31), "e": (0.60, 0.09, 0.37, 0.31),
-    }  # fmt: skip
+        "a": (0.02, 0.47, 0.33, 0.47),
+        "b": (0.36, 0.47, 0.29, 0.47),
+        "c": (0.68, 0.49, 0.30, 0.41),
+        "d": (0.09, 0.09, 0.38, 0.31),
+        "e": (0.60, 0.09, 0.37, 0.31),
+    }
     if not mapped.found.P21_by_size:
         del places["e"]
         places["d"] = (0.09, 0.09, 0.88, 0.31)
@@ -105,10 +113,11 @@ def _draw_map(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
     edges += [] if counted.scanlines is None else list(counted.scanlines)
     ax.add_collection(
         LineCollection(
-            [shapely.get_coordinates(e) for e in edges], linewidths=1.2 * style.line_pt,
+            [shapely.get_coordinates(e) for e in edges],
+            linewidths=1.2 * style.line_pt,
             colors=style.ink if len(mapped.sets) > 1 else _color(1, style),
         )
-    )  # fmt: skip
+    )
     shapes = [*lines, *edges]
     if not shapes:
         return
@@ -118,25 +127,57 @@ def _draw_map(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
     rows = min(len(mapped.sets), 8) if len(mapped.sets) > 1 else 0
     ax.set_ylim(low_y - (0.12 + 0.07 * max(rows - 1, 0)) * span, high_y + 0.24 * span)
     bar = _round_length(0.3 * span)
-    ax.plot([low_x, low_x + bar], [low_y - 0.05 * span] * 2, color=style.ink,
-            linewidth=2 * style.line_pt, solid_capstyle="butt")  # fmt: skip
-    ax.text(low_x + bar / 2, low_y - 0.07 * span, f"{bar:g} m", ha="center", va="top",
-            fontsize=style.font_pt, color=style.ink)  # fmt: skip
+    ax.plot(
+        [low_x, low_x + bar],
+        [low_y - 0.05 * span] * 2,
+        color=style.ink,
+        linewidth=2 * style.line_pt,
+        solid_capstyle="butt",
+    )
+    ax.text(
+        low_x + bar / 2,
+        low_y - 0.07 * span,
+        f"{bar:g} m",
+        ha="center",
+        va="top",
+        fontsize=style.font_pt,
+        color=style.ink,
+    )
     left, right, up = _orientation(mapped)
     for x, name, side in ((low_x, left, "left"), (high_x, right, "right")):
-        ax.text(x, high_y + 0.04 * span, name, ha=side, va="bottom", weight="bold",
-                fontsize=0.85 * style.font_pt, color=style.ink)  # fmt: skip
+        ax.text(
+            x,
+            high_y + 0.04 * span,
+            name,
+            ha=side,
+            va="bottom",
+            weight="bold",
+            fontsize=0.85 * style.font_pt,
+            color=style.ink,
+        )
     middle = 0.5 * (low_x + high_x)
     ax.annotate(
-        up, (middle, high_y + 0.02 * span), (middle, high_y + 0.14 * span), ha="center",
-        va="bottom", fontsize=0.85 * style.font_pt, weight="bold", color=style.ink,
+        up,
+        (middle, high_y + 0.02 * span),
+        (middle, high_y + 0.14 * span),
+        ha="center",
+        va="bottom",
+        fontsize=0.85 * style.font_pt,
+        weight="bold",
+        color=style.ink,
         arrowprops={"arrowstyle": "<-", "color": style.ink, "linewidth": style.line_pt},
-    )  # fmt: skip
+    )
     is_short = max((len(name) for name in mapped.sets), default=0) <= MAX_SHORT_NAME
     if 1 < len(mapped.sets) <= 8:
-        ax.legend(loc="lower right", fontsize=0.85 * style.font_pt, frameon=False,
-                  handlelength=1.2, labelcolor=style.ink, borderaxespad=0.0,
-                  ncols=2 if len(mapped.sets) > 4 and is_short else 1)  # fmt: skip
+        ax.legend(
+            loc="lower right",
+            fontsize=0.85 * style.font_pt,
+            frameon=False,
+            handlelength=1.2,
+            labelcolor=style.ink,
+            borderaxespad=0.0,
+            ncols=2 if len(mapped.sets) > 4 and is_short else 1,
+        )
     network = mapped.found
     title, separator = tr("{count:,} traces", count=network.traces), ", "
     if network.plane is not None and not network.plane.is_horizontal:
@@ -192,8 +233,11 @@ def _draw_rose(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
         tr("pitch on the face,\n{counted}", counted=counted)
         if y_axis == "up"
         else tr("strike, {counted}", counted=counted),
-        fontsize=style.font_pt, weight="bold", color=style.ink, pad=4,
-    )  # fmt: skip
+        fontsize=style.font_pt,
+        weight="bold",
+        color=style.ink,
+        pad=4,
+    )
 
 
 def triangle_place(i: float, y: float, x: float) -> tuple[float, float]:
@@ -213,9 +257,10 @@ def _draw_triangle(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
     for share in (0.2, 0.4, 0.6, 0.8):
         rest = 1 - share
         for one, other in (
-            ((share, rest, 0), (share, 0, rest)), ((rest, share, 0), (0, share, rest)),
+            ((share, rest, 0), (share, 0, rest)),
+            ((rest, share, 0), (0, share, rest)),
             ((rest, 0, share), (0, rest, share)),
-        ):  # fmt: skip
+        ):
             ends = [triangle_place(*row) for row in (one, other)]
             ax.plot(*zip(*ends, strict=True), color=style.soft, linewidth=0.35 * style.line_pt)
     for per_branch in (1.0, 1.5):
@@ -223,13 +268,26 @@ def _draw_triangle(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
     for (x, y), label, ha, va in zip(
         corners, ("I", "Y", "X"), ("center", "right", "left"), ("bottom", "top", "top"), strict=True
     ):
-        ax.text(x, y + (0.03 if va == "bottom" else -0.03), label, ha=ha, va=va, weight="bold",
-                fontsize=1.15 * style.font_pt, color=style.ink)  # fmt: skip
+        ax.text(
+            x,
+            y + (0.03 if va == "bottom" else -0.03),
+            label,
+            ha=ha,
+            va=va,
+            weight="bold",
+            fontsize=1.15 * style.font_pt,
+            color=style.ink,
+        )
     nodes = mapped.found.nodes
     if nodes.I + nodes.Y + nodes.X:
-        ax.plot(*triangle_place(nodes.I, nodes.Y, nodes.X), marker="o", markersize=5.5,
-                color=_color(1, style), markeredgecolor=style.ink,
-                markeredgewidth=0.6 * style.line_pt)  # fmt: skip
+        ax.plot(
+            *triangle_place(nodes.I, nodes.Y, nodes.X),
+            marker="o",
+            markersize=5.5,
+            color=_color(1, style),
+            markeredgecolor=style.ink,
+            markeredgewidth=0.6 * style.line_pt,
+        )
     ax.set_title(_node_words(nodes), fontsize=style.font_pt, weight="bold", color=style.ink, pad=8)
 
 
@@ -247,11 +305,22 @@ def _draw_connections(ax: Axes, per_branch: float, style: NetStyle) -> None:
         row = [1.0 - rest, 0.0, 0.0]
         row[which] = rest
         ends.append(triangle_place(*row))
-    ax.plot(*zip(*ends, strict=True), color=style.soft, linewidth=0.9 * style.line_pt,
-            linestyle=(0, (4, 2)))  # fmt: skip
+    ax.plot(
+        *zip(*ends, strict=True),
+        color=style.soft,
+        linewidth=0.9 * style.line_pt,
+        linestyle=(0, (4, 2)),
+    )
     x, y = ends[1]
-    ax.text(x + 0.02, y, f"C$_B$ {per_branch:.1f}", fontsize=0.85 * style.font_pt, va="center",
-            ha="left", color=style.soft)  # fmt: skip
+    ax.text(
+        x + 0.02,
+        y,
+        f"C$_B$ {per_branch:.1f}",
+        fontsize=0.85 * style.font_pt,
+        va="center",
+        ha="left",
+        color=style.soft,
+    )
 
 
 def _draw_lengths(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
@@ -264,32 +333,57 @@ def _draw_lengths(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
     length = mapped.found.length
     if length.mean_m is not None:
         ax.set_title(
-            tr("mean length {mean:.3g} m, of the pieces {naive:.3g} m",
-               mean=length.mean_m, naive=length.naive_mean_m),
-            fontsize=style.font_pt, weight="bold", color=style.ink, pad=4,
-        )  # fmt: skip
+            tr(
+                "mean length {mean:.3g} m, of the pieces {naive:.3g} m",
+                mean=length.mean_m,
+                naive=length.naive_mean_m,
+            ),
+            fontsize=style.font_pt,
+            weight="bold",
+            color=style.ink,
+            pad=4,
+        )
     if not len(lengths) or cut.all():
         return
     found = ecdf(CensoredData.right_censored(lengths, cut)).sf
     shown = found.probabilities > 0
     x, s = found.quantiles[shown], found.probabilities[shown]
-    ax.step(np.concatenate([[x[0]], x]), np.concatenate([[1.0], s]), where="post",
-            color=style.soft, linewidth=1.6 * style.line_pt,
-            label=tr("pieces as seen (Kaplan-Meier)"))  # fmt: skip
+    ax.step(
+        np.concatenate([[x[0]], x]),
+        np.concatenate([[1.0], s]),
+        where="post",
+        color=style.soft,
+        linewidth=1.6 * style.line_pt,
+        label=tr("pieces as seen (Kaplan-Meier)"),
+    )
     at = np.sort(lengths[cut])
     if len(at):
-        ax.plot(at, np.interp(at, x, s, left=1.0), linestyle="none", marker="|", markersize=4,
-                markeredgewidth=0.5, color=style.ink,
-                label=tr("cut off ({share:.0f} %)", share=100 * float(cut.mean())))  # fmt: skip
-    grid = np.geomspace(max(float(lengths.min()), 1e-3 * float(lengths.max())),
-                        float(lengths.max()), 200)  # fmt: skip
+        ax.plot(
+            at,
+            np.interp(at, x, s, left=1.0),
+            linestyle="none",
+            marker="|",
+            markersize=4,
+            markeredgewidth=0.5,
+            color=style.ink,
+            label=tr("cut off ({share:.0f} %)", share=100 * float(cut.mean())),
+        )
+    grid = np.geomspace(
+        max(float(lengths.min()), 1e-3 * float(lengths.max())), float(lengths.max()), 200
+    )
     _draw_fits(ax, length, grid, style)
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.set_ylim(0.5 / len(lengths), 1.5)
     ax.set_xlim(grid[0], 1.3 * grid[-1])
-    ax.legend(loc="lower left", fontsize=0.85 * style.font_pt, frameon=False, labelcolor=style.ink,
-              handlelength=1.6, borderaxespad=0.2)  # fmt: skip
+    ax.legend(
+        loc="lower left",
+        fontsize=0.85 * style.font_pt,
+        frameon=False,
+        labelcolor=style.ink,
+        handlelength=1.6,
+        borderaxespad=0.2,
+    )
 
 
 def _draw_fits(ax: Axes, length: Lengths, grid: Any, style: NetStyle) -> None:
@@ -297,14 +391,23 @@ def _draw_fits(ax: Axes, length: Lengths, grid: Any, style: NetStyle) -> None:
         return
     best = length.fits[0]
     name = tr(_LAWS[best.distribution])
-    ax.plot(grid, _survival(best, grid), color=_color(1, style), linewidth=1.6 * style.line_pt,
-            label=tr("{law}, whole traces", law=name)
-            if length.uncorrected else name)  # fmt: skip
+    ax.plot(
+        grid,
+        _survival(best, grid),
+        color=_color(1, style),
+        linewidth=1.6 * style.line_pt,
+        label=tr("{law}, whole traces", law=name) if length.uncorrected else name,
+    )
     same = [f for f in length.uncorrected if f.distribution == best.distribution]
     if same:
-        ax.plot(grid, _survival(same[0], grid), color=style.ink, linewidth=style.line_pt,
-                linestyle=(0, (3, 2)),
-                label=tr("{law}, edge taken as chance", law=name))  # fmt: skip
+        ax.plot(
+            grid,
+            _survival(same[0], grid),
+            color=style.ink,
+            linewidth=style.line_pt,
+            linestyle=(0, (3, 2)),
+            label=tr("{law}, edge taken as chance", law=name),
+        )
 
 
 def _survival(fit: Fit, x: Any) -> Any:
@@ -325,22 +428,50 @@ def _draw_sizes(ax: Axes, mapped: Mapped, style: NetStyle) -> None:
     ax.fill_between(
         r, low, high, color=style.soft, alpha=0.18, linewidth=0, label=tr("all windows")
     )
-    ax.fill_between(r, np.maximum(mean - std, 0), mean + std, color=color, alpha=0.25, linewidth=0,
-                    label=tr("one standard deviation"))  # fmt: skip
-    ax.plot(r, mean, color=color, marker="o", markersize=3, linewidth=1.2 * style.line_pt,
-            label=tr("mean"))  # fmt: skip
+    ax.fill_between(
+        r,
+        np.maximum(mean - std, 0),
+        mean + std,
+        color=color,
+        alpha=0.25,
+        linewidth=0,
+        label=tr("one standard deviation"),
+    )
+    ax.plot(
+        r,
+        mean,
+        color=color,
+        marker="o",
+        markersize=3,
+        linewidth=1.2 * style.line_pt,
+        label=tr("mean"),
+    )
     if mapped.found.P21_1_per_m is not None:
-        ax.axhline(mapped.found.P21_1_per_m, color=style.ink, linewidth=0.8 * style.line_pt,
-                   linestyle=(0, (4, 2)), label=tr("whole area"))  # fmt: skip
+        ax.axhline(
+            mapped.found.P21_1_per_m,
+            color=style.ink,
+            linewidth=0.8 * style.line_pt,
+            linestyle=(0, (4, 2)),
+            label=tr("whole area"),
+        )
     ax.set_xscale("log")
     ax.set_ylim(bottom=0)
     _round_ticks(ax, r)
-    ax.legend(loc="upper right", fontsize=0.85 * style.font_pt, frameon=False,
-              labelcolor=style.ink, handlelength=1.6, borderaxespad=0.2)  # fmt: skip
+    ax.legend(
+        loc="upper right",
+        fontsize=0.85 * style.font_pt,
+        frameon=False,
+        labelcolor=style.ink,
+        handlelength=1.6,
+        borderaxespad=0.2,
+    )
     ax.set_title(
         tr("intensity by size of the window"),
-        fontsize=style.font_pt, weight="bold", color=style.ink, pad=4,
-    )  # fmt: skip
+        fontsize=style.font_pt,
+        weight="bold",
+        color=style.ink,
+        pad=4,
+    )
 
 
 def _round_ticks(ax: Axes, values: Any) -> None:

@@ -10,13 +10,14 @@ from typing import Literal
 
 import numpy as np
 
+from vomstudio.core.arrays import FloatArray, ObjectArray
 from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
 from vomstudio.geology.fractures.fracture_options import FractureOptions
 from vomstudio.geology.fractures.network import Counted, Mapped, fracture_network
-from vomstudio.geology.fractures.pieces import Floats, Shapes, circle_area, pieces_of
+from vomstudio.geology.fractures.pieces import circle_area, pieces_of
 from vomstudio.geology.fractures.scanlines import in_ranges
 from vomstudio.geology.fractures.trace_plane import (
     TracePlane,
@@ -67,10 +68,10 @@ class FractureOrder:
 def map_fractures(
     order: FractureOrder,
     *,
-    lines: Shapes | None = None,
+    lines: ObjectArray | None = None,
     crs: str | None = None,
-    area: Shapes | None = None,
-    scanlines: Shapes | None = None,
+    area: ObjectArray | None = None,
+    scanlines: ObjectArray | None = None,
     counted: Counted | None = None,
     sets: Sequence[str] | None = None,
     progress: Progress | None = None,
@@ -98,9 +99,12 @@ def map_fractures(
     """
     options = order.options
     windows = (
-        ("--area", options.area), ("--area", area), ("--circle", options.circle),
-        ("--scanline", options.scanline), ("--scanline", scanlines),
-    )  # fmt: skip
+        ("--area", options.area),
+        ("--area", area),
+        ("--circle", options.circle),
+        ("--scanline", options.scanline),
+        ("--scanline", scanlines),
+    )
     given = [flag for flag, value in windows if value is not None]
     if len(given) > 1:
         finding = Finding("option.conflict", option=given[0], other=given[1])
@@ -220,7 +224,7 @@ def _placed(raw: RawLayer, attitude: Plane | None) -> _Placed:
     return _Placed(_add_findings(drawn, findings), plane, (float(z.min()), float(z.max())))
 
 
-def _given_plane(attitude: Plane, in_space: Sequence[Floats], flat: int) -> TracePlane | None:
+def _given_plane(attitude: Plane, in_space: Sequence[FloatArray], flat: int) -> TracePlane | None:
     """Return the plane that the user gave, through the traces; None for the map.
 
     flat : number of lines without heights

@@ -16,9 +16,13 @@ def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
     values = network.to_dict()
     nodes, length = values["nodes"], values["length"]
     rows = [
-        (tr("traces"), tr("{traces:,}, in {pieces:,} pieces", traces=values["traces"],
-                          pieces=values["pieces"])),
-    ]  # fmt: skip
+        (
+            tr("traces"),
+            tr(
+                "{traces:,}, in {pieces:,} pieces", traces=values["traces"], pieces=values["pieces"]
+            ),
+        ),
+    ]
     if network.plane is not None:
         rows.append((tr("plane"), _plane_text(network.plane)))
     if values["area_m2"] is not None:
@@ -37,36 +41,69 @@ def figure_rows(network: FractureNetwork) -> list[tuple[str, str]]:
     if values["scanline"] is not None:
         line = values["scanline"]
         rows += [
-            (tr("scanline"), tr_n(
-                "{count} crossing on {length} m", "{count} crossings on {length} m", line["n"],
-                length=number(values["scanline_m"], 2))),
+            (
+                tr("scanline"),
+                tr_n(
+                    "{count} crossing on {length} m",
+                    "{count} crossings on {length} m",
+                    line["n"],
+                    length=number(values["scanline_m"], 2),
+                ),
+            ),
             ("P10", _with_interval(values["P10_1_per_m"], values["P10_95_1_per_m"], "1/m")),
-            (tr("  by Terzaghi"), tr("P21 {value}, cap: {cap}",
-                                   value=_with_interval(line["P21_1_per_m"],
-                                                        line["P21_95_1_per_m"], "1/m"),
-                                   cap=values["terzaghi_cap"] or tr("none"))),
-            (tr("  spacing"), tr("{mean} along the line, {true} across the traces, cv {cv}",
-                               mean=_with_interval(line["mean_m"], line["mean_95_m"], "m"),
-                               true=_with_interval(line["true_mean_m"],
-                                                   line["true_mean_95_m"], "m"),
-                               cv=number(line["cv"], 2))),
+            (
+                tr("  by Terzaghi"),
+                tr(
+                    "P21 {value}, cap: {cap}",
+                    value=_with_interval(line["P21_1_per_m"], line["P21_95_1_per_m"], "1/m"),
+                    cap=values["terzaghi_cap"] or tr("none"),
+                ),
+            ),
+            (
+                tr("  spacing"),
+                tr(
+                    "{mean} along the line, {true} across the traces, cv {cv}",
+                    mean=_with_interval(line["mean_m"], line["mean_95_m"], "m"),
+                    true=_with_interval(line["true_mean_m"], line["true_mean_95_m"], "m"),
+                    cv=number(line["cv"], 2),
+                ),
+            ),
             (tr("  dispersion"), _dispersion_text(line["dispersion"])),
-        ]  # fmt: skip
-    rows.append((
-        tr("nodes"),
-        tr("I {i:,}, Y {y:,}, X {x:,} (tolerance {snap:g} m, {mended} ends mended)",
-           i=nodes["I"], y=nodes["Y"], x=nodes["X"], snap=values["snap_m"],
-           mended=len(values["mended"])),
-    ))  # fmt: skip
+        ]
+    rows.append(
+        (
+            tr("nodes"),
+            tr(
+                "I {i:,}, Y {y:,}, X {x:,} (tolerance {snap:g} m, {mended} ends mended)",
+                i=nodes["I"],
+                y=nodes["Y"],
+                x=nodes["X"],
+                snap=values["snap_m"],
+                mended=len(values["mended"]),
+            ),
+        )
+    )
     low, high = length["mean_95_m"]
     rows += [
-        (tr("mean length"), tr("{mean} m (95 %: {low} to {high}), of the pieces {naive} m",
-                               mean=figures(length["mean_m"]), low=figures(low),
-                               high=figures(high), naive=figures(length["naive_mean_m"]))),
-        (tr("  cut off"), tr("{share} % of the pieces by the edge of the area",
-                           share=number(100 * (length["censored_share"] or 0.0), 1))),
+        (
+            tr("mean length"),
+            tr(
+                "{mean} m (95 %: {low} to {high}), of the pieces {naive} m",
+                mean=figures(length["mean_m"]),
+                low=figures(low),
+                high=figures(high),
+                naive=figures(length["naive_mean_m"]),
+            ),
+        ),
+        (
+            tr("  cut off"),
+            tr(
+                "{share} % of the pieces by the edge of the area",
+                share=number(100 * (length["censored_share"] or 0.0), 1),
+            ),
+        ),
         (tr("  distribution"), _law_text(length)),
-    ]  # fmt: skip
+    ]
     for set_values in values["sets"] if len(values["sets"]) > 1 else ():
         rows.append(
             (tr("set {name}", name=set_values["name"]), _set_text(set_values, network.plane))
@@ -80,8 +117,11 @@ def _with_interval(
     low, high = interval
     return tr(
         "{value} {unit} (95 %: {low} to {high})",
-        value=figures(value), unit=unit, low=figures(low, 3), high=figures(high, 3),
-    )  # fmt: skip
+        value=figures(value),
+        unit=unit,
+        low=figures(low, 3),
+        high=figures(high, 3),
+    )
 
 
 def _dispersion_text(dispersion: float) -> str:
@@ -102,18 +142,22 @@ def _law_text(length: dict[str, Any]) -> str:
     second = length["fits"][1]
     return tr(
         "{name} ({parameters}); the next, {second}, has an AIC {delta} higher",
-        name=name, parameters=parameters, second=second["distribution"].replace("_", " "),
+        name=name,
+        parameters=parameters,
+        second=second["distribution"].replace("_", " "),
         delta=number(second["delta_aic"], 1),
-    )  # fmt: skip
+    )
 
 
 def _plane_text(plane: TracePlane) -> str:
     words = tr(
         "{plane}, scatter {scatter} m (maximum {largest} m), lengths {percent} % shorter than in "
         "space",
-        plane=plane.name, scatter=figures(plane.scatter_m, 2),
-        largest=figures(plane.max_distance_m, 2), percent=number(plane.shortening_percent, 1),
-    )  # fmt: skip
+        plane=plane.name,
+        scatter=figures(plane.scatter_m, 2),
+        largest=figures(plane.max_distance_m, 2),
+        percent=number(plane.shortening_percent, 1),
+    )
     if plane.azimuths_from == "north":
         return words
     return tr("{plane}; angles of traces are clockwise from up on it", plane=words)
@@ -123,14 +167,18 @@ def _set_text(values: dict[str, Any], plane: TracePlane | None) -> str:
     strike = azimuth(values["strike_deg"], 0)
     if plane is None or plane.azimuths_from == "north":
         text = tr_n(
-            "{count} piece, strike {strike}", "{count} pieces, strike {strike}", values["n"],
+            "{count} piece, strike {strike}",
+            "{count} pieces, strike {strike}",
+            values["n"],
             strike=strike,
-        )  # fmt: skip
+        )
     else:
         text = tr_n(
-            "{count} piece, {strike} from up", "{count} pieces, {strike} from up", values["n"],
+            "{count} piece, {strike} from up",
+            "{count} pieces, {strike} from up",
+            values["n"],
             strike=strike,
-        )  # fmt: skip
+        )
     if values["P21_1_per_m"] is not None:
         text += tr(
             ", P21 {value}",
@@ -152,14 +200,22 @@ def looked_at_rows(coverage: LookedAt) -> list[str]:
     parts = (coverage.done, coverage.empty, coverage.unmeasurable, coverage.not_looked_at)
     names = (tr("done"), tr("empty"), tr("unmeasurable"), tr("not looked at"))
     lines = [
-        tr("{mark}: {cells} cells, {area:.4g} m2, {share:.0f} %", mark=name, cells=part.cells,
-           area=part.covered_m2, share=100.0 * (part.share or 0.0))
+        tr(
+            "{mark}: {cells} cells, {area:.4g} m2, {share:.0f} %",
+            mark=name,
+            cells=part.cells,
+            area=part.covered_m2,
+            share=100.0 * (part.share or 0.0),
+        )
         for name, part in zip(names, parts, strict=True)
-    ]  # fmt: skip
+    ]
     if coverage.P21_1_per_m is not None and coverage.density_1_per_m2 is not None:
         lines.append(
-            tr("over {area:.4g} m2 done or empty: {density:.3g} 1/m2, P21 {p21:.3g} 1/m",
-               area=coverage.counted_m2, density=coverage.density_1_per_m2,
-               p21=coverage.P21_1_per_m)
-        )  # fmt: skip
+            tr(
+                "over {area:.4g} m2 done or empty: {density:.3g} 1/m2, P21 {p21:.3g} 1/m",
+                area=coverage.counted_m2,
+                density=coverage.density_1_per_m2,
+                p21=coverage.P21_1_per_m,
+            )
+        )
     return [*lines, *map(str, coverage.reasons)]

@@ -24,8 +24,13 @@ def _draw_circles(page: Page, circles: Iterable[NetCircle]) -> None:
         width = style.line_pt if circle.color is None else 1.5 * style.line_pt
         for part in circle.outline(page.net.projection):
             page.outlines.append(part[::4])
-            page.axes.plot(*part.T, color=color, linewidth=width, linestyle=circle.dash,
-                           zorder=layer("circles"))  # fmt: skip
+            page.axes.plot(
+                *part.T,
+                color=color,
+                linewidth=width,
+                linestyle=circle.dash,
+                zorder=layer("circles"),
+            )
 
 
 def _draw_errors(page: Page, errors: Iterable[AnyEllipse]) -> None:
@@ -35,11 +40,13 @@ def _draw_errors(page: Page, errors: Iterable[AnyEllipse]) -> None:
     if parts:
         page.axes.add_collection(
             LineCollection(
-                parts, colors=page.style.soft, linewidths=0.8 * page.style.line_pt,
+                parts,
+                colors=page.style.soft,
+                linewidths=0.8 * page.style.line_pt,
                 zorder=layer("poles"),
             ),
             autolim=False,
-        )  # fmt: skip
+        )
 
 
 def _draw_marks(page: Page, marks: Iterable[NetMark]) -> None:
@@ -50,7 +57,13 @@ def _draw_marks(page: Page, marks: Iterable[NetMark]) -> None:
         open_ = mark.marker not in "x+"
         for width, ink in ((3.6, style.net), (1.8, color)):
             page.axes.plot(
-                [x], [y], marker=mark.marker, markersize=(1.6 if open_ else 2.4) * style.marker_pt,
-                markerfacecolor=style.net, markeredgecolor=ink, linestyle="none",
-                markeredgewidth=width * style.line_pt, zorder=layer("means"),
-            )  # fmt: skip
+                [x],
+                [y],
+                marker=mark.marker,
+                markersize=(1.6 if open_ else 2.4) * style.marker_pt,
+                markerfacecolor=style.net,
+                markeredgecolor=ink,
+                linestyle="none",
+                markeredgewidth=width * style.line_pt,
+                zorder=layer("means"),
+            )

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.words import tr
 from vomstudio.geology import stereonet as nets
@@ -22,7 +23,6 @@ from vomstudio.geology.density import SIGMA
 from vomstudio.geology.folds import FoldAxis
 from vomstudio.geology.notation import format_line, format_plane
 from vomstudio.geology.orientation import (
-    Array,
     Line,
     Plane,
     lines_to_vectors,
@@ -38,8 +38,15 @@ from vomstudio.geology.statistics import (
 from vomstudio.geometry.rotation_errors import enlarged_semi_axes
 
 OKABE_ITO = (
-    "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442", "#000000",
-)  # fmt: skip
+    "#0072B2",
+    "#D55E00",
+    "#009E73",
+    "#CC79A7",
+    "#E69F00",
+    "#56B4E9",
+    "#F0E442",
+    "#000000",
+)
 """Okabe & Ito's colours, safe for the colour-blind, the strongest on white paper first."""
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
@@ -65,21 +72,21 @@ class NetSet:
 
     name: str
     kind: str
-    azimuth_deg: Array
-    angle_deg: Array
+    azimuth_deg: FloatArray
+    angle_deg: FloatArray
     ids: tuple[str, ...] = ()
     color: str = OKABE_ITO[0]
     marker: str = MARKERS[0]
     variant: int = 0
     turns: Turns | None = None
-    slips: Array | None = None
+    slips: FloatArray | None = None
 
     @property
     def registered(self) -> bool:
         """Whether the error of a registration is known for any of them."""
         return self.turns is not None and self.turns.known
 
-    def vectors(self) -> Array:
+    def vectors(self) -> FloatArray:
         """(n, 3) unit vectors: poles of planes, lines as they are."""
         turn = planes_to_poles if self.kind == "plane" else lines_to_vectors
         return turn(self.azimuth_deg, self.angle_deg).reshape(-1, 3)
@@ -126,7 +133,7 @@ class NetEllipse:
         largest, smallest = enlarged_semi_axes(largest_deg, smallest_deg, total_deg)
         return cls(plane, float(largest), float(smallest), rake_deg)
 
-    def outline(self, projection: str) -> list[Array]:
+    def outline(self, projection: str) -> list[FloatArray]:
         """Polylines (k, 2) on the net."""
         return nets.pole_ellipse(
             self.plane, self.max_angle_deg, self.min_angle_deg, self.rake_deg, projection
@@ -147,15 +154,15 @@ class NetLineEllipse:
     line: Line
     max_angle_deg: float
     min_angle_deg: float
-    axis: Array
+    axis: FloatArray
 
     @classmethod
-    def of(cls, vector: Array, region: Region) -> NetLineEllipse:
+    def of(cls, vector: FloatArray, region: Region) -> NetLineEllipse:
         """Of a region about a unit vector (3,)."""
         line = Line.from_vector(vector)
         return cls(line, region.largest_deg, region.smallest_deg, region.axis)
 
-    def outline(self, projection: str) -> list[Array]:
+    def outline(self, projection: str) -> list[FloatArray]:
         """Polylines (k, 2) on the net."""
         return nets.confidence_ellipse(
             self.line.vector(), self.axis, self.max_angle_deg, self.min_angle_deg, projection
@@ -187,7 +194,7 @@ class NetCircle:
         """Of its line: great and small circles are told apart."""
         return "--" if self.half_angle_deg == 90.0 else ":"
 
-    def outline(self, projection: str) -> list[Array]:
+    def outline(self, projection: str) -> list[FloatArray]:
         """Polylines (k, 2) on the net."""
         axis = self.axis.vector()
         first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
@@ -200,9 +207,9 @@ class NetCircle:
 class NetBand:
     """The band of poles that a straight trace allows: its two edges (k, 3), of normals."""
 
-    edges: tuple[Array, Array]
+    edges: tuple[FloatArray, FloatArray]
 
-    def outline(self, projection: str) -> list[Array]:
+    def outline(self, projection: str) -> list[FloatArray]:
         """Polylines (k, 2) on the net."""
         return [part for edge in self.edges for part in nets.split_at_primitive(edge, projection)]
 
@@ -307,7 +314,7 @@ class NetContents:
 
 
 def make_sets(
-    groups: Mapping[str, tuple[str, Sequence[float] | Array, Sequence[float] | Array]],
+    groups: Mapping[str, tuple[str, Sequence[float] | FloatArray, Sequence[float] | FloatArray]],
     ids: Mapping[str, Sequence[str]] | None = None,
     turns: Mapping[str, Turns] | None = None,
 ) -> tuple[NetSet, ...]:
@@ -373,7 +380,7 @@ def means_text(means: Sequence[NetMean]) -> str:
     return tr("Open symbol: Fisher mean; of girdles axis 1")
 
 
-def _total(s: NetSet, mean: Array) -> NetLineEllipse | None:
+def _total(s: NetSet, mean: FloatArray) -> NetLineEllipse | None:
     """The 95 % ellipse of a set's mean (3,) with the registration: about the cone of Fisher, where
     the set is a cluster."""
     if s.turns is None or not s.turns.known:

@@ -30,17 +30,27 @@ def draw_contours(page: Page, plan: ContourPlan) -> None:
         if plan.filled:
             # Up to a level above all, so that one level is enough.
             filled = page.axes.contourf(
-                part.x, part.y, part.values, levels=[*plan.levels, plan.levels[-1] + top],
-                colors=colors, alpha=None if part.of is None else SEE_THROUGH,
-                zorder=layer("density"), antialiased=True,
-            )  # fmt: skip
+                part.x,
+                part.y,
+                part.values,
+                levels=[*plan.levels, plan.levels[-1] + top],
+                colors=colors,
+                alpha=None if part.of is None else SEE_THROUGH,
+                zorder=layer("density"),
+                antialiased=True,
+            )
             filled.set_clip_path(page.rim)
         shades = _line_colors(part.of, colors, plan.filled, style)
         lines = page.axes.contour(
-            part.x, part.y, part.values, levels=list(plan.levels), colors=shades,
-            linewidths=_line_width(plan, style), linestyles=dash(part.of),
+            part.x,
+            part.y,
+            part.values,
+            levels=list(plan.levels),
+            colors=shades,
+            linewidths=_line_width(plan, style),
+            linestyles=dash(part.of),
             zorder=layer("contours"),
-        )  # fmt: skip
+        )
         lines.set_clip_path(page.rim)
     _draw_bar(page, plan)
 
@@ -81,18 +91,24 @@ def _draw_bar(page: Page, plan: ContourPlan) -> None:
             x, y = left + column * each, low + tall * i / n
             if plan.filled:
                 cell = Rectangle(
-                    page.net_of(x, y), each / page.radius, tall / n / page.radius,
+                    page.net_of(x, y),
+                    each / page.radius,
+                    tall / n / page.radius,
                     facecolor=_laid_over(color, part.of, page.style),
-                    edgecolor=page.style.soft, linewidth=0.5 * page.style.line_pt,
+                    edgecolor=page.style.soft,
+                    linewidth=0.5 * page.style.line_pt,
                     zorder=layer("legend"),
-                )  # fmt: skip
+                )
                 page.axes.add_patch(cell)
             else:
                 ends = np.array([page.net_of(x, y), page.net_of(x + 0.85 * each, y)])
                 page.axes.plot(
-                    *ends.T, color=color, linestyle=dash(part.of),
-                    linewidth=1.4 * _line_width(plan, page.style), zorder=layer("legend"),
-                )  # fmt: skip
+                    *ends.T,
+                    color=color,
+                    linestyle=dash(part.of),
+                    linewidth=1.4 * _line_width(plan, page.style),
+                    zorder=layer("legend"),
+                )
     for i, level in enumerate(plan.levels):
         page.text(left + thick + 0.4 * font, low + tall * i / n, f"{level:g}")
 

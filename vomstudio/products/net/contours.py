@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geology import density as densities
-from vomstudio.geology.orientation import Array, Line
+from vomstudio.geology.orientation import Line
 from vomstudio.products.net.contents import NetContents, NetSet
 from vomstudio.products.net.style import NetStyle, mixed
 
@@ -35,9 +36,9 @@ class Contoured:
     """
 
     of: NetSet | None
-    x: Array
-    y: Array
-    values: Array
+    x: FloatArray
+    y: FloatArray
+    values: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +98,7 @@ def few_for_contours(net: NetContents) -> list[Finding]:
     return findings
 
 
-def contoured_groups(net: NetContents) -> list[tuple[NetSet | None, Array]]:
+def contoured_groups(net: NetContents) -> list[tuple[NetSet | None, FloatArray]]:
     """Vectors (n, 3) of each set, or of all together (None), as the net is to be contoured."""
     sets = [s for s in net.sets if len(s)]
     if not sets:

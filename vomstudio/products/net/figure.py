@@ -14,14 +14,14 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IndexArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.files.extensions import check_extension
 from vomstudio.core.findings import Finding
 from vomstudio.geology import density as densities
 from vomstudio.geology import stereonet as nets
-from vomstudio.geology.orientation import Array, Line
+from vomstudio.geology.orientation import Line
 from vomstudio.products.net.annotations import draw_additions
 from vomstudio.products.net.contents import AnyEllipse, NetContents, NetLive
 from vomstudio.products.net.contour_drawing import draw_contours
@@ -60,11 +60,11 @@ class NetArtists:
     style: NetStyle
     radius_px: float
     centre_px: tuple[float, float]
-    positions: list[Array]
+    positions: list[FloatArray]
     """Per set (n, 2) net positions of poles or lines."""
-    arcs: list[Array]
+    arcs: list[FloatArray]
     """Per set (m, k, 2) great circles as drawn (m = 0: none)."""
-    arc_rows: list[npt.NDArray[np.intp]]
+    arc_rows: list[IndexArray]
     """Per set (m,) rows of the set that the arcs belong to."""
     poles: list[Line2D]
     emphasis: list[Artist]
@@ -166,10 +166,18 @@ def draw_stereonet(figure: Figure, net: NetContents, style: NetStyle = PRINT) ->
     page.draw_legend()
     page.draw_means_and_labels()  # last, so that labels can keep clear of all other text
     return NetArtists(
-        ax, net, style, page.radius * page.px, (page.cx * page.px, page.cy * page.px),
-        positions, arcs, rows, poles, emphasis,
+        ax,
+        net,
+        style,
+        page.radius * page.px,
+        (page.cx * page.px, page.cy * page.px),
+        positions,
+        arcs,
+        rows,
+        poles,
+        emphasis,
         [(a * page.px, b * page.px, c * page.px, d * page.px) for a, b, c, d in page.text_boxes],
-    )  # fmt: skip
+    )
 
 
 def _fitting_height_mm(net: NetContents, style: NetStyle, width_mm: float) -> float:
@@ -206,9 +214,14 @@ def write_stereonet(
         return width, height_mm or _fitting_height_mm(net, style, width)
 
     write_figure(
-        target, lambda figure: draw_stereonet(figure, net, style),
-        format=format, size_mm=size, paper=style.paper, dpi=dpi, settings=font_of(style),
-    )  # fmt: skip
+        target,
+        lambda figure: draw_stereonet(figure, net, style),
+        format=format,
+        size_mm=size,
+        paper=style.paper,
+        dpi=dpi,
+        settings=font_of(style),
+    )
 
 
 def _named_in_legend(net: NetContents) -> list[type]:
@@ -216,7 +229,7 @@ def _named_in_legend(net: NetContents) -> list[type]:
     return [type(e) for e in net.ellipses]
 
 
-def _distance_to_arcs(point: Array, arcs: Array) -> Array:
+def _distance_to_arcs(point: FloatArray, arcs: FloatArray) -> FloatArray:
     """Distance (m,) of a point (2,) from polylines (m, k, 2)."""
     a, b = arcs[:, :-1], arcs[:, 1:]
     along = b - a

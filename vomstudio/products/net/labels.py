@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Protocol
 
-from vomstudio.geology.orientation import Array
+from vomstudio.core.arrays import FloatArray
 from vomstudio.products.net.legend import text_width
 
 Box = tuple[float, float, float, float]
@@ -27,7 +27,7 @@ class Sheet(Protocol):
 
 
 def free_place(
-    sheet: Sheet, mark: Array, text: str, crowd: Array, marks: Sequence[Array]
+    sheet: Sheet, mark: FloatArray, text: str, crowd: FloatArray, marks: Sequence[FloatArray]
 ) -> tuple[float, float] | None:
     """Left end and middle height of a label near a mark: the place that meets no other text
     or mark, stays in the figure, and hides the fewest poles; None where there is no room."""
@@ -66,13 +66,13 @@ def _meet(a: Box, b: Box) -> bool:
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 
-def _gap(box: Box, mark: Array) -> float:
+def _gap(box: Box, mark: FloatArray) -> float:
     """Distance of a mark from a box."""
     dx = max(box[0] - float(mark[0]), 0.0, float(mark[0]) - box[2])
     dy = max(box[1] - float(mark[1]), 0.0, float(mark[1]) - box[3])
     return math.hypot(dx, dy)
 
 
-def _holds(box: Box, mark: Array, margin: float) -> bool:
+def _holds(box: Box, mark: FloatArray, margin: float) -> bool:
     x, y = float(mark[0]), float(mark[1])
     return box[0] - margin < x < box[2] + margin and box[1] - margin < y < box[3] + margin

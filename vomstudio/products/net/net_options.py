@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_azimuth, format_line, format_plane, parse_plane
 from vomstudio.geology.orientation import (
-    Array,
     Line,
     Plane,
     line_from_rake,
@@ -148,7 +148,7 @@ class Turning:
             )
         return tuple(said)
 
-    def vectors(self, vectors: Array) -> Array:
+    def vectors(self, vectors: FloatArray) -> FloatArray:
         """(n, 3) after it."""
         v = np.asarray(vectors, np.float64)
         if self.plane is not None:

@@ -8,13 +8,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IndexArray
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.folds import FoldAxis
 from vomstudio.geology.notation import format_attitude
-from vomstudio.geology.orientation import Array
 from vomstudio.products.net.contents import (
     AUTO_CIRCLES,
     NetContents,
@@ -69,7 +68,7 @@ class Page:
         self.whole = True
         self.heading = 1.9 * self.row if net.title else 0.0
         self.text_boxes: list[Box] = []
-        self.outlines: list[Array] = []
+        self.outlines: list[FloatArray] = []
         """Points of curves that labels should not lie on, on the net."""
         self._arrange()
         self.axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
@@ -210,9 +209,16 @@ class Page:
         half = 0.5 * self.font * size
         self.text_boxes.append((left, y - half, left + width, y + half))
         artist = self.axes.text(
-            *self.net_of(x, y), text, ha=align, va="center_baseline", fontsize=self.font * size,
-            color=color or self.style.ink, weight=weight, zorder=layer("words"), parse_math=False,
-        )  # fmt: skip
+            *self.net_of(x, y),
+            text,
+            ha=align,
+            va="center_baseline",
+            fontsize=self.font * size,
+            color=color or self.style.ink,
+            weight=weight,
+            zorder=layer("words"),
+            parse_math=False,
+        )
         if halo:
             ring = patheffects.withStroke(linewidth=0.45 * self.font, foreground=self.style.net)
             artist.set_path_effects([ring])
@@ -227,8 +233,14 @@ class Page:
         ax.add_patch(
             Circle((0, 0), 1.0, facecolor=style.net, edgecolor="none", zorder=layer("ground"))
         )
-        self.rim = Circle((0, 0), 1.0, facecolor="none", edgecolor=style.ink,
-                          linewidth=1.25 * style.line_pt, zorder=layer("rim"))  # fmt: skip
+        self.rim = Circle(
+            (0, 0),
+            1.0,
+            facecolor="none",
+            edgecolor=style.ink,
+            linewidth=1.25 * style.line_pt,
+            zorder=layer("rim"),
+        )
         ax.add_patch(self.rim)
         azimuth = np.radians(np.arange(0, 360, 10))
         unit = np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)
@@ -241,20 +253,23 @@ class Page:
             LineCollection(ticks, colors=style.ink, linewidths=style.line_pt, zorder=layer("ticks"))
         )
         self.text(
-            self.cx, self.cy + self.radius + 0.6 * self.font + 0.62 * self.row,
+            self.cx,
+            self.cy + self.radius + 0.6 * self.font + 0.62 * self.row,
             "N" if self.net.north else "y",
-            align="center", weight="bold", size=1.15,
-        )  # fmt: skip
+            align="center",
+            weight="bold",
+            size=1.15,
+        )
 
-    def draw_circles(self) -> tuple[list[Array], list[npt.NDArray[np.intp]]]:
+    def draw_circles(self) -> tuple[list[FloatArray], list[IndexArray]]:
         from matplotlib.collections import LineCollection
 
         net, style = self.net, self.style
         many = sum(len(s) for s in net.sets if s.kind == "plane")
         all_of_them = circles_shown(net)
         steps = 61 if many <= 100 else 31
-        arcs: list[Array] = []
-        rows: list[npt.NDArray[np.intp]] = []
+        arcs: list[FloatArray] = []
+        rows: list[IndexArray] = []
         for s in net.sets:
             keep = np.arange(len(s) if s.kind == "plane" and all_of_them else 0)
             lines = nets.great_circles(
@@ -267,14 +282,16 @@ class Page:
             if len(keep):
                 self.axes.add_collection(
                     LineCollection(
-                        list(lines), colors=style.outline(style.color(s.color)),
+                        list(lines),
+                        colors=style.outline(style.color(s.color)),
                         linewidths=style.line_pt,
-                        alpha=min(1.0, max(0.15, 4.0 / math.sqrt(many))), zorder=layer("circles"),
+                        alpha=min(1.0, max(0.15, 4.0 / math.sqrt(many))),
+                        zorder=layer("circles"),
                     )
-                )  # fmt: skip
+                )
         return arcs, rows
 
-    def draw_poles(self, positions: list[Array]) -> list[Line2D]:
+    def draw_poles(self, positions: list[FloatArray]) -> list[Line2D]:
         net, style = self.net, self.style
         total = sum(len(s) for s in net.sets)
         size = style.marker_pt * crowding(total)
@@ -293,22 +310,40 @@ class Page:
                 edge = 0.0
             own = size * SYMBOL_SIZES.get(s.marker, 1.0)
             (line,) = self.axes.plot(
-                shown[~up, 0], shown[~up, 1], linestyle="none", marker=s.marker, markersize=own,
-                markerfacecolor=face, markeredgecolor=rim, markeredgewidth=edge,
-                alpha=0.4 if dots else 1.0, zorder=layer("poles"),
-            )  # fmt: skip
+                shown[~up, 0],
+                shown[~up, 1],
+                linestyle="none",
+                marker=s.marker,
+                markersize=own,
+                markerfacecolor=face,
+                markeredgecolor=rim,
+                markeredgewidth=edge,
+                alpha=0.4 if dots else 1.0,
+                zorder=layer("poles"),
+            )
             drawn.append(line)
             if s.slips is not None and net.poles:
                 draw_slip_arrows(
-                    self.axes, at, s.slips, color=style.ink, half=_SLIP,
-                    width_pt=1.2 * style.line_pt, zorder=layer("poles"),
-                )  # fmt: skip
+                    self.axes,
+                    at,
+                    s.slips,
+                    color=style.ink,
+                    half=_SLIP,
+                    width_pt=1.2 * style.line_pt,
+                    zorder=layer("poles"),
+                )
             if up.any():
                 self.axes.plot(
-                    shown[up, 0], shown[up, 1], linestyle="none", marker=s.marker,
-                    markersize=own, markerfacecolor=style.net, markeredgecolor=color,
-                    markeredgewidth=1.2 * style.line_pt, zorder=layer("poles"),
-                )  # fmt: skip
+                    shown[up, 0],
+                    shown[up, 1],
+                    linestyle="none",
+                    marker=s.marker,
+                    markersize=own,
+                    markerfacecolor=style.net,
+                    markeredgecolor=color,
+                    markeredgewidth=1.2 * style.line_pt,
+                    zorder=layer("poles"),
+                )
         return drawn
 
     def draw_fold(self, fold: FoldAxis) -> None:
@@ -327,10 +362,16 @@ class Page:
             self._draw_ellipse(ellipse, style.ink)
         x, y = nets.project(fold.beta.vector(), net.projection)[0]
         self.axes.plot(
-            [x], [y], marker="*", markersize=2.4 * style.marker_pt, markerfacecolor=style.ink,
-            markeredgecolor=style.net, markeredgewidth=style.line_pt, linestyle="none",
+            [x],
+            [y],
+            marker="*",
+            markersize=2.4 * style.marker_pt,
+            markerfacecolor=style.ink,
+            markeredgecolor=style.net,
+            markeredgewidth=style.line_pt,
+            linestyle="none",
             zorder=layer("means"),
-        )  # fmt: skip
+        )
 
     def _draw_ellipse(self, ellipse: NetLineEllipse, color: str) -> None:
         for part in ellipse.outline(self.net.projection):
@@ -339,15 +380,20 @@ class Page:
 
     def draw_means_and_labels(self) -> None:
         net, style = self.net, self.style
-        wanted: list[tuple[Array, str, str]] = []
+        wanted: list[tuple[FloatArray, str, str]] = []
         for mean in net.means:
             at = nets.project(mean.line.vector(), net.projection)[0]
             color = style.outline(style.color(mean.color))
             self.axes.plot(
-                *at[:, None], marker=mean.marker, markersize=2.0 * style.marker_pt,
-                markerfacecolor=style.net, markeredgecolor=color,
-                markeredgewidth=2.4 * style.line_pt, linestyle="none", zorder=layer("means"),
-            )  # fmt: skip
+                *at[:, None],
+                marker=mean.marker,
+                markersize=2.0 * style.marker_pt,
+                markerfacecolor=style.net,
+                markeredgecolor=color,
+                markeredgewidth=2.4 * style.line_pt,
+                linestyle="none",
+                zorder=layer("means"),
+            )
             wanted.append((at, mean.label, style.ink))
             if mean.total is not None:
                 self._draw_ellipse(mean.total, color)
@@ -371,7 +417,7 @@ class Page:
                 self.text(*place, text, color=color, halo=True)
                 self._join(mark)
 
-    def _join(self, mark: Array) -> None:
+    def _join(self, mark: FloatArray) -> None:
         """A line from the text that was written last to its mark, where other symbols lie nearer
         to it."""
         left, low, right, high = self.text_boxes[-1]
@@ -383,8 +429,13 @@ class Page:
             away *= 0.4 * self.font / gap
             ends = np.array([end + away, mark - 1.5 * away])
             ends = (ends - [self.cx, self.cy]) / self.radius
-            self.axes.plot(*ends.T, color=self.style.soft, linewidth=self.style.line_pt,
-                           zorder=layer("means"), gid="to label")  # fmt: skip
+            self.axes.plot(
+                *ends.T,
+                color=self.style.soft,
+                linewidth=self.style.line_pt,
+                zorder=layer("means"),
+                gid="to label",
+            )
 
     def draw_legend(self) -> None:
         if self.net.title:
@@ -421,9 +472,13 @@ class Page:
         left, right = self.net_of(x, y), self.net_of(x + 1.6 * self.font, y)
         if entry.line is not None:
             self.axes.plot(
-                [left[0], right[0]], [left[1], right[1]], color=entry.color, zorder=layer("legend"),
-                linewidth=1.3 * style.line_pt, linestyle=entry.line,
-            )  # fmt: skip
+                [left[0], right[0]],
+                [left[1], right[1]],
+                color=entry.color,
+                zorder=layer("legend"),
+                linewidth=1.3 * style.line_pt,
+                linestyle=entry.line,
+            )
         if entry.marker is not None:
             big = 1.6 if entry.marker == "*" or entry.outlined else 1.1
             face, edge = entry.color, style.ink if entry.outlined else style.paper
@@ -432,10 +487,16 @@ class Page:
                 face, edge, width = style.symbol(entry.like)
                 big = 1.1 * SYMBOL_SIZES.get(entry.marker, 1.0)
             self.axes.plot(
-                [(left[0] + right[0]) / 2], [left[1]], marker=entry.marker, zorder=layer("legend"),
-                markersize=big * style.marker_pt, linestyle="none", markerfacecolor=face,
-                markeredgecolor=edge, markeredgewidth=width,
-            )  # fmt: skip
+                [(left[0] + right[0]) / 2],
+                [left[1]],
+                marker=entry.marker,
+                zorder=layer("legend"),
+                markersize=big * style.marker_pt,
+                linestyle="none",
+                markerfacecolor=face,
+                markeredgecolor=edge,
+                markeredgewidth=width,
+            )
         self.text(x + 2.2 * self.font, y, entry.text)
 
 

@@ -68,10 +68,14 @@ def write_roses(
     """Writes the figure as svg, pdf or png (text stays text in svg and pdf)."""
     width, height = figure_size(contents, style, width_mm)
     write_figure(
-        target, lambda figure: draw_roses(figure, contents, style),
-        format=format, size_mm=(25.4 * width, 25.4 * height), paper=style.paper, dpi=dpi,
+        target,
+        lambda figure: draw_roses(figure, contents, style),
+        format=format,
+        size_mm=(25.4 * width, 25.4 * height),
+        paper=style.paper,
+        dpi=dpi,
         settings=font_of(style),
-    )  # fmt: skip
+    )
 
 
 def figure_size(
@@ -195,17 +199,28 @@ def draw_roses(figure: Figure, contents: RoseContents, style: NetStyle = PRINT) 
             (0.53, said, "normal", fitting),
         ):
             figure.text(
-                (left + side / 2) / width, (low + tall + above * font) / height,
+                (left + side / 2) / width,
+                (low + tall + above * font) / height,
                 shortened(text, size, side, weight),
-                ha="center", va="bottom", fontsize=size, weight=weight, color=style.ink,
+                ha="center",
+                va="bottom",
+                fontsize=size,
+                weight=weight,
+                color=style.ink,
                 parse_math=False,
-            )  # fmt: skip
+            )
         drawn[name] = ax
     for i, line in enumerate(reversed(foot)):
         figure.text(
-            0.5, (1.45 + 1.45 * i) * font / height, line, ha="center", va="center",
-            fontsize=font, color=style.soft, parse_math=False,
-        )  # fmt: skip
+            0.5,
+            (1.45 + 1.45 * i) * font / height,
+            line,
+            ha="center",
+            va="center",
+            fontsize=font,
+            color=style.soft,
+            parse_math=False,
+        )
     return RoseArtists(drawn, contents, rings)
 
 
@@ -219,10 +234,18 @@ def _caption(contents: RoseContents) -> str:
     if contents.of in HISTOGRAM_OF:
         return tr("{title}; bins of {step}°; heights: {share}", title=title, step=step, share=share)
     if contents.by_area:
-        return tr("{title}; bins of {step}°; rings: {share}; areas are to scale",
-                  title=title, step=step, share=share)  # fmt: skip
-    return tr("{title}; bins of {step}°; rings: {share}; lengths are to scale",
-              title=title, step=step, share=share)  # fmt: skip
+        return tr(
+            "{title}; bins of {step}°; rings: {share}; areas are to scale",
+            title=title,
+            step=step,
+            share=share,
+        )
+    return tr(
+        "{title}; bins of {step}°; rings: {share}; lengths are to scale",
+        title=title,
+        step=step,
+        share=share,
+    )
 
 
 def mean_words(rose: Rose | Histogram) -> str:

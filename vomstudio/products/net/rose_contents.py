@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.geology.orientation import Array
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.roses import (
     HISTOGRAM_OF,
@@ -35,7 +35,7 @@ class Counted:
     NaN for none. color: #rrggbb."""
 
     ids: tuple[str, ...]
-    angles_deg: Array
+    angles_deg: FloatArray
     color: str
 
 
@@ -121,7 +121,9 @@ def roses_of_sets(
     return RoseContents(of, roses, weight, by_area, tuple(empty), counted)
 
 
-def _one(of: str, angles: Array, bin_deg: float, weights: npt.ArrayLike | None) -> Rose | Histogram:
+def _one(
+    of: str, angles: FloatArray, bin_deg: float, weights: npt.ArrayLike | None
+) -> Rose | Histogram:
     if of in HISTOGRAM_OF:
         return histogram_of(angles, bin_deg=bin_deg, weights=weights)
     return rose_of(angles, axial=of == "strike", bin_deg=bin_deg, weights=weights)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vomstudio.geology.orientation import Array
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.roses import Histogram, Rose
 from vomstudio.products.net.style import NetStyle, layer, mixed
 
@@ -19,7 +19,7 @@ LEFT, RIGHT = -0.82, 1.1
 """Of a histogram, in its panel."""
 
 
-def petal_radius(share: Array, outermost: float, by_area: bool) -> Array:
+def petal_radius(share: FloatArray, outermost: float, by_area: bool) -> FloatArray:
     """Of shares (k,), where the outermost ring has the radius 1."""
     return np.sqrt(share / outermost) if by_area else np.asarray(share / outermost)
 
@@ -41,38 +41,67 @@ def draw_rose(
     for radius in radii:
         last = radius == radii[-1]
         ring = Circle(
-            (0, 0), float(radius), facecolor="none", edgecolor=style.ink if last else style.soft,
+            (0, 0),
+            float(radius),
+            facecolor="none",
+            edgecolor=style.ink if last else style.soft,
             linewidth=(1.25 if last else 0.5) * style.line_pt,
             zorder=layer("rim" if last else "ground"),
-        )  # fmt: skip
+        )
         ax.add_patch(ring)
     for quarter in np.arange(0.0, 360.0, 90.0):
-        ax.plot(*_ray(quarter, (0.0, 1.04)), color=style.soft, linewidth=0.5 * style.line_pt,
-                zorder=layer("ground"))  # fmt: skip
+        ax.plot(
+            *_ray(quarter, (0.0, 1.04)),
+            color=style.soft,
+            linewidth=0.5 * style.line_pt,
+            zorder=layer("ground"),
+        )
     lengths = petal_radius(rose.shares, rings[-1], by_area)
     for i, length in enumerate(lengths):
         if length > 0:
             azimuth = np.radians(np.linspace(i, i + 1, 13) * rose.bin_deg)
             arc = length * np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)
             petal = Polygon(
-                np.vstack([[0.0, 0.0], arc]), closed=True, facecolor=mixed(color, style.net, 0.25),
+                np.vstack([[0.0, 0.0], arc]),
+                closed=True,
+                facecolor=mixed(color, style.net, 0.25),
                 edgecolor=style.outline(mixed(color, style.ink, 0.3)),
-                linewidth=0.7 * style.line_pt, zorder=layer("poles"),
-            )  # fmt: skip
+                linewidth=0.7 * style.line_pt,
+                zorder=layer("poles"),
+            )
             ax.add_patch(petal)
     if rose.preferred and rose.mean_deg is not None:
         for end in (rose.mean_deg, rose.mean_deg + 180.0)[: 2 if rose.axial else 1]:
-            ax.plot(*_ray(end, (1.0, 1.1)), color=style.ink, linewidth=3.0 * style.line_pt,
-                    solid_capstyle="butt", zorder=layer("means"))  # fmt: skip
-    ax.text(0.0, 1.13, up, ha="center", va="bottom", fontsize=1.15 * style.font_pt,
-            weight="bold", color=style.ink)  # fmt: skip
+            ax.plot(
+                *_ray(end, (1.0, 1.1)),
+                color=style.ink,
+                linewidth=3.0 * style.line_pt,
+                solid_capstyle="butt",
+                zorder=layer("means"),
+            )
+    ax.text(
+        0.0,
+        1.13,
+        up,
+        ha="center",
+        va="bottom",
+        fontsize=1.15 * style.font_pt,
+        weight="bold",
+        color=style.ink,
+    )
     place = _clearest(rose)
     for share, radius in zip(rings, radii, strict=True):
         x, y = _ray(place, (float(radius), float(radius)))
         label = ax.text(
-            x[0], y[0], f"{100 * share:g} %", ha="center", va="center",
-            fontsize=0.9 * style.font_pt, color=style.ink, zorder=layer("words"),
-        )  # fmt: skip
+            x[0],
+            y[0],
+            f"{100 * share:g} %",
+            ha="center",
+            va="center",
+            fontsize=0.9 * style.font_pt,
+            color=style.ink,
+            zorder=layer("words"),
+        )
         label.set_bbox({"facecolor": style.net, "edgecolor": "none", "pad": 0.6, "alpha": 0.85})
 
 
@@ -97,9 +126,13 @@ def draw_histogram(
     for share in (0.0, *rings):
         y = FLOOR + tall * share / top
         last = share == 0.0
-        ax.plot([LEFT, RIGHT], [y, y], color=style.ink if last else style.soft,
-                linewidth=(1.25 if last else 0.5) * style.line_pt,
-                zorder=layer("rim" if last else "ground"))  # fmt: skip
+        ax.plot(
+            [LEFT, RIGHT],
+            [y, y],
+            color=style.ink if last else style.soft,
+            linewidth=(1.25 if last else 0.5) * style.line_pt,
+            zorder=layer("rim" if last else "ground"),
+        )
         if share:
             ax.text(LEFT - 0.04, y, f"{100 * share:g} %", ha="right", va="center", **small)
     for angle in (0, 30, 60, 90):
@@ -110,16 +143,25 @@ def draw_histogram(
     for i, share in enumerate(found.shares):
         if share > 0:
             bar = Rectangle(
-                (LEFT + i * wide, FLOOR), wide, tall * float(share) / top,
+                (LEFT + i * wide, FLOOR),
+                wide,
+                tall * float(share) / top,
                 facecolor=mixed(color, style.net, 0.25),
                 edgecolor=style.outline(mixed(color, style.ink, 0.3)),
-                linewidth=0.7 * style.line_pt, zorder=layer("poles"),
-            )  # fmt: skip
+                linewidth=0.7 * style.line_pt,
+                zorder=layer("poles"),
+            )
             ax.add_patch(bar)
     if found.mean_deg is not None:
         x = LEFT + found.mean_deg * across
-        ax.plot([x, x], [FLOOR, CEILING], color=style.ink, linewidth=1.5 * style.line_pt,
-                linestyle="--", zorder=layer("means"))  # fmt: skip
+        ax.plot(
+            [x, x],
+            [FLOOR, CEILING],
+            color=style.ink,
+            linewidth=1.5 * style.line_pt,
+            linestyle="--",
+            zorder=layer("means"),
+        )
 
 
 def _ray(azimuth_deg: float, radii: tuple[float, float]) -> tuple[list[float], list[float]]:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geology import stereonet as nets
-from vomstudio.geology.orientation import Array
 from vomstudio.products.net.contents import AUTO_CIRCLES, NetContents
 from vomstudio.products.net.style import (
     SYMBOL_SIZES,
@@ -27,7 +27,7 @@ LIVE_COLOR = "#D55E00"
 
 
 def draw_emphasis(
-    ax: Axes, net: NetContents, style: NetStyle, positions: list[Array]
+    ax: Axes, net: NetContents, style: NetStyle, positions: list[FloatArray]
 ) -> list[Artist]:
     """Selected features: the same colour, larger, ringed, their great circles cased, as long as
     these are few enough to be told apart."""
@@ -54,20 +54,23 @@ def draw_emphasis(
         if s.kind == "plane" and circles:
             steps = 181 if planes <= AUTO_CIRCLES else 31
             arcs = nets.great_circles(s.azimuth_deg[rows], s.angle_deg[rows], net.projection, steps)
-            for ink, width, place in (
-                (style.ink, 3.4, "casings"), (color, 2.0, "chosen circles")
-            ):  # fmt: skip
+            for ink, width, place in ((style.ink, 3.4, "casings"), (color, 2.0, "chosen circles")):
                 lines = LineCollection(
                     list(arcs), colors=ink, linewidths=width * style.line_pt, zorder=layer(place)
                 )
                 made.append(ax.add_collection(lines, autolim=False))
         if net.poles:
             made += ax.plot(
-                at[rows, 0], at[rows, 1], linestyle="none", marker=s.marker,
+                at[rows, 0],
+                at[rows, 1],
+                linestyle="none",
+                marker=s.marker,
                 markersize=size * SYMBOL_SIZES.get(s.marker, 1.0),
-                markerfacecolor=style.symbol(s)[0], markeredgecolor=style.ink,
-                markeredgewidth=ring, zorder=layer("chosen"),
-            )  # fmt: skip
+                markerfacecolor=style.symbol(s)[0],
+                markeredgecolor=style.ink,
+                markeredgewidth=ring,
+                zorder=layer("chosen"),
+            )
     for e in net.ellipses:
         for part in e.outline(net.projection):
             made += ax.plot(
@@ -87,16 +90,26 @@ def _draw_live(ax: Axes, net: NetContents, style: NetStyle) -> list[Artist]:
     if live.plane is not None:
         circle = nets.great_circle(live.plane, net.projection)
         for ink, width in ((style.net, 3.0), (color, 1.6)):
-            made += ax.plot(*circle.T, color=ink, linewidth=width * style.line_pt,
-                            zorder=layer("chosen circles"))  # fmt: skip
+            made += ax.plot(
+                *circle.T,
+                color=ink,
+                linewidth=width * style.line_pt,
+                zorder=layer("chosen circles"),
+            )
     for part in () if live.ellipse is None else live.ellipse.outline(net.projection):
-        made += ax.plot(*part.T, color=color, linewidth=1.6 * style.line_pt,
-                        zorder=layer("ellipses"))  # fmt: skip
+        made += ax.plot(
+            *part.T, color=color, linewidth=1.6 * style.line_pt, zorder=layer("ellipses")
+        )
     at = nets.project(place.vector(), net.projection)[0]
     for marker, size in (("o", 2.2), ("+", 2.2)):
         made += ax.plot(
-            *at[:, None], marker=marker, markersize=size * style.marker_pt, linestyle="none",
-            markerfacecolor="none", markeredgecolor=color, markeredgewidth=1.6 * style.line_pt,
+            *at[:, None],
+            marker=marker,
+            markersize=size * style.marker_pt,
+            linestyle="none",
+            markerfacecolor="none",
+            markeredgecolor=color,
+            markeredgewidth=1.6 * style.line_pt,
             zorder=layer("chosen"),
-        )  # fmt: skip
+        )
     return made

@@ -52,9 +52,14 @@ def write_shapes(
         return draw_shapes(figure.add_axes((0.13, 0.13, 0.83, 0.80)), rows, style)
 
     return write_figure(
-        target, draw, format=format, size_mm=SIZE_MM, paper=style.paper, dpi=dpi,
+        target,
+        draw,
+        format=format,
+        size_mm=SIZE_MM,
+        paper=style.paper,
+        dpi=dpi,
         settings=sizes_of(style),
-    )  # fmt: skip
+    )
 
 
 def draw_shapes(axes: Axes, rows: Sequence[Mapping[str, Any]], style: NetStyle = PRINT) -> int:
@@ -70,9 +75,13 @@ def draw_shapes(axes: Axes, rows: Sequence[Mapping[str, Any]], style: NetStyle =
         axes.plot(
             [float(row["collinearity"]) for row in own],
             [float(row["coplanarity"]) for row in own],
-            marker, color=style.color(color), markersize=style.marker_pt, linestyle="none",
-            label=tr("{verdict} ({count})", verdict=tr(name), count=len(own)), zorder=4,
-        )  # fmt: skip
+            marker,
+            color=style.color(color),
+            markersize=style.marker_pt,
+            linestyle="none",
+            label=tr("{verdict} ({count})", verdict=tr(name), count=len(own)),
+            zorder=4,
+        )
     if known:
         axes.legend(loc="lower right", frameon=False, fontsize=0.9 * style.font_pt)
     _name(axes, known, style)
@@ -109,10 +118,14 @@ def _name(axes: Axes, known: Sequence[Mapping[str, Any]], style: NetStyle) -> No
             label = axes.annotate(
                 str(row.get("name") or row["id"]),
                 (float(row["collinearity"]), float(row["coplanarity"])),
-                xytext=(right * away, up * away), textcoords="offset points",
-                ha=_ACROSS[right], va=_ALONG[up], fontsize=0.8 * style.font_pt,
-                color=style.ink, zorder=5,
-            )  # fmt: skip
+                xytext=(right * away, up * away),
+                textcoords="offset points",
+                ha=_ACROSS[right],
+                va=_ALONG[up],
+                fontsize=0.8 * style.font_pt,
+                color=style.ink,
+                zorder=5,
+            )
             box = label.get_window_extent(renderer)
             within = inside.x0 <= box.x0 and box.x1 <= inside.x1
             if within and not any(box.overlaps(other) for other in taken):

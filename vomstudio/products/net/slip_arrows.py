@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vomstudio.geology.orientation import Array, Flags
+from vomstudio.core.arrays import BoolArray, FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,14 +18,14 @@ _UPRIGHT = 1e-6
 
 def draw_slip_arrows(
     ax: Axes,
-    at: Array,
-    slips: Array,
+    at: FloatArray,
+    slips: FloatArray,
     *,
     color: str,
     width_pt: float,
     zorder: float,
     half: float = 0.07,
-) -> Flags:
+) -> BoolArray:
     """Arrows at net positions (n, 2) of movements (n, 3); NaN for none. Returns (n,) which have
     one: a slip straight up or down has no direction on the net. half : of their length, in radii of
     the net"""

@@ -12,12 +12,13 @@ from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr, tr_n
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.faults.kinematics import compressed_share, movements, p_axes, t_axes
 from vomstudio.geology.faults.table_slip import SlipRows, TableSlip
 from vomstudio.geology.notation import format_azimuth
-from vomstudio.geology.orientation import Array, lines_to_vectors
+from vomstudio.geology.orientation import lines_to_vectors
 from vomstudio.products.net.plain_net import FONT_PT, INK, SOFT, draw_frame, save_figure
 from vomstudio.products.net.slip_arrows import draw_slip_arrows
 
@@ -60,15 +61,18 @@ def draw_slip(figure: Figure, table: SlipRows, found: TableSlip) -> tuple[Axes, 
     _faults(left, table, normals, slips)
     _axes(right, normals, slips, found)
     figure.text(
-        0.02, 0.02,
-        tr_n("{count} fault", "{count} faults", found.n) + "; "
+        0.02,
+        0.02,
+        tr_n("{count} fault", "{count} faults", found.n)
+        + "; "
         + tr("equal area, lower hemisphere"),
-        fontsize=FONT_PT, color=SOFT,
-    )  # fmt: skip
+        fontsize=FONT_PT,
+        color=SOFT,
+    )
     return left, right
 
 
-def _faults(ax: Axes, table: SlipRows, normals: Array, slips: Array) -> None:
+def _faults(ax: Axes, table: SlipRows, normals: FloatArray, slips: FloatArray) -> None:
     from matplotlib.collections import LineCollection
 
     draw_frame(ax)
@@ -84,7 +88,7 @@ def _faults(ax: Axes, table: SlipRows, normals: Array, slips: Array) -> None:
     ax.text(-1.1, -1.14, said, fontsize=FONT_PT, va="top", color=INK)
 
 
-def _axes(ax: Axes, normals: Array, slips: Array, found: TableSlip) -> None:
+def _axes(ax: Axes, normals: FloatArray, slips: FloatArray, found: TableSlip) -> None:
     rim = draw_frame(ax)
     side = np.linspace(-1.0, 1.0, _FINE_GRID if len(normals) <= _FEW_FAULTS else _GRID)
     x, y = np.meshgrid(side, side)
@@ -99,18 +103,31 @@ def _axes(ax: Axes, normals: Array, slips: Array, found: TableSlip) -> None:
         (t_axes(normals, slips), _T, "^"),
     ):
         ax.plot(
-            *nets.project(vectors).T, linestyle="none", marker=marker, markersize=size, color=color,
-            markeredgewidth=0.0, zorder=4,
-        )  # fmt: skip
+            *nets.project(vectors).T,
+            linestyle="none",
+            marker=marker,
+            markersize=size,
+            color=color,
+            markeredgewidth=0.0,
+            zorder=4,
+        )
     mean = found.kinematic_axes
     for axis, color, marker in (
-        (mean.shortening, _P, "*"), (mean.intermediate, INK, "D"), (mean.extension, _T, "*"),
-    ):  # fmt: skip
+        (mean.shortening, _P, "*"),
+        (mean.intermediate, INK, "D"),
+        (mean.extension, _T, "*"),
+    ):
         vector = lines_to_vectors([axis.trend_deg], [axis.plunge_deg])
         ax.plot(
-            *nets.project(vector).T, linestyle="none", marker=marker, color=color, zorder=7,
-            markersize=11 if marker == "*" else 5, markeredgecolor="#ffffff", markeredgewidth=0.7,
-        )  # fmt: skip
+            *nets.project(vector).T,
+            linestyle="none",
+            marker=marker,
+            color=color,
+            zorder=7,
+            markersize=11 if marker == "*" else 5,
+            markeredgecolor="#ffffff",
+            markeredgewidth=0.7,
+        )
     _legend(ax, found)
 
 
@@ -137,6 +154,13 @@ def _legend(ax: Axes, found: TableSlip) -> None:
         Patch(facecolor=_SHADES[-1], label=tr("compressed by over 80 % of faults")),
     ]
     ax.legend(
-        handles=entries, loc="upper left", bbox_to_anchor=(-0.02, 0.11), ncols=2, frameon=False,
-        fontsize=FONT_PT - 1, columnspacing=1.2, handletextpad=0.5, borderpad=0.0,
-    )  # fmt: skip
+        handles=entries,
+        loc="upper left",
+        bbox_to_anchor=(-0.02, 0.11),
+        ncols=2,
+        frameon=False,
+        fontsize=FONT_PT - 1,
+        columnspacing=1.2,
+        handletextpad=0.5,
+        borderpad=0.0,
+    )

@@ -14,11 +14,12 @@ from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.words import tr
 from vomstudio.geology import slopes
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.notation import format_azimuth
-from vomstudio.geology.orientation import Array, planes_to_normals
+from vomstudio.geology.orientation import planes_to_normals
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.slopes import Margins, SlopeFace, Zones
 from vomstudio.geology.table_slopes import Mode, TableSlope, set_numbers
@@ -44,10 +45,10 @@ class _Panel:
     title: str
     of: str
     mode: Mode
-    vectors: Array
+    vectors: FloatArray
     zones: Zones
-    margins: Callable[[Array], Margins]
-    limits: tuple[Array, ...]
+    margins: Callable[[FloatArray], Margins]
+    limits: tuple[FloatArray, ...]
     """Construction lines, as curves (k, 3) in the frame of the face."""
 
 
@@ -80,15 +81,21 @@ def draw_slope(
         made.append(ax)
     plane = face.plane
     figure.text(
-        0.03, 0.988,
+        0.03,
+        0.988,
         tr(
             "Face {azimuth}/{dip:02.0f} (dip direction/dip), friction {friction:g}°, "
             "lateral limits ±{lateral:g}°, n = {n} planes",
-            azimuth=format_azimuth(plane.dip_direction_deg), dip=plane.dip_deg,
-            friction=face.options.friction_deg, lateral=face.options.lateral_deg, n=found.n,
+            azimuth=format_azimuth(plane.dip_direction_deg),
+            dip=plane.dip_deg,
+            friction=face.options.friction_deg,
+            lateral=face.options.lateral_deg,
+            n=found.n,
         ),
-        fontsize=FONT_PT + 1, color=INK, va="top",
-    )  # fmt: skip
+        fontsize=FONT_PT + 1,
+        color=INK,
+        va="top",
+    )
     _legend(figure, panels)
     return made
 
@@ -106,30 +113,45 @@ def _panels(table: OrientationRows, face: SlopeFace, found: TableSlope) -> list[
     straight = _lateral_lines(SlopeFace(face.plane, replace(face.options, limits="straight")))
     return [
         _Panel(
-            tr("Planar sliding"), planes, found.planar, 0.0 - normals,
+            tr("Planar sliding"),
+            planes,
+            found.planar,
+            0.0 - normals,
             slopes.planar_sliding(face, normals),
             lambda v: slopes.planar_margins(face, 0.0 - v),
             (_daylight_envelope(dip), _cone(friction), *sides),
         ),
         _Panel(
-            tr("Wedge sliding"), meets, found.wedge, lines, slopes.wedge_sliding(face, lines),
-            lambda v: slopes.wedge_margins(face, v), (_cone(90.0 - friction),),
+            tr("Wedge sliding"),
+            meets,
+            found.wedge,
+            lines,
+            slopes.wedge_sliding(face, lines),
+            lambda v: slopes.wedge_margins(face, v),
+            (_cone(90.0 - friction),),
         ),
         _Panel(
-            tr("Flexural toppling"), planes, found.flexural_toppling, 0.0 - normals,
+            tr("Flexural toppling"),
+            planes,
+            found.flexural_toppling,
+            0.0 - normals,
             slopes.flexural_toppling(face, normals),
             lambda v: slopes.flexural_margins(face, 0.0 - v),
             (_great_circle(dip - friction), *sides) if dip > friction else sides,
         ),
         _Panel(
-            tr("Direct toppling"), meets, found.direct_toppling, lines,
-            slopes.direct_toppling(face, lines), lambda v: slopes.direct_margins(face, v),
+            tr("Direct toppling"),
+            meets,
+            found.direct_toppling,
+            lines,
+            slopes.direct_toppling(face, lines),
+            lambda v: slopes.direct_margins(face, v),
             (_cone(dip), *straight),
         ),
-    ]  # fmt: skip
+    ]
 
 
-def _some_intersections(normals: Array, sets: slopes.Ints | None) -> Array:
+def _some_intersections(normals: FloatArray, sets: IntArray | None) -> FloatArray:
     """Return downward unit vectors (m, 3) of at most `MOST_LINES` pairs, spread evenly over all,
     without pairs of one set."""
     n = len(normals)
@@ -176,8 +198,11 @@ def _said(panel: _Panel) -> str:
         return tr("no intersections")
     said = tr(
         "{critical:,} of {of:,} {what}: {share:.1f} %",
-        critical=mode.critical, of=mode.of, what=panel.of, share=100.0 * mode.share,
-    )  # fmt: skip
+        critical=mode.critical,
+        of=mode.of,
+        what=panel.of,
+        share=100.0 * mode.share,
+    )
     if mode.probability is None:
         return said
     expected = tr("with their errors {share:.1f} %", share=100.0 * mode.probability)
@@ -209,13 +234,25 @@ def _legend(figure: Figure, panels: list[_Panel]) -> None:
         Patch(facecolor=_ZONE, label=tr("critical zone")),
         Line2D([], [], color=_CRITICAL, label=tr("critical"), markersize=4, **dot),
         Line2D([], [], color=_CALM, label=tr("not critical"), markersize=3.4, **dot),
-        Line2D([], [], color=SOFT, linewidth=0.7, linestyle=(0, (4, 2)),
-               label=tr("daylight, friction, slip and lateral limits")),
-    ]  # fmt: skip
+        Line2D(
+            [],
+            [],
+            color=SOFT,
+            linewidth=0.7,
+            linestyle=(0, (4, 2)),
+            label=tr("daylight, friction, slip and lateral limits"),
+        ),
+    ]
     figure.legend(
-        handles=entries, loc="lower left", bbox_to_anchor=(0.02, 0.028), ncols=5, frameon=False,
-        fontsize=FONT_PT, handlelength=1.8, columnspacing=1.4,
-    )  # fmt: skip
+        handles=entries,
+        loc="lower left",
+        bbox_to_anchor=(0.02, 0.028),
+        ncols=5,
+        frameon=False,
+        fontsize=FONT_PT,
+        handlelength=1.8,
+        columnspacing=1.4,
+    )
     foot = tr("Equal area, lower hemisphere")
     if any(mode.mode.of > MOST_LINES for mode in panels):
         foot += tr("; {count:,} intersections drawn, all counted", count=MOST_LINES)
@@ -225,21 +262,21 @@ def _legend(figure: Figure, panels: list[_Panel]) -> None:
 # Construction lines, in the frame of the face --------------------------------------------------
 
 
-def _cone(angle_deg: float) -> Array:
+def _cone(angle_deg: float) -> FloatArray:
     """The small circle about vertical, pointing down."""
     t = np.linspace(0.0, 2.0 * np.pi, 181)
     sine, cosine = np.sin(np.radians(angle_deg)), np.cos(np.radians(angle_deg))
     return np.stack([sine * np.cos(t), sine * np.sin(t), np.full_like(t, -cosine)], axis=1)
 
 
-def _great_circle(dip_deg: float) -> Array:
+def _great_circle(dip_deg: float) -> FloatArray:
     """Of a plane that dips as the face does, but for its angle."""
     t = np.linspace(-np.pi / 2, np.pi / 2, 91)
     dip = np.radians(dip_deg)
     return np.stack([np.cos(t) * np.cos(dip), np.sin(t), -np.cos(t) * np.sin(dip)], axis=1)
 
 
-def _daylight_envelope(dip_deg: float) -> Array:
+def _daylight_envelope(dip_deg: float) -> FloatArray:
     """Poles of the planes whose line of dip lies in the face: tan p = tan d cos a, where it plunges
     by p, a from the face's own.
 
@@ -258,7 +295,7 @@ def _daylight_envelope(dip_deg: float) -> Array:
     return np.vstack([half[::-1] * [1.0, -1.0, 1.0], half])
 
 
-def _lateral_lines(face: SlopeFace) -> tuple[Array, ...]:
+def _lateral_lines(face: SlopeFace) -> tuple[FloatArray, ...]:
     """Both lateral limits across the net: small circles about the strike, or planes."""
     if face.options.lateral_deg >= 90.0:
         return ()

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
 from vomstudio.geology import stereonet as nets
 from vomstudio.geology.density import DENSITY_UNITS, density
 from vomstudio.geology.folds import FoldAxis
-from vomstudio.geology.orientation import Array, Line, lines_to_vectors, vectors_to_lines
+from vomstudio.geology.orientation import Line, lines_to_vectors, vectors_to_lines
 from vomstudio.products.net.contents import (
     NetCircle,
     NetContents,
@@ -78,11 +79,20 @@ def draw_net(ax: Any, net: NetContents, style: FigureStyle | None = None) -> Non
     for s in net.sets:
         if s.kind == "plane" and circles_shown(net):
             # Copies: the library writes into what it is given.
-            ax.plane(_strikes(s), s.angle_deg.copy(), color=paper.color(s.color),
-                     linewidth=thin, alpha=0.6)  # fmt: skip
+            ax.plane(
+                _strikes(s),
+                s.angle_deg.copy(),
+                color=paper.color(s.color),
+                linewidth=thin,
+                alpha=0.6,
+            )
     for s in net.sets:
-        look = {"marker": s.marker, "color": paper.color(s.color), "markersize": symbol,
-                "label": _label(s)}  # fmt: skip
+        look = {
+            "marker": s.marker,
+            "color": paper.color(s.color),
+            "markersize": symbol,
+            "label": _label(s),
+        }
         if s.kind == "plane":
             ax.pole(_strikes(s), s.angle_deg.copy(), **look)
         else:
@@ -118,8 +128,13 @@ def _draw_fold(
     for parts, line, first in outlines:
         for place, part in enumerate(parts):
             label = first if place == 0 else "_nolegend_"
-            ax.plot(*_of_axes(part, net.projection), color=paper.ink, linestyle=line,
-                    linewidth=1.5 * thin, label=label)  # fmt: skip
+            ax.plot(
+                *_of_axes(part, net.projection),
+                color=paper.ink,
+                linestyle=line,
+                linewidth=1.5 * thin,
+                label=label,
+            )
     _plot_star(ax, fold.beta, paper.ink, beta, paper, symbol)
 
 
@@ -143,8 +158,13 @@ def _draw_additions(ax: Any, net: NetContents, paper: NetStyle, symbol: float, t
         color = paper.ink if circle.color is None else paper.color(circle.color)
         for place, part in enumerate(circle.outline(net.projection)):
             label = circle.label if place == 0 else "_nolegend_"
-            ax.plot(*_of_axes(part, net.projection), color=color, linestyle=circle.dash,
-                    linewidth=1.5 * thin, label=label)  # fmt: skip
+            ax.plot(
+                *_of_axes(part, net.projection),
+                color=color,
+                linestyle=circle.dash,
+                linewidth=1.5 * thin,
+                label=label,
+            )
     for ellipse in net.errors:
         for part in ellipse.outline(net.projection):
             ax.plot(*_of_axes(part, net.projection), color=paper.soft, linewidth=thin)
@@ -163,7 +183,7 @@ def _draw_additions(ax: Any, net: NetContents, paper: NetStyle, symbol: float, t
         )
 
 
-def _of_axes(part: Array, projection: str) -> tuple[Array, Array]:
+def _of_axes(part: FloatArray, projection: str) -> tuple[FloatArray, FloatArray]:
     """Longitude and latitude in the library's axes of positions (k, 2) on our net."""
     # A hair inward: on the primitive circle an end would be shown by its other end.
     vectors = nets.unproject(part * (1.0 - 1e-7), projection)
@@ -207,17 +227,28 @@ def _draw_density(ax: Any, net: NetContents, method: str, paper: NetStyle) -> No
             # Up to a level above all, so that one level is enough.
             drawn.append(
                 ax.contourf(
-                    longitude, latitude, values, [*levels, levels[-1] + top], colors=colors,
-                    alpha=0.8 if of is None else SEE_THROUGH, zorder=0,
+                    longitude,
+                    latitude,
+                    values,
+                    [*levels, levels[-1] + top],
+                    colors=colors,
+                    alpha=0.8 if of is None else SEE_THROUGH,
+                    zorder=0,
                 )
-            )  # fmt: skip
+            )
         else:
             drawn.append(
                 ax.contour(
-                    longitude, latitude, values, list(levels), colors=colors,
-                    linestyles=dash(of), linewidths=1.1, zorder=0,
+                    longitude,
+                    latitude,
+                    values,
+                    list(levels),
+                    colors=colors,
+                    linestyles=dash(of),
+                    linewidths=1.1,
+                    zorder=0,
                 )
-            )  # fmt: skip
+            )
     if drawn:
         _draw_bar(ax, drawn[0], levels, tr(DENSITY_UNITS[method]))
 

@@ -15,9 +15,22 @@ SYMBOL_SIZES = {"P": 1.4, "X": 1.3, "*": 1.5, "D": 0.85, "^": 1.1, "v": 1.1, "p"
 """Symbols of the same size do not look so: by how much each is drawn larger."""
 
 LAYERS = (
-    "ground", "density", "circles", "poles", "contours", "fold", "rim", "ticks", "casings",
-    "chosen circles", "means", "ellipses", "chosen", "legend", "words",
-)  # fmt: skip
+    "ground",
+    "density",
+    "circles",
+    "poles",
+    "contours",
+    "fold",
+    "rim",
+    "ticks",
+    "casings",
+    "chosen circles",
+    "means",
+    "ellipses",
+    "chosen",
+    "legend",
+    "words",
+)
 """What lies over what on a net, from below."""
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.regular import SIDECAR_BYTES, open_regular, read_json
 from vomstudio.core.findings import Finding
@@ -29,8 +29,6 @@ from vomstudio.io.gis.line_reading import (
 from vomstudio.io.gis.svg_lines import SvgDrawing, read_svg
 from vomstudio.products.ortho.drawn_features import mark_of, picture_id
 from vomstudio.products.ortho.visible_depth import shown_depths
-
-Array = npt.NDArray[np.float64]
 
 LIKE_PICTURE = 0.01
 """A page or picture in a drawing is of the orthophoto where its sides have the same ratio within
@@ -53,8 +51,8 @@ class Sidecar:
     path: Path
     width: int
     height: int
-    matrix: Array
-    transform: Array
+    matrix: FloatArray
+    transform: FloatArray
     crs: str | None
     oblique: bool
     id: str
@@ -83,9 +81,9 @@ class BackLine:
     name: str
     layer: str
     words: FeatureWords
-    pixels: Array
-    is_met: npt.NDArray[np.bool_]
-    points: Array
+    pixels: FloatArray
+    is_met: BoolArray
+    points: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,10 +141,17 @@ def read_sidecar(path: str | Path) -> Sidecar:
     if flat or max(width, height) > _MOST_PIXELS:
         raise InputError(Finding("sidecar.no-place"), file=path)
     return Sidecar(
-        path, width, height, matrix, transform, crs, oblique,
-        str(facts.get("picture_id") or picture_id(facts)), known,
+        path,
+        width,
+        height,
+        matrix,
+        transform,
+        crs,
+        oblique,
+        str(facts.get("picture_id") or picture_id(facts)),
+        known,
         str(facts.get("image") or path.name),
-    )  # fmt: skip
+    )
 
 
 @np.errstate(all="ignore")
@@ -230,7 +235,7 @@ def bring_back(
     return Brought(tuple(brought), tuple(skipped))
 
 
-def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> Array:
+def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> FloatArray:
     """(3, 3) from the drawing's units to pixels: by the picture in it that has the orthophoto's
     name, else by that of its shape, else, where there is no picture at all, by the page."""
     ratio = sidecar.width / sidecar.height
@@ -260,7 +265,7 @@ def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> Array:
     return np.asarray(np.linalg.inv(matrix))
 
 
-def _is_like(box: Array, sidecar: Sidecar) -> bool:
+def _is_like(box: FloatArray, sidecar: Sidecar) -> bool:
     """Whether a picture or page (4, 2) has the shape of the orthophoto."""
     across, down = (float(np.hypot(*(box[k] - box[0]))) for k in (1, 3))
     limit = LIKE_PICTURE + 1 / min(sidecar.width, sidecar.height)
@@ -374,12 +379,12 @@ def _head_of(path: Path) -> str:
         return file.read(400).decode("latin-1")
 
 
-def _through(line: ReadLine, matrix: Array) -> ReadLine:
+def _through(line: ReadLine, matrix: FloatArray) -> ReadLine:
     points = line.points @ matrix[:2, :2].T + matrix[:2, 2]
     return replace(line, points=points)
 
 
-def _denser(points: Array, step: float) -> Array:
+def _denser(points: FloatArray, step: float) -> FloatArray:
     """Points of a line and between them, no farther apart than `step`."""
     lengths = np.hypot(*np.diff(points, axis=0).T)
     counts = np.maximum(1, np.ceil(lengths / step)).astype(int)

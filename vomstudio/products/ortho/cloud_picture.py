@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.products.ortho.tiles import Grid, Members, Tile, TilePicture, empty
-
-Array = npt.NDArray[np.float64]
 
 HOLE_SPACINGS = 4.0
 """Holes up to this many times the cloud's spacing across are closed."""
@@ -35,7 +33,7 @@ class CloudSource:
     Colour: that of the points; else their intensity as grey; else grey by depth.
     """
 
-    def __init__(self, cloud: PointCloud, view: Array, grid: Grid, spacing: float) -> None:
+    def __init__(self, cloud: PointCloud, view: FloatArray, grid: Grid, spacing: float) -> None:
         """view : (n, 3) the points as `ViewFrame.to_view` gives them. spacing : mean distance of
         a point from its nearest neighbour, metres."""
         from vomstudio.products.ortho._splat_kernels import bin_points
@@ -67,9 +65,19 @@ class CloudSource:
         left = self._grid.left + (tile.column - halo) * g
         top = self._grid.top + (tile.row - halo) * g
         splat(
-            chosen, self._view, self._reach, self._colors, left, top, g,
-            nearest, limit, color, weight, depth,
-        )  # fmt: skip
+            chosen,
+            self._view,
+            self._reach,
+            self._colors,
+            left,
+            top,
+            g,
+            nearest,
+            limit,
+            color,
+            weight,
+            depth,
+        )
         seen = weight > 0
         some = np.where(seen, weight, 1.0)
         rgb = np.clip(color / some[..., None] + 0.5, 0, 255).astype(np.uint8)
@@ -87,9 +95,7 @@ class CloudSource:
     def warnings(self) -> list[Finding]:
         return []
 
-    def _seen_through(
-        self, seen: npt.NDArray[np.bool_], z: npt.NDArray[np.float32]
-    ) -> npt.NDArray[np.bool_]:
+    def _seen_through(self, seen: BoolArray, z: Float32Array) -> BoolArray:
         """Pixels that show what lies behind a surface, in a hole of it that is to be closed.
 
         Morphological opening of the depth takes away what is deeper and no wider than such a hole.
@@ -110,9 +116,7 @@ class CloudSource:
             change = maximum_filter(surface, size) - minimum_filter(surface, size)
             return np.asarray(seen & (gap > self.hole_m) & (gap > _GAP_CHANGES * change))
 
-    def _close_holes(
-        self, seen: npt.NDArray[np.bool_], rgb: npt.NDArray[np.uint8], z: npt.NDArray[np.float32]
-    ) -> npt.NDArray[np.bool_]:
+    def _close_holes(self, seen: BoolArray, rgb: ByteArray, z: Float32Array) -> BoolArray:
         """Give pixels in holes the colour and depth of the nearest one that is seen; returns which.
 
         Morphological closing: what lies within `_close` pixels of something, all round.
@@ -125,14 +129,14 @@ class CloudSource:
         grown = away <= self._close
         # Beyond the border nothing is known to be empty.
         closed = grown if grown.all() else distance_transform_edt(grown) > self._close
-        filled: npt.NDArray[np.bool_] = closed & ~seen
+        filled: BoolArray = closed & ~seen
         from_row, from_column = nearest[0][filled], nearest[1][filled]
         rgb[filled] = rgb[from_row, from_column]
         z[filled] = z[from_row, from_column]
         return filled
 
 
-def local_spacing(points: Array, spacing: float) -> Array:
+def local_spacing(points: FloatArray, spacing: float) -> FloatArray:
     """(n,) the side of the square that each point has to itself, from how many share its cell of
     some 6 x 6 spacings; within half and twice the typical one."""
     side = _CELL_SPACINGS * spacing
@@ -151,7 +155,11 @@ def local_spacing(points: Array, spacing: float) -> Array:
 
 
 def share_facing_away(
-    cloud: PointCloud, view: Array, normals: Array | None, up: Array, samples: int = 3000
+    cloud: PointCloud,
+    view: FloatArray,
+    normals: FloatArray | None,
+    up: FloatArray,
+    samples: int = 3000,
 ) -> tuple[float, bool]:
     """Of the points that are seen first along +z, the share whose surface turns its back to the
     viewer, and whether that had to be guessed.
@@ -184,7 +192,7 @@ def share_facing_away(
     return float((normal[:, 2] > 0).mean()), True
 
 
-def _colors(cloud: PointCloud, view: Array) -> npt.NDArray[np.uint8]:
+def _colors(cloud: PointCloud, view: FloatArray) -> ByteArray:
     if cloud.colors is not None:
         return for_kernels(cloud.colors, np.uint8)
     values = view[:, 2]

@@ -14,8 +14,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, Float32Array, FloatArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.statistics import flip_to, orientation_tensor
@@ -23,9 +23,6 @@ from vomstudio.products.ortho.domain_axes import FAULTS, domains_of, no_domains,
 from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.ortho.planning import Plan
 from vomstudio.products.ortho.tiles import Source, Tile, TilePicture
-
-Array = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
 
 _SIDE_SHARE = 0.98
 """Of the points of a domain those that lie on its side of a fault which parts it: the traces of
@@ -43,7 +40,7 @@ class Wall:
     """A plane x . normal = offset; the domain lies where x . normal is larger."""
 
     name: str
-    normal: Array
+    normal: FloatArray
     offset: float
 
 
@@ -54,8 +51,8 @@ class Territory:
 
     name: str
     walls: tuple[Wall, ...]
-    points: Array
-    own: Bools
+    points: FloatArray
+    own: BoolArray
     notes: tuple[Finding, ...]
 
     def features(self, items: Sequence[Item]) -> tuple[Item, ...]:
@@ -112,13 +109,13 @@ def territory(items: Sequence[Item], name: str, field: str = "--domain") -> Terr
     return Territory(name, tuple(walls), np.concatenate(points), own, tuple(notes))
 
 
-def _points(items: Sequence[Item], name: str) -> Array:
+def _points(items: Sequence[Item], name: str) -> FloatArray:
     every = np.concatenate([item.points for item in items if item.domain == name])
     every = every[np.isfinite(every).all(axis=1)]
     return np.asarray(every[:: max(1, len(every) // _MOST_POINTS)])
 
 
-def _share(points: Array, wall: Wall) -> float:
+def _share(points: FloatArray, wall: Wall) -> float:
     """Of points those on the domain's side."""
     return float((points @ wall.normal > wall.offset).mean())
 
@@ -166,7 +163,7 @@ class OneDomain:
         rgba[rest, :3] = np.rint(_GREY + _KEPT * (shade - 128.0)).clip(0, 255)[:, None]
         return replace(picture, rgba=rgba)
 
-    def _own(self, tile: Tile, depth: npt.NDArray[np.float32]) -> Bools:
+    def _own(self, tile: Tile, depth: Float32Array) -> BoolArray:
         """(h, w) which pixels show the domain; of those that show nothing, anything."""
         own = np.ones(depth.shape, np.bool_)
         right = np.arange(tile.width) + tile.column + 0.5
@@ -179,7 +176,7 @@ class OneDomain:
             own &= self._nearest(tile, depth, matrix)
         return own
 
-    def _nearest(self, tile: Tile, depth: npt.NDArray[np.float32], matrix: Array) -> Bools:
+    def _nearest(self, tile: Tile, depth: Float32Array, matrix: FloatArray) -> BoolArray:
         """Whether a feature of the domain is the nearest, for cells of some pixels."""
         rows, columns = (np.arange(0, size, _CELL) for size in depth.shape)
         tall, wide = -(-depth.shape[0] // _CELL), -(-depth.shape[1] // _CELL)
@@ -190,10 +187,17 @@ class OneDomain:
         middle = np.nansum(cells, axis=(1, 3)) / np.maximum(count, 1)
         own = np.ones((tall, wide), np.bool_)
         j, i = np.nonzero(count)
-        places = np.column_stack(
-            [columns[i] + tile.column + _CELL / 2, rows[j] + tile.row + _CELL / 2, middle[j, i],
-             np.ones(len(i))]
-        ) @ matrix[:3].T  # fmt: skip
+        places = (
+            np.column_stack(
+                [
+                    columns[i] + tile.column + _CELL / 2,
+                    rows[j] + tile.row + _CELL / 2,
+                    middle[j, i],
+                    np.ones(len(i)),
+                ]
+            )
+            @ matrix[:3].T
+        )
         own[j, i] = self.territory.own[self.territory.tree.query(places)[1]]
         spread = own.repeat(_CELL, axis=0).repeat(_CELL, axis=1)
         return spread[: depth.shape[0], : depth.shape[1]]

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray, FloatArray
 from vomstudio.core.words import tr
 from vomstudio.products.ortho.interpretation import Item, flattened
 from vomstudio.products.ortho.planning import Plan
@@ -24,8 +24,6 @@ from vomstudio.products.ortho.vector_drawing import (
     write_gpkg,
 )
 from vomstudio.products.ortho.view_description import direction_text, end_labels
-
-Array = npt.NDArray[np.float64]
 
 FORMATS = ("gpkg", "svg", "dxf")
 SURFACE = "outcrop"
@@ -50,7 +48,7 @@ def mark_of(picture: str) -> str:
 
 
 def draw_features(
-    items: tuple[Item, ...], plan: Plan, picture: npt.NDArray[np.uint8] | None
+    items: tuple[Item, ...], plan: Plan, picture: ByteArray | None
 ) -> tuple[Drawing, int]:
     """The features that lie within the picture, and how many lie beside it. Coordinates are World's
     x and y on a picture straight down, else metres right and up of the reference point."""
@@ -97,7 +95,7 @@ def write_drawings(
     drawing: Drawing,
     crs: str | None,
     picture: str,
-    turn: Array | None = None,
+    turn: FloatArray | None = None,
 ) -> None:
     """parts : where each format is written; crs : of the GeoTIFF; turn : as of `raster_turn`, for
     files that lie over it. Raises TargetError."""
@@ -109,7 +107,7 @@ def write_drawings(
     write_dxf(parts["dxf"], placed, mark)
 
 
-def raster_turn(plan: Plan) -> Array | None:
+def raster_turn(plan: Plan) -> FloatArray | None:
     """(3, 3) from the coordinates of `draw_features` to those of the GeoTIFF, None where they are
     the same: a picture straight up lies on the map turned over."""
     frame = plan.frame
@@ -120,8 +118,8 @@ def raster_turn(plan: Plan) -> Array | None:
     return turn
 
 
-def _in_raster(drawing: Drawing, turn: Array) -> Drawing:
-    def moved(points: Array) -> Array:
+def _in_raster(drawing: Drawing, turn: FloatArray) -> Drawing:
+    def moved(points: FloatArray) -> FloatArray:
         return np.asarray(points @ turn[:2, :2].T + turn[:2, 2])
 
     corners = moved(drawing.bounds)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray, Float32Array
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
@@ -28,8 +28,8 @@ class DrawnPicture:
     hole_m : up to which size holes of a cloud were closed, None for a mesh
     """
 
-    rgba: npt.NDArray[np.uint8]
-    depth: npt.NDArray[np.float32]
+    rgba: ByteArray
+    depth: Float32Array
     filled: int
     hole_m: float | None
     said: tuple[Finding, ...]

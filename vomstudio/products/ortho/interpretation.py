@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.map_symbols import strike_and_dip
@@ -26,7 +26,6 @@ from vomstudio.project.tables.grid_layer import LAYER as GRIDS
 from vomstudio.project.tables.project_layers import project_layers
 from vomstudio.project.tables.project_table import project_table
 
-Array = npt.NDArray[np.float64]
 Form = Literal["point", "line", "ring"]
 
 LEGEND = "legend"
@@ -53,13 +52,13 @@ class Item:
 
     layer: str
     form: Form
-    points: Array
+    points: FloatArray
     id: str
     name: str
     kind: str
     set: str
     color: str
-    normal: Array | None = None
+    normal: FloatArray | None = None
     dip_direction_deg: float | None = None
     dip_deg: float | None = None
     said: str = ""
@@ -78,10 +77,10 @@ class Flat:
     length of the bar"""
 
     item: Item
-    points: Array
-    away: Array
+    points: FloatArray
+    away: FloatArray
     apparent_dip_deg: float | None
-    symbol: tuple[Array, ...] = ()
+    symbol: tuple[FloatArray, ...] = ()
 
 
 def parse_parts(text: str) -> tuple[str, ...]:
@@ -133,13 +132,22 @@ def items_of(records: Mapping[str, Record], measurements: Measurements) -> tuple
             text["kind"] = str(said.get(layer.by) or "")
             color = colors.get(text["id"], NO_COLOR)
             found.append(
-                Item(layer.name, layer.kind, shape, **text, color=color, normal=normal,
-                     dip_direction_deg=dd, dip_deg=dip,
-                     said=written.get(text["id"], ""), filled=layer.by != "kind",
-                     overturned=normal is not None and bool(said.get("overturned")),
-                     domain=str(getattr(records.get(text["id"]), "domain", "")),
-                     quality=str(said.get("quality") or ""))
-            )  # fmt: skip
+                Item(
+                    layer.name,
+                    layer.kind,
+                    shape,
+                    **text,
+                    color=color,
+                    normal=normal,
+                    dip_direction_deg=dd,
+                    dip_deg=dip,
+                    said=written.get(text["id"], ""),
+                    filled=layer.by != "kind",
+                    overturned=normal is not None and bool(said.get("overturned")),
+                    domain=str(getattr(records.get(text["id"]), "domain", "")),
+                    quality=str(said.get("quality") or ""),
+                )
+            )
     return tuple(found)
 
 
@@ -155,7 +163,7 @@ def count_features(items: Iterable[Item]) -> int:
     return most.total()
 
 
-def items_of_table(places: Array, rows: Sequence[Mapping[str, Any]]) -> tuple[Item, ...]:
+def items_of_table(places: FloatArray, rows: Sequence[Mapping[str, Any]]) -> tuple[Item, ...]:
     """Return the planes of an orientation table, in the colours of the default feature types.
 
     Parameters
@@ -169,19 +177,26 @@ def items_of_table(places: Array, rows: Sequence[Mapping[str, Any]]) -> tuple[It
     colors = {each.name.casefold(): each.color for each in DEFAULT_TYPES}
     return tuple(
         Item(
-            "planes", "point", np.asarray([place]), str(row["id"]),
+            "planes",
+            "point",
+            np.asarray([place]),
+            str(row["id"]),
             str(row.get("name") or row["id"]),
-            str(row.get("kind") or ""), str(row.get("set") or ""),
+            str(row.get("kind") or ""),
+            str(row.get("set") or ""),
             colors.get(str(row.get("kind") or "").casefold(), NO_COLOR),
             planes_to_normals(row["dip_direction_deg"], row["dip_deg"]),
-            row["dip_direction_deg"], row["dip_deg"], overturned=bool(row.get("overturned")),
-            domain=str(row.get("domain") or ""), quality=str(row.get("quality") or ""),
+            row["dip_direction_deg"],
+            row["dip_deg"],
+            overturned=bool(row.get("overturned")),
+            domain=str(row.get("domain") or ""),
+            quality=str(row.get("quality") or ""),
         )
         for place, row in zip(places, rows, strict=True)
-    )  # fmt: skip
+    )
 
 
-def apparent_dip_deg(normal: Array, right: Array, up: Array) -> float | None:
+def apparent_dip_deg(normal: FloatArray, right: FloatArray, up: FloatArray) -> float | None:
     """Of a plane with this normal on a picture: the angle of the line in which it meets the picture
     from `right`, -90 to 90, positive where it goes down to the right.
 
@@ -198,7 +213,11 @@ def apparent_dip_deg(normal: Array, right: Array, up: Array) -> float | None:
 
 
 def flattened(
-    item: Item, origin: Array, right: Array, up: Array, along: Array | None = None
+    item: Item,
+    origin: FloatArray,
+    right: FloatArray,
+    up: FloatArray,
+    along: FloatArray | None = None,
 ) -> Flat | None:
     """An item projected onto the plane through `origin` that right and up span, at right angles or
     along the direction `along` (3,); None where the direction lies in the plane."""
@@ -221,7 +240,7 @@ def flattened(
     return Flat(item, flat, away, apparent_dip_deg(item.normal, right, up))
 
 
-def is_map(toward: Array) -> bool:
+def is_map(toward: FloatArray) -> bool:
     """Whether a picture with this normal (3,) is seen from so near above (or below) that it shows
     strikes and dips."""
     return abs(float(toward[2])) >= math.cos(math.radians(MAP_DEG)) - 1e-12

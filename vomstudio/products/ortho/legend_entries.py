@@ -8,12 +8,10 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
 from vomstudio.geology.map_symbols import strike_and_dip
-
-Array = npt.NDArray[np.float64]
 
 MAX_LETTERS = 40
 TICK_DEG = 35.0
@@ -26,7 +24,7 @@ class Drawn(Protocol):
     @property
     def layer(self) -> str: ...
     @property
-    def points(self) -> Array: ...
+    def points(self) -> FloatArray: ...
     @property
     def color(self) -> str: ...
     @property
@@ -36,7 +34,7 @@ class Drawn(Protocol):
     @property
     def dip_deg(self) -> float | None: ...
     @property
-    def symbol(self) -> tuple[Array, ...]: ...
+    def symbol(self) -> tuple[FloatArray, ...]: ...
     @property
     def values(self) -> Mapping[str, Any]: ...
 
@@ -76,7 +74,7 @@ class Entry:
         name = self.name
         return name if len(name) <= MAX_LETTERS else name[: MAX_LETTERS - 1].rstrip() + "…"
 
-    def marks(self) -> list[Array]:
+    def marks(self) -> list[FloatArray]:
         """Return the polylines (k, 2) of a place about it, right and up, within -1 to 1."""
         if self.mapped:
             symbol = strike_and_dip(np.zeros(3), 180.0, 45.0, 2.0)

@@ -7,16 +7,21 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import (
+    ByteArray,
+    Float32Array,
+    FloatArray,
+    IndexArray,
+    Int32Array,
+    IntArray,
+)
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.kernels.jit import for_kernels
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.rays.raycast import GridHits, cast_grid, cast_quarters
 from vomstudio.products.ortho.textures import TextureStore, picture_size
 from vomstudio.products.ortho.tiles import Grid, Members, Tile, TilePicture, empty
-
-Array = npt.NDArray[np.float64]
 
 _COARSEST = 24
 """Levels beyond which no picture has any."""
@@ -32,7 +37,7 @@ class MeshSource:
     from the viewer, for else nothing of their shape would be seen.
     """
 
-    def __init__(self, mesh: Mesh, view: Array, grid: Grid) -> None:
+    def __init__(self, mesh: Mesh, view: FloatArray, grid: Grid) -> None:
         """view : (n, 3) the mesh's vertices as `ViewFrame.to_view` gives them."""
         from vomstudio.products.ortho._mesh_kernels import bin_faces
 
@@ -89,9 +94,9 @@ class MeshSource:
     def _smooth(
         self,
         hits: GridHits,
-        at: npt.NDArray[np.intp],
-        rgba: npt.NDArray[np.uint8],
-        depth: npt.NDArray[np.float32],
+        at: IndexArray,
+        rgba: ByteArray,
+        depth: Float32Array,
     ) -> None:
         """Colour and opacity of the edge pixels `at` from four rays each. The depth stays that of
         the centre, and where only the others meet something it is the nearest of theirs."""
@@ -106,9 +111,7 @@ class MeshSource:
         nearest = hits.depth[some].min(axis=1)
         depth[at] = np.where(np.isnan(depth[at]), nearest, depth[at])
 
-    def _shade(
-        self, face: npt.NDArray[np.int32], weights: Array, footprint: float = 1.0
-    ) -> npt.NDArray[np.uint8]:
+    def _shade(self, face: Int32Array, weights: FloatArray, footprint: float = 1.0) -> ByteArray:
         """(n, 3) colours of hits, face (n,), weights (n, 2); black where nothing was met."""
         from vomstudio.products.ortho._mesh_kernels import blend_corners
         from vomstudio.products.ortho._texture_kernels import sample
@@ -122,10 +125,19 @@ class MeshSource:
                 mapped = self._mapped[face[rows]]
                 if pyramid is not None and mapped.any():
                     sample(
-                        pyramid.texels, pyramid.offsets, pyramid.sizes, *pyramid.size,
-                        rows[mapped], face, weights, self._view, self._faces, self._uv,
-                        self._grid.gsd * footprint, rgb,
-                    )  # fmt: skip
+                        pyramid.texels,
+                        pyramid.offsets,
+                        pyramid.sizes,
+                        *pyramid.size,
+                        rows[mapped],
+                        face,
+                        weights,
+                        self._view,
+                        self._faces,
+                        self._uv,
+                        self._grid.gsd * footprint,
+                        rgb,
+                    )
                     rows = rows[~mapped]
             if not len(rows):
                 continue
@@ -133,16 +145,16 @@ class MeshSource:
                 colors = for_kernels(mesh.colors, np.uint8)
                 blend_corners(rows, face, weights, self._faces, colors, rgb)
             else:
-                color = PLAIN if material is None or material.diffuse is None else [
-                    255.0 * c for c in material.diffuse
-                ]  # fmt: skip
+                color = (
+                    PLAIN
+                    if material is None or material.diffuse is None
+                    else [255.0 * c for c in material.diffuse]
+                )
                 light = _facing(self._view[self._faces[face[rows]]])
                 rgb[rows] = np.clip(np.rint(light[:, None] * np.array(color)), 0, 255)
         return rgb
 
-    def _by_material(
-        self, face: npt.NDArray[np.int32]
-    ) -> Iterator[tuple[int | None, npt.NDArray[np.int64]]]:
+    def _by_material(self, face: Int32Array) -> Iterator[tuple[int | None, IntArray]]:
         """Rows of `face` that met something, by the material that is worn there."""
         pixels = np.flatnonzero(face >= 0)
         count = len(self._mesh.materials)
@@ -158,14 +170,14 @@ class MeshSource:
         }
 
 
-def texel_sizes(mesh: Mesh, vertices: Array) -> dict[Path, tuple[float, float, float]]:
+def texel_sizes(mesh: Mesh, vertices: FloatArray) -> dict[Path, tuple[float, float, float]]:
     """Per texture: the smallest size of a texel on the surface (but for 1 % of the area), the
     median by area, both in units of `vertices`, and the surface's area."""
     found: dict[Path, tuple[float, float, float]] = {}
     if mesh.uv is None:
         return found
-    sizes: dict[Path, list[Array]] = {}
-    areas: dict[Path, list[Array]] = {}
+    sizes: dict[Path, list[FloatArray]] = {}
+    areas: dict[Path, list[FloatArray]] = {}
     for k, material in enumerate(mesh.materials):
         pixels = None if material.texture is None else picture_size(material.texture)
         if material.texture is None or pixels is None:
@@ -191,7 +203,7 @@ def texel_sizes(mesh: Mesh, vertices: Array) -> dict[Path, tuple[float, float, f
     return found
 
 
-def share_facing_away(view: Array, faces: npt.NDArray[np.int32], rays: int = 256) -> float:
+def share_facing_away(view: FloatArray, faces: Int32Array, rays: int = 256) -> float:
     """Of what parallel rays along +z meet first, the share that turns its back to the viewer, by
     the order of its corners (counter-clockwise from outside). NaN where nothing is met."""
     low, high = view.min(axis=0), view.max(axis=0)
@@ -200,9 +212,15 @@ def share_facing_away(view: Array, faces: npt.NDArray[np.int32], rays: int = 256
     faces = for_kernels(faces, np.int32)
     everything = np.arange(len(faces), dtype=np.int32)
     face = cast_grid(
-        np.ascontiguousarray(view), faces, everything,
-        left=float(low[0]), top=float(low[1]), step=step, width=width, height=height,
-    ).face  # fmt: skip
+        np.ascontiguousarray(view),
+        faces,
+        everything,
+        left=float(low[0]),
+        top=float(low[1]),
+        step=step,
+        width=width,
+        height=height,
+    ).face
     corners = view[faces[face[face >= 0]]]
     if not len(corners):
         return float("nan")
@@ -210,7 +228,7 @@ def share_facing_away(view: Array, faces: npt.NDArray[np.int32], rays: int = 256
     return float((np.cross(b - a, c - a)[:, 2] > 0).mean())
 
 
-def _facing(corners: Array) -> Array:
+def _facing(corners: FloatArray) -> FloatArray:
     """From 1 where a face looks at the viewer to 0.35 where it is seen edge-on."""
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normal, axis=1)

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.atomic import atomic_group, check_target
 from vomstudio.core.files.containment import check_beside
@@ -52,8 +52,6 @@ from vomstudio.products.ortho.planning import Plan, edge_on
 from vomstudio.products.ortho.sheet import format_of, write_sheet
 from vomstudio.products.ortho.tiles import TILE, Grid, Source, Tile, TilePicture
 from vomstudio.products.ortho.vector_drawing import Drawing
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,7 +268,7 @@ class _Reduced:
         self._size = (grid.width, grid.height)
         self.out = np.zeros((-(-grid.height // factor), -(-grid.width // factor), 4), np.uint8)
 
-    def add(self, column: int, row: int, rgba: npt.NDArray[np.uint8]) -> None:
+    def add(self, column: int, row: int, rgba: ByteArray) -> None:
         f = self.factor
         h, w = rgba.shape[:2]
         padded = np.zeros((-(-h // f) * f, -(-w // f) * f, 4), np.float32)
@@ -282,7 +280,7 @@ class _Reduced:
         at = self.out[row // f :, column // f :]
         at[: mean.shape[0], : mean.shape[1]] = np.clip(np.rint(mean), 0, 255)
 
-    def within(self) -> npt.NDArray[np.uint8]:
+    def within(self) -> ByteArray:
         """Stretched to exactly what the pixels cover: the last of the reduced ones reach beyond."""
         from PIL import Image
 

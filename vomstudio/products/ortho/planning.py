@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -19,8 +20,6 @@ from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.products.ortho.tiles import Grid
 from vomstudio.products.ortho.view_directions import View
 from vomstudio.products.ortho.world_points import in_world
-
-Array = npt.NDArray[np.float64]
 
 MAX_PIXELS = 300_000_000
 EDGE_ON_SHARE = 0.02
@@ -47,12 +46,12 @@ class Plan:
     view: View
     frame: ViewFrame
     grid: Grid
-    reference: Array
-    points: Array
+    reference: FloatArray
+    points: FloatArray
     notes: tuple[Finding, ...]
 
     @property
-    def pixel_to_world(self) -> Array:
+    def pixel_to_world(self) -> FloatArray:
         return self.frame.pixel_to_world(
             self.grid.gsd, self.reference, self.grid.left, self.grid.top
         )
@@ -91,8 +90,8 @@ class Laid:
     """Grid over a model. The other fields are those of `Plan`."""
 
     grid: Grid
-    reference: Array
-    points: Array
+    reference: FloatArray
+    points: FloatArray
     notes: tuple[Finding, ...]
 
 
@@ -159,7 +158,7 @@ def lay_grid(
     return Laid(Grid.over(low, high, gsd), reference, points, tuple(notes))
 
 
-def edge_on(points: Array, frame: ViewFrame, gsd: float) -> Finding | None:
+def edge_on(points: FloatArray, frame: ViewFrame, gsd: float) -> Finding | None:
     """Return a finding if a flat model is viewed edge-on.
 
     The width of its points about a line is compared in the picture and in space. The view is
@@ -213,7 +212,7 @@ def default_gsd(
     return float(f"{gsd:.2g}"), code
 
 
-def _least_gsd(extent: Array) -> float:
+def _least_gsd(extent: FloatArray) -> float:
     """The smallest gsd, of two digits, whose picture has no more than MAX_PIXELS."""
     width, height = (float(v) for v in extent)
     gsd = max(math.sqrt(width * height / MAX_PIXELS), max(width, height) / MAX_PIXELS, 1e-12)

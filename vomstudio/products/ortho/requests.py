@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.results import FLAT, Result
@@ -35,8 +36,6 @@ from vomstudio.products.ortho.view_directions import (
     view_along_line,
     view_of_plane,
 )
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -175,9 +174,15 @@ def _fold_view(fold: TableFold, planned: Plan) -> FoldView:
     off = fold.beta.total95_deg
     cost = cost_of_direction(off, deep, metric=planned.view.metric)
     return FoldView(
-        fold.beta, fold.valid, fold.verdict, fold.reasons, fold.used, fold.not_good,
-        fold.left_out, cost,
-    )  # fmt: skip
+        fold.beta,
+        fold.valid,
+        fold.verdict,
+        fold.reasons,
+        fold.used,
+        fold.not_good,
+        fold.left_out,
+        cost,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,14 +220,14 @@ class OrthophotoFigures(Result):
     gsd_m: float
     trend_deg: float
     plunge_deg: float
-    right: Array
-    down: Array
-    direction: Array
+    right: FloatArray
+    down: FloatArray
+    direction: FloatArray
     sense: str
     sense_reason: Finding
     coverage: float
-    reference_point: Array
-    pixel_to_world: Array
+    reference_point: FloatArray
+    pixel_to_world: FloatArray
     crs: str | None
     holes_filled_px: int
     holes_filled_up_to_m: float | None

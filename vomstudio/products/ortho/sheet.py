@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.files.extensions import check_extension
 from vomstudio.core.words import tr
 from vomstudio.geometry.units import bar_text, round_length
@@ -41,7 +41,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = npt.NDArray[np.float64]
 
 FORMATS = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg", ".pdf": "pdf"}
 DPI = 300.0
@@ -94,9 +93,14 @@ def write_sheet(
         key.draw(page_axes, side, bottom - below)
         for k, line in enumerate(words):
             page_axes.text(
-                side, bottom - _WORDS_MM - _ROW_MM * k, line,
-                fontsize=_FONT_PT, color=INK, va="top", parse_math=False,
-            )  # fmt: skip
+                side,
+                bottom - _WORDS_MM - _ROW_MM * k,
+                line,
+                fontsize=_FONT_PT,
+                color=INK,
+                va="top",
+                parse_math=False,
+            )
 
     write_figure(path, draw, format=format, size_mm=size, paper="#ffffff", dpi=DPI)
 
@@ -122,22 +126,35 @@ def _draw_plane(ax: Axes, drawing: Drawing, scale: int, between: str) -> None:
             ends = np.array([label.named, (label.x, label.y)])
             ax.plot(ends[:, 0], ends[:, 1], color=label.shape.color, linewidth=0.5, zorder=3)
         ax.text(
-            label.x, label.y, label.shape.label, fontsize=_LABEL_PT, va="center", zorder=4,
-            ha="right" if label.right else "left", color=label.color, parse_math=False,
+            label.x,
+            label.y,
+            label.shape.label,
+            fontsize=_LABEL_PT,
+            va="center",
+            zorder=4,
+            ha="right" if label.right else "left",
+            color=label.color,
+            parse_math=False,
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8},
-        )  # fmt: skip
+        )
 
 
 def _draw_shapes(ax: Axes, shapes: Sequence[Shape], scale: int) -> None:
     """All lines of a colour are one path with gaps: thousands of paths would take long."""
-    lines: dict[tuple[str, float, int], list[Array]] = {}
-    dots: dict[str, list[Array]] = {}
+    lines: dict[tuple[str, float, int], list[FloatArray]] = {}
+    dots: dict[str, list[FloatArray]] = {}
     for shape in shapes:
         if len(shape.points) == 1:
             dots.setdefault(shape.color, []).append(shape.points)
         if shape.filled:
-            ax.fill(shape.points[:, 0], shape.points[:, 1], color=shape.color, alpha=0.5,
-                    linewidth=0.0, zorder=1)  # fmt: skip
+            ax.fill(
+                shape.points[:, 0],
+                shape.points[:, 1],
+                color=shape.color,
+                alpha=0.5,
+                linewidth=0.0,
+                zorder=1,
+            )
         # Light below, so that a line is seen on dark rock too.
         for width, color, above in ((2.2, "white", 1), (1.0, shape.color, 2)):
             for line in _lines_of(shape, scale):
@@ -145,14 +162,15 @@ def _draw_shapes(ax: Axes, shapes: Sequence[Shape], scale: int) -> None:
     gap = np.full((1, 2), math.nan)
     for (color, width, above), own in lines.items():
         x, y = np.concatenate([part for line in own for part in (line, gap)][:-1]).T
-        ax.plot(x, y, color=color, linewidth=width * _LINE_PT, zorder=above,
-                solid_joinstyle="round")  # fmt: skip
+        ax.plot(
+            x, y, color=color, linewidth=width * _LINE_PT, zorder=above, solid_joinstyle="round"
+        )
     for color, places in dots.items():
         x, y = np.concatenate(places).T
         ax.plot(x, y, "o", markersize=3.0, color=color, zorder=3)
 
 
-def _lines_of(shape: Shape, scale: int) -> list[Array]:
+def _lines_of(shape: Shape, scale: int) -> list[FloatArray]:
     """(n, 2) of a line or outline, or those by which a plane is drawn; none of any other point."""
     points = shape.points
     if len(points) > 1:
@@ -189,7 +207,7 @@ def _draw_frame(ax: Axes, drawing: Drawing, scale: int, left: float) -> None:
     ax.set_ylabel(drawing.axes[1], fontsize=_FONT_PT, color=INK)
 
 
-def _with_room(ticks: Array, apart: float) -> Array:
+def _with_room(ticks: FloatArray, apart: float) -> FloatArray:
     """Those of a narrow picture whose words do not meet."""
     if len(ticks) < 2:
         return ticks
@@ -220,9 +238,15 @@ def _draw_bar(ax: Axes, drawing: Drawing, scale: int, place: tuple[float, float,
     wide, y = 1000.0 * length / scale, bottom - _BAR_MM
     for part, color in ((0.0, INK), (0.5, "white")):
         ax.add_patch(
-            Rectangle((left + part * wide, y), 0.5 * wide, 1.3, facecolor=color, edgecolor=INK,
-                      linewidth=0.6)
-        )  # fmt: skip
+            Rectangle(
+                (left + part * wide, y),
+                0.5 * wide,
+                1.3,
+                facecolor=color,
+                edgecolor=INK,
+                linewidth=0.6,
+            )
+        )
     said = bar_text(length, metric=drawing.metric)
     if drawing.metric:
         said = tr("{length}, 1 : {scale}", length=said, scale=f"{scale:,}".replace(",", " "))

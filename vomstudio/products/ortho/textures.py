@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray, IntArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.untrusted.pictures import convert_to_rgb, copy_pixels, open_picture
 
@@ -29,9 +29,9 @@ class Pyramid:
     size : of the finest level in texels of this pyramid
     """
 
-    texels: npt.NDArray[np.uint8]
-    offsets: npt.NDArray[np.int64]
-    sizes: npt.NDArray[np.int64]
+    texels: ByteArray
+    offsets: IntArray
+    sizes: IntArray
     size: tuple[float, float]
 
 

@@ -10,6 +10,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray, Float32Array, Int32Array, IntArray
 from vomstudio.core.findings import Finding
 
 TILE = 1024
@@ -75,8 +76,8 @@ class Tile:
 class Members:
     """What each tile of a grid shows: rows of faces or of points."""
 
-    rows: npt.NDArray[np.int32]
-    starts: npt.NDArray[np.int64]
+    rows: Int32Array
+    starts: IntArray
 
     @classmethod
     def of(
@@ -93,7 +94,7 @@ class Members:
             bin_(*where, starts[:-1].copy(), rows)
         return cls(rows, starts)
 
-    def in_tile(self, tile: Tile) -> npt.NDArray[np.int32]:
+    def in_tile(self, tile: Tile) -> Int32Array:
         return self.rows[self.starts[tile.number] : self.starts[tile.number + 1]]
 
 
@@ -102,8 +103,8 @@ class TilePicture:
     """rgba : (h, w, 4) uint8. depth : (h, w) float32, NaN exactly where the opacity is 0.
     filled : how many pixels were closed over holes."""
 
-    rgba: npt.NDArray[np.uint8]
-    depth: npt.NDArray[np.float32]
+    rgba: ByteArray
+    depth: Float32Array
     filled: int = 0
 
 

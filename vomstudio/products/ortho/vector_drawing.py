@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray, FloatArray
 from vomstudio.core.files.plain_characters import plain
 from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.io.gis import dxf
@@ -24,7 +24,6 @@ from vomstudio.io.gis.svg_lines import OWN_CLASS
 from vomstudio.products.ortho.interpretation import Flat
 from vomstudio.products.ortho.legend_entries import Entry, entries_of, remark_on
 
-Array = npt.NDArray[np.float64]
 Box = tuple[float, float, float, float]
 """Left, bottom, right, top."""
 
@@ -49,17 +48,17 @@ class Shape:
     that explains the drawing"""
 
     layer: str
-    points: Array
+    points: FloatArray
     color: str = INK
     closed: bool = False
     label: str = ""
     dip_deg: float | None = None
     filled: bool = False
     values: Mapping[str, Any] = field(default_factory=dict)
-    symbol: tuple[Array, ...] = ()
+    symbol: tuple[FloatArray, ...] = ()
     aside: bool = False
 
-    def marks(self, reach: float) -> list[Array]:
+    def marks(self, reach: float) -> list[FloatArray]:
         """Polylines (k, 2) that say how the plane at this place lies; reach : half the length of
         the longest"""
         if self.symbol:
@@ -78,11 +77,11 @@ class Drawing:
     (h, w, 4) uint8 that fills the bounds"""
 
     shapes: tuple[Shape, ...]
-    bounds: Array
+    bounds: FloatArray
     ends: tuple[str, str]
     axes: tuple[str, str]
     title: tuple[str, ...] = ()
-    picture: npt.NDArray[np.uint8] | None = None
+    picture: ByteArray | None = None
     metric: bool = True
 
     @property
@@ -107,17 +106,29 @@ def shape_of(flat: Flat) -> Shape:
         label = f"{item.name} {abs(written):.0f}°" if item.name else f"{abs(written):.0f}°"
     turned = {"overturned": 1} if flat.symbol and item.overturned else {}
     return Shape(
-        item.layer, flat.points, item.color, item.form == "ring", label, dip, item.filled,
+        item.layer,
+        flat.points,
+        item.color,
+        item.form == "ring",
+        label,
+        dip,
+        item.filled,
         {
-            "id": item.id, "name": item.name, "kind": item.kind, "set": item.set,
-            "dip_direction_deg": item.dip_direction_deg, "dip_deg": item.dip_deg,
-            "apparent_dip_deg": dip, "away_m": float(flat.away.mean()), **turned,
+            "id": item.id,
+            "name": item.name,
+            "kind": item.kind,
+            "set": item.set,
+            "dip_direction_deg": item.dip_direction_deg,
+            "dip_deg": item.dip_deg,
+            "apparent_dip_deg": dip,
+            "away_m": float(flat.away.mean()),
+            **turned,
         },
         flat.symbol,
-    )  # fmt: skip
+    )
 
 
-def paper_scale(bounds: Array) -> int:
+def paper_scale(bounds: FloatArray) -> int:
     """The 1 in so many that puts the longer side on paper: 1, 2, 2.5 or 5 times a power of ten."""
     longest = max(float((bounds[1] - bounds[0]).max()), 1e-6)
     least = longest * 1000 / LONGEST_MM
@@ -126,7 +137,7 @@ def paper_scale(bounds: Array) -> int:
     return max(1, round(found))
 
 
-def ticks_over(low: float, high: float) -> Array:
+def ticks_over(low: float, high: float) -> FloatArray:
     """Round numbers, some four to ten, within a range."""
     step = round_length(max((high - low) / 4, 1e-12))
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
@@ -137,7 +148,7 @@ def number_text(value: float) -> str:
     return f"{value + 0.0:.12g}"
 
 
-def left_margin_mm(bounds: Array, text_mm: float) -> float:
+def left_margin_mm(bounds: FloatArray, text_mm: float) -> float:
     """Room for the numbers beside the frame, and for the name of the axis beside these. text_mm :
     size of their letters"""
     ticks = ticks_over(float(bounds[0, 1]), float(bounds[1, 1]))
@@ -222,7 +233,7 @@ def _svg_shape(shape: Shape, mm: float, ids: set[str]) -> str:
     return f'<{form}{words} points="{at}" {look}><title>{title}</title></{form}>'
 
 
-def _svg_points(points: Array) -> str:
+def _svg_points(points: FloatArray) -> str:
     return " ".join(f"{x!r},{-y + 0.0!r}" for x, y in points.tolist())
 
 
@@ -283,19 +294,19 @@ def placed_labels(drawing: Drawing, scale: float, text_mm: float) -> list[Placed
     return found
 
 
-def _is_free(box: Box, bounds: Array, taken: list[Box]) -> bool:
+def _is_free(box: Box, bounds: FloatArray, taken: list[Box]) -> bool:
     (left, bottom), (right, top) = bounds.tolist()
     within = box[0] >= left and box[2] <= right and box[1] >= bottom and box[3] <= top
     return within and not any(_meet(box, other) for other in taken)
 
 
-def _covers(box: Box, dots: Array) -> int:
+def _covers(box: Box, dots: FloatArray) -> int:
     """How many dots a box covers."""
     x, y = dots[:, 0], dots[:, 1]
     return int(((x > box[0]) & (x < box[2]) & (y > box[1]) & (y < box[3])).sum())
 
 
-def _along(line: Array, step: float) -> Array:
+def _along(line: FloatArray, step: float) -> FloatArray:
     """Points (n, 2) along a polyline, a step apart at most."""
     return np.concatenate(
         [
@@ -330,7 +341,7 @@ def _labels(drawing: Drawing, matrix: tuple[float, float, float, float], scale: 
     return [*found, "</g>"]
 
 
-def _inside(ring: Array) -> Array:
+def _inside(ring: FloatArray) -> FloatArray:
     """(2,) a place in an area, for its name."""
     import shapely
 
@@ -372,8 +383,13 @@ def _frame(
     text(left, top - 3, drawing.ends[0], "start", bold)
     text(left + width, top - 3, drawing.ends[1], "end", bold)
     text(left + width / 2, bottom + 9.5, drawing.axes[0], "middle")
-    text(4.5, top + height / 2, drawing.axes[1], "middle",
-         f'transform="rotate(-90 4.5 {top + height / 2:.3f})"')  # fmt: skip
+    text(
+        4.5,
+        top + height / 2,
+        drawing.axes[1],
+        "middle",
+        f'transform="rotate(-90 4.5 {top + height / 2:.3f})"',
+    )
     length = round_length(0.25 * float(high[0] - low[0]))
     y = bottom + 14
     out.append(f'<rect x="{left:.3f}" y="{y:.3f}" width="{length * sx:.3f}" height="1.2"/>')
@@ -430,7 +446,7 @@ def _lines_below(drawing: Drawing) -> int:
     return len(legend) + bool(remark_on(legend)) + len(drawing.title)
 
 
-def _png(picture: npt.NDArray[np.uint8]) -> str:
+def _png(picture: ByteArray) -> str:
     from PIL import Image
 
     file = io.BytesIO()
@@ -477,7 +493,7 @@ def write_dxf(part: Path, drawing: Drawing, comment: str = "") -> None:
         out.close()
 
 
-def _text_places(drawing: Drawing, scale: float) -> list[tuple[Shape, Array]]:
+def _text_places(drawing: Drawing, scale: float) -> list[tuple[Shape, FloatArray]]:
     """The middle (3,) of each text. Those that find no free place are written beside what they name
     all the same: in CAD the drawing can be enlarged, and what is not there cannot be read."""
     tall = 0.001 * scale * _LABEL_MM
@@ -534,6 +550,12 @@ def write_gpkg(part: Path, drawing: Drawing, crs: str | None, described: str) ->
             "label": np.array([shape.label for shape in mapped], object),
         }
         write_layer(
-            part, layer + SYMBOLS, "MultiLineString", symbols, texts, crs,
-            described=described, append=True,
-        )  # fmt: skip
+            part,
+            layer + SYMBOLS,
+            "MultiLineString",
+            symbols,
+            texts,
+            crs,
+            described=described,
+            append=True,
+        )

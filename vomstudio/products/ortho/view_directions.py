@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
@@ -17,8 +18,6 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.products.ortho.world_points import in_world
-
-Array = npt.NDArray[np.float64]
 
 DOWN_PLUNGE, UP_PLUNGE = to_translate("down-plunge"), to_translate("up-plunge")
 AGAINST_NORMAL = to_translate("against the upward normal")
@@ -182,6 +181,6 @@ def _facing_away(
     return cloud_picture.share_facing_away(data, frame.to_view(world, world[0]), normals, up)
 
 
-def _along(direction: Array, sense: str, reason: Finding) -> View:
+def _along(direction: FloatArray, sense: str, reason: Finding) -> View:
     trend, plunge, _ = vectors_to_lines(direction, directed=True)
     return View(float(trend[0]), float(plunge[0]), sense, reason)

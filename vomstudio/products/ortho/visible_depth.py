@@ -5,22 +5,20 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.rays.raytree import RayTree
 from vomstudio.products.ortho.tiles import TILE, Grid
-
-Array = npt.NDArray[np.float64]
 
 _SAME = 4.0
 """Pixels, or spacings of the cloud, by which neighbours on one surface may differ in depth."""
 
 
 def shown_depths(
-    data: Mesh | PointCloud, matrix: Array, size: tuple[int, int], pixels: Array
-) -> Array:
+    data: Mesh | PointCloud, matrix: FloatArray, size: tuple[int, int], pixels: FloatArray
+) -> FloatArray:
     """(n,) depths at places (column, row) of a picture, NaN where it shows nothing.
 
     data : of World; matrix : (4, 4) from (column, row, depth, 1) to World; size : of the picture
@@ -30,18 +28,21 @@ def shown_depths(
     return _of_cloud(data, matrix, size, pixels)
 
 
-def _of_mesh(mesh: Mesh, matrix: Array, pixels: Array) -> Array:
+def _of_mesh(mesh: Mesh, matrix: FloatArray, pixels: FloatArray) -> FloatArray:
     way = matrix[:3, 2]
     low, high = mesh.bounds
-    corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1])
-                        for z in (low[2], high[2])])  # fmt: skip
+    corners = np.array(
+        [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
+    )
     before = float(((corners - matrix[:3, 3]) @ way).min()) - 1.0
     starts = matrix[:3, 3] + pixels @ matrix[:3, :2].T + before * way
     hits = RayTree(mesh).cast(starts, np.broadcast_to(way, starts.shape))
     return np.asarray(np.where(hits.index >= 0, before + hits.distance, np.nan))
 
 
-def _of_cloud(cloud: PointCloud, matrix: Array, size: tuple[int, int], pixels: Array) -> Array:
+def _of_cloud(
+    cloud: PointCloud, matrix: FloatArray, size: tuple[int, int], pixels: FloatArray
+) -> FloatArray:
     """From the picture drawn once more: a ray of its own would slip between points that the picture
     shows as a surface, and meet what lies behind."""
     from vomstudio.io.models.opening import point_spacing
@@ -69,7 +70,7 @@ def _of_cloud(cloud: PointCloud, matrix: Array, size: tuple[int, int], pixels: A
     return found
 
 
-def _between(depth: Array, place: Array, limit: float) -> Array:
+def _between(depth: FloatArray, place: FloatArray, limit: float) -> FloatArray:
     """Depths between the centres of pixels, of those neighbours that are on the surface which the
     pixel itself shows."""
     height, width = depth.shape

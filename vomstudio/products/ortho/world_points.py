@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.transform import apply
 
-Array = npt.NDArray[np.float64]
 
-
-def in_world(to_world: npt.ArrayLike, points: Array) -> Array:
+def in_world(to_world: npt.ArrayLike, points: FloatArray) -> FloatArray:
     m = np.asarray(to_world, np.float64)
     if m.shape != (4, 4) or not np.isfinite(m).all():
         raise GeometryError(Finding("transform.not-a-matrix"))

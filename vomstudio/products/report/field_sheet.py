@@ -114,8 +114,11 @@ def _draw(axes: Axes, plan: SurveyPlan, *, above: bool) -> None:
             )
     if not above:
         square: dict[str, Any] = {
-            "marker": "s", "color": CONTROL, "markersize": 5.0, "linestyle": "none"
-        }  # fmt: skip
+            "marker": "s",
+            "color": CONTROL,
+            "markersize": 5.0,
+            "linestyle": "none",
+        }
         for point in plan.control_points:
             filled = "full" if point.use == "control" else "none"
             axes.plot([point.along_m], [point.up_m], fillstyle=filled, **square)

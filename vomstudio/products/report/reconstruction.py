@@ -319,9 +319,15 @@ def _picture(result: Mapping[str, Any]) -> str:
         if len(cloud):
             axes.plot(cloud[:, i], cloud[:, j], ",", color="#999999", rasterized=True)
         axes.quiver(
-            cameras[:, i], cameras[:, j], looks[:, i], looks[:, j],
-            color="#0072b2", width=0.004, scale=18.0, pivot="tail",
-        )  # fmt: skip
+            cameras[:, i],
+            cameras[:, j],
+            looks[:, i],
+            looks[:, j],
+            color="#0072b2",
+            width=0.004,
+            scale=18.0,
+            pivot="tail",
+        )
         axes.plot(cameras[:, i], cameras[:, j], "o", color="#0072b2", markersize=3.0)
         axes.set_aspect("equal", "datalim")
         axes.set_xlabel(f"{names[0]}, {unit}")

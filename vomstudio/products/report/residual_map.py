@@ -10,11 +10,9 @@ from io import BytesIO
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.words import tr
-
-Array = npt.NDArray[np.float64]
 
 # The longest arrow, beside the width of the picture.
 _LONGEST = 0.12
@@ -44,13 +42,24 @@ def residual_map(found: Mapping[str, Any], scaled: bool) -> str:
             axes.plot([-along[i], along[i]], [-along[j], along[j]], "--", color="#d55e00", lw=1.2)
         for which, mark in ((~check, "o"), (check, "s")):
             axes.plot(
-                at[which, i], at[which, j], mark, color="#0072b2", markersize=4.0,
+                at[which, i],
+                at[which, j],
+                mark,
+                color="#0072b2",
+                markersize=4.0,
                 markerfacecolor="#0072b2" if mark == "o" else "white",
-            )  # fmt: skip
+            )
         axes.quiver(
-            at[:, i], at[:, j], times * left[:, i], times * left[:, j], color="#222222",
-            angles="xy", scale_units="xy", scale=1.0, width=0.004,
-        )  # fmt: skip
+            at[:, i],
+            at[:, j],
+            times * left[:, i],
+            times * left[:, j],
+            color="#222222",
+            angles="xy",
+            scale_units="xy",
+            scale=1.0,
+            width=0.004,
+        )
         # From the side they would hide each other.
         if len(labels) <= _NAMED and j == 1:
             for label, place in zip(labels, at, strict=True):
@@ -92,7 +101,7 @@ def as_svg(figure: Any, caption: str) -> str:
     )
 
 
-def _points(found: Mapping[str, Any]) -> tuple[list[str], Array, Array, npt.NDArray[np.bool_]]:
+def _points(found: Mapping[str, Any]) -> tuple[list[str], FloatArray, FloatArray, BoolArray]:
     """Labels, places, residuals and which of them only judge."""
     rows = [
         (row["label"], row["surveyed"], row["residual_m"], row["role"] == "check")
@@ -112,7 +121,7 @@ def _points(found: Mapping[str, Any]) -> tuple[list[str], Array, Array, npt.NDAr
     )
 
 
-def _weakest(found: Mapping[str, Any]) -> Array | None:
+def _weakest(found: Mapping[str, Any]) -> FloatArray | None:
     covariance = np.array(found.get("covariance", []), np.float64)
     if covariance.shape != (7, 7) or not covariance.any():
         return None

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.results import Result
@@ -26,7 +26,6 @@ from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.planes import PlaneFit, PlaneFits, fit_planes
 from vomstudio.project.sample import SamplePicks, SampleTruth
 
-Floats = npt.NDArray[np.float64]
 FAULT = "fault"
 FOLD_AXIS = to_translate("fold axis beta")
 INTERSECTION = to_translate("intersection of bedding and fault")
@@ -177,9 +176,9 @@ def slip_check(
 
 
 def _deviation(
-    measured: Floats,
-    truth: Floats,
-    major: Floats | None,
+    measured: FloatArray,
+    truth: FloatArray,
+    major: FloatArray | None,
     max_deg: float | None,
     min_deg: float | None,
 ) -> tuple[float | None, float, float | None]:

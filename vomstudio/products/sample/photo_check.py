@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate
 from vomstudio.geology.quality import total_error_deg
@@ -18,8 +18,6 @@ from vomstudio.geometry.rotation_errors import errors_95_deg
 from vomstudio.io.photos.cameras_file import Cameras
 from vomstudio.products.sample.check import Check, plane_check
 from vomstudio.project.sample import SamplePicks, SampleTruth
-
-Array = npt.NDArray[np.float64]
 
 # What lies within so many ground sampling distances of the model is in it.
 _NEAR_GSD = 4.0
@@ -34,12 +32,12 @@ _DRAWN = 40_000
 def check_photos(
     found: Cameras,
     true: Cameras,
-    cloud: Array,
+    cloud: FloatArray,
     outcrop: Mesh,
     picks: SamplePicks,
     truth: SampleTruth,
     gsd: float,
-    rotation: Array | None = None,
+    rotation: FloatArray | None = None,
 ) -> tuple[Check, ...]:
     """Compare a model with the outcrop that its photos show.
 
@@ -103,7 +101,7 @@ def _camera_check(found: Cameras, true: Cameras) -> Check:
     return _length(CAMERA_CENTRES, float(np.median(misses)))
 
 
-def _spread(mesh: Mesh, shift: Array) -> tuple[Array, Array]:
+def _spread(mesh: Mesh, shift: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Points over the faces by area, and the normals there."""
     corners = mesh.vertices[mesh.faces] - shift
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -118,7 +116,7 @@ def _spread(mesh: Mesh, shift: Array) -> tuple[Array, Array]:
     return points, across[chosen] / size[chosen, None]
 
 
-def _seen(cameras: Cameras, points: Array, normals: Array) -> npt.NDArray[np.bool_]:
+def _seen(cameras: Cameras, points: FloatArray, normals: FloatArray) -> BoolArray:
     """Which points face three of the photos or more and lie in them; what stands before them is
     not asked."""
     count = np.zeros(len(points), int)
@@ -131,13 +129,13 @@ def _seen(cameras: Cameras, points: Array, normals: Array) -> npt.NDArray[np.boo
 
 
 def _plane_checks(
-    points: Array,
+    points: FloatArray,
     tree: Any,
     picks: SamplePicks,
     truth: SampleTruth,
-    shift: Array,
+    shift: FloatArray,
     gsd: float,
-    rotation: Array | None,
+    rotation: FloatArray | None,
 ) -> list[Check]:
     """Every pick of the sample, on the model: its planes beside the true ones."""
     checks = []

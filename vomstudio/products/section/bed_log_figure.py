@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
 from vomstudio.geology.beds.bed_log import BedLog, Interval
 from vomstudio.products.net.figure_file import sizes_of, write_figure
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Floats = npt.NDArray[np.float64]
 
 WIDTH_MM = 170.0
 _HIGHEST_MM = 190.0
@@ -52,7 +51,7 @@ class LogPage:
 
     scale: float
     column_mm: float
-    rows_mm: Floats
+    rows_mm: FloatArray
     lowest_mm: float
     highest_mm: float
 
@@ -91,10 +90,14 @@ def write_log_figure(
     about : on what the thicknesses rest. Raises UsageError for another format."""
     page = page_of(log)
     write_figure(
-        target, lambda figure: draw_log(figure, log, page, about, metric, style),
-        format=format, size_mm=(WIDTH_MM, page.height_mm), paper=style.paper, dpi=dpi,
+        target,
+        lambda figure: draw_log(figure, log, page, about, metric, style),
+        format=format,
+        size_mm=(WIDTH_MM, page.height_mm),
+        paper=style.paper,
+        dpi=dpi,
         settings={**sizes_of(style), "hatch.linewidth": 0.45 * style.line_pt},
-    )  # fmt: skip
+    )
 
 
 def draw_log(
@@ -122,9 +125,15 @@ def _draw_bed(ax: Axes, low: float, high: float, look: LithologyStyle, style: Ne
 
     wide = _COLUMN_MM * (OPEN if look.width is None else look.width)
     bed = Rectangle(
-        (0.0, low), wide, high - low, facecolor=style.color(look.color), edgecolor=style.soft,
-        hatch=look.hatch or None, linewidth=0.0, zorder=1,
-    )  # fmt: skip
+        (0.0, low),
+        wide,
+        high - low,
+        facecolor=style.color(look.color),
+        edgecolor=style.soft,
+        hatch=look.hatch or None,
+        linewidth=0.0,
+        zorder=1,
+    )
     ax.add_patch(bed)
     if look.ornament == "cross":
         for ends in ((low, high), (high, low)):
@@ -165,9 +174,12 @@ def _write_bed(
     wide = _COLUMN_MM * (OPEN if look.width is None else look.width)
     begin = _COLUMN_MM + 2.0
     ax.plot(
-        [wide + 0.8, begin, _THICKNESS_MM - _LEFT_MM - 1.0], [middle, middle, row],
-        color=style.soft, linewidth=0.4 * style.line_pt, zorder=0,
-    )  # fmt: skip
+        [wide + 0.8, begin, _THICKNESS_MM - _LEFT_MM - 1.0],
+        [middle, middle, row],
+        color=style.soft,
+        linewidth=0.4 * style.line_pt,
+        zorder=0,
+    )
     thick = each.thickness_m
     words = (
         (_THICKNESS_MM, with_error(thick.value, thick.error95)),
@@ -175,8 +187,16 @@ def _write_bed(
         (_NOTES_MM, _short(each.notes, _MOST_NOTES)),
     )
     for at, text in words:
-        ax.text(at - _LEFT_MM, row, text, ha="left", va="center", color=style.ink,
-                fontsize=0.95 * style.font_pt, parse_math=False)  # fmt: skip
+        ax.text(
+            at - _LEFT_MM,
+            row,
+            text,
+            ha="left",
+            va="center",
+            color=style.ink,
+            fontsize=0.95 * style.font_pt,
+            parse_math=False,
+        )
 
 
 def _draw_heights(ax: Axes, page: LogPage, metric: bool, style: NetStyle) -> None:
@@ -189,13 +209,28 @@ def _draw_heights(ax: Axes, page: LogPage, metric: bool, style: NetStyle) -> Non
     for k in range(count + 1):
         y = 1000.0 * k * step / page.scale
         ax.plot([-4.5, -3.0], [y, y], **ink)
-        ax.text(-5.2, y, f"{k * step:.{decimals}f}", ha="right", va="center", color=style.ink,
-                fontsize=0.9 * style.font_pt)  # fmt: skip
+        ax.text(
+            -5.2,
+            y,
+            f"{k * step:.{decimals}f}",
+            ha="right",
+            va="center",
+            color=style.ink,
+            fontsize=0.9 * style.font_pt,
+        )
     label = tr("height above the oldest boundary ({unit})", unit="m" if metric else tr("units"))
     if page.column_mm < 60.0:
         label = tr("height ({unit})", unit="m" if metric else tr("units"))
-    ax.text(-_LEFT_MM + 2.0, 0.5 * page.column_mm, label, rotation=90, ha="left", va="center",
-            color=style.ink, fontsize=style.font_pt)  # fmt: skip
+    ax.text(
+        -_LEFT_MM + 2.0,
+        0.5 * page.column_mm,
+        label,
+        rotation=90,
+        ha="left",
+        va="center",
+        color=style.ink,
+        fontsize=style.font_pt,
+    )
 
 
 def _draw_grains(ax: Axes, styles: Sequence[LithologyStyle], style: NetStyle) -> None:
@@ -207,14 +242,27 @@ def _draw_grains(ax: Axes, styles: Sequence[LithologyStyle], style: NetStyle) ->
         ends = _COLUMN_MM * np.arange(1, len(names) + 1) / len(names)
         ax.plot([0.0, _COLUMN_MM], [down, down], color=style.ink, linewidth=0.6 * style.line_pt)
         for end, name in zip(ends.tolist(), names, strict=True):
-            ax.plot([end, end], [down, down - 1.0], color=style.ink,
-                    linewidth=0.6 * style.line_pt)  # fmt: skip
-            ax.text(end, down - 1.4, name if dunham else tr(name), ha="center", va="top",
-                    color=style.ink, fontsize=0.8 * style.font_pt)  # fmt: skip
+            ax.plot([end, end], [down, down - 1.0], color=style.ink, linewidth=0.6 * style.line_pt)
+            ax.text(
+                end,
+                down - 1.4,
+                name if dunham else tr(name),
+                ha="center",
+                va="top",
+                color=style.ink,
+                fontsize=0.8 * style.font_pt,
+            )
         down -= 6.0
     if any(s.width is None for s in styles):
-        ax.text(0.0, down, tr("dashed edge: grain size not stated"), ha="left", va="top",
-                color=style.ink, fontsize=0.8 * style.font_pt)  # fmt: skip
+        ax.text(
+            0.0,
+            down,
+            tr("dashed edge: grain size not stated"),
+            ha="left",
+            va="top",
+            color=style.ink,
+            fontsize=0.8 * style.font_pt,
+        )
 
 
 def _write_head(
@@ -227,19 +275,42 @@ def _write_head(
     if any(each.notes for each in log.intervals):
         heads.append((_NOTES_MM, tr("notes")))
     for at, text in heads:
-        ax.text(at - _LEFT_MM, page.highest_mm + 3.0, text, ha="left", va="bottom",
-                color=style.ink, fontsize=style.font_pt, weight="bold")  # fmt: skip
+        ax.text(
+            at - _LEFT_MM,
+            page.highest_mm + 3.0,
+            text,
+            ha="left",
+            va="bottom",
+            color=style.ink,
+            fontsize=style.font_pt,
+            weight="bold",
+        )
     scale = tr("1 : {scale}", scale=f"{page.scale:g}") if metric else tr("to scale")
     thick = (
         tr("true thickness across the bedding, ± 95 %")
         if log.total_m.error95 is not None
         else tr("true thickness across the bedding")
     )
-    ax.text(-_LEFT_MM + 2.0, page.highest_mm + _TOP_MM - 2.5, f"{scale}; {thick}",
-            ha="left", va="top", color=style.ink, fontsize=style.font_pt)  # fmt: skip
+    ax.text(
+        -_LEFT_MM + 2.0,
+        page.highest_mm + _TOP_MM - 2.5,
+        f"{scale}; {thick}",
+        ha="left",
+        va="top",
+        color=style.ink,
+        fontsize=style.font_pt,
+    )
     if about:
-        ax.text(-_LEFT_MM + 2.0, page.highest_mm + _TOP_MM - 6.5, about, ha="left", va="top",
-                color=style.ink, fontsize=0.9 * style.font_pt, parse_math=False)  # fmt: skip
+        ax.text(
+            -_LEFT_MM + 2.0,
+            page.highest_mm + _TOP_MM - 6.5,
+            about,
+            ha="left",
+            va="top",
+            color=style.ink,
+            fontsize=0.9 * style.font_pt,
+            parse_math=False,
+        )
 
 
 def _short(text: str, most: int) -> str:
@@ -253,7 +324,7 @@ def _round_up(value: float) -> float:
     return next(s * power for s in (1.0, 2.0, 5.0, 10.0) if s * power >= value * (1.0 - 1e-9))
 
 
-def _spread(wanted: Sequence[float], apart: float) -> Floats:
+def _spread(wanted: Sequence[float], apart: float) -> FloatArray:
     """Places in the same order, at least so far apart, as near to the wanted ones as can be (least
     squares, by pooling)."""
     blocks: list[tuple[float, int]] = []

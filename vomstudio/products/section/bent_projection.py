@@ -7,12 +7,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.products.ortho.interpretation import Flat, Item, flattened
 from vomstudio.products.section.section_lines import Panel
-
-Array = npt.NDArray[np.float64]
 
 PIECES = 256
 """Into so many steps a line is divided, to find where it passes from one piece to another."""
@@ -21,7 +19,7 @@ _JUMP = 2.0
 
 
 def projected_along_bends(
-    item: Item, panels: Sequence[Panel], along: Array | None
+    item: Item, panels: Sequence[Panel], along: FloatArray | None
 ) -> tuple[Flat, ...]:
     """The parts of a line or outline (n > 1 points) that lie before one of the panels. Where two
     have it before them it is on the nearer one: on the inner side of a bend it is broken there. On
@@ -62,7 +60,7 @@ def projected_along_bends(
     return tuple(found)
 
 
-def _divided(points: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
+def _divided(points: FloatArray) -> tuple[FloatArray, BoolArray]:
     """Points with others between them, and which of them are the given ones."""
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     step = max(float(lengths.sum()) / PIECES, 1e-12)

@@ -6,16 +6,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, Int32Array
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.models.opening import point_spacing
 from vomstudio.products.section.section_lines import Curtain, Panel
-
-Array = npt.NDArray[np.float64]
 
 JOINED = 1e-6
 """Ends of lines this near to each other are one place, metres."""
@@ -37,8 +35,8 @@ class Cut:
     : the same points, each (n, 3); slab_m : thickness of the slab whose points of a cloud were
     taken, None for a mesh; points : how many those were"""
 
-    lines: tuple[Array, ...]
-    world: tuple[Array, ...]
+    lines: tuple[FloatArray, ...]
+    world: tuple[FloatArray, ...]
     slab_m: float | None = None
     points: int | None = None
 
@@ -86,7 +84,7 @@ def cut_model(
     return Cut(tuple(lines), world, thick, len(points))
 
 
-def _cut_mesh(mesh: Mesh, panel: Panel) -> Array:
+def _cut_mesh(mesh: Mesh, panel: Panel) -> FloatArray:
     """(n, 2, 2) pieces, one for each triangle that is met: distance along and height of both ends.
 
     A corner on the plane itself counts as on the viewer's side, so that every triangle has two
@@ -111,12 +109,12 @@ def _cut_mesh(mesh: Mesh, panel: Panel) -> Array:
 
 
 def _crossing(
-    vertices: Array,
-    a: npt.NDArray[np.int32],
-    b: npt.NDArray[np.int32],
-    side: npt.NDArray[np.bool_],
+    vertices: FloatArray,
+    a: Int32Array,
+    b: Int32Array,
+    side: BoolArray,
     panel: Panel,
-) -> Array:
+) -> FloatArray:
     """(n, 2) where edges cross the plane. Always reckoned from the viewer's side, so that triangles
     on both sides of an edge find the same to the bit, corners that stand twice included."""
     first, second = np.where(side[a], a, b), np.where(side[a], b, a)
@@ -125,7 +123,7 @@ def _crossing(
     return np.asarray(p[:, :2] + share[:, None] * (q[:, :2] - p[:, :2]))
 
 
-def _within(pieces: Array, panel: Panel) -> Array:
+def _within(pieces: FloatArray, panel: Panel) -> FloatArray:
     """What of pieces (n, 2, 2) lies on the panel, cut off at its ends."""
     low, high = panel.start + panel.low, panel.start + panel.high
     first, last = pieces[:, :, 0].min(axis=1), pieces[:, :, 0].max(axis=1)
@@ -145,7 +143,7 @@ def _within(pieces: Array, panel: Panel) -> Array:
     return cut
 
 
-def _joined(pieces: Array, curtain: Curtain) -> Cut:
+def _joined(pieces: FloatArray, curtain: Curtain) -> Cut:
     """Pieces that share their ends as lines."""
     import shapely
 
@@ -167,7 +165,7 @@ def _joined(pieces: Array, curtain: Curtain) -> Cut:
     return Cut(tuple(lines), tuple(_in_world(line, curtain) for line in lines))
 
 
-def _in_world(line: Array, curtain: Curtain) -> Array:
+def _in_world(line: FloatArray, curtain: Curtain) -> FloatArray:
     panels = curtain.panels
     starts = np.array([panel.start for panel in panels[1:]])
     which = np.searchsorted(starts, line[:, 0], side="right")
@@ -178,7 +176,7 @@ def _in_world(line: Array, curtain: Curtain) -> Array:
     return found
 
 
-def _slab(points: Array, panel: Panel, thick: float) -> Array:
+def _slab(points: FloatArray, panel: Panel, thick: float) -> FloatArray:
     """(n, 2) points within half the thickness of the panel, brought onto it along the surface."""
     at = panel.coordinates(points)
     along = (at[:, 0] >= panel.start + panel.low) & (at[:, 0] <= panel.start + panel.high)
@@ -187,7 +185,7 @@ def _slab(points: Array, panel: Panel, thick: float) -> Array:
     return np.ascontiguousarray(_slid(at[near], at[around]))
 
 
-def _slid(at: Array, around: Array) -> Array:
+def _slid(at: FloatArray, around: FloatArray) -> FloatArray:
     """(n, 2) where the local planes of points (along, height, across) meet the panel. At right
     angles the points of a surface that slants across the panel would be a band, and the line
     through them a zigzag; so would their noise. Those without a plane, or whose plane runs nearly
@@ -211,7 +209,7 @@ def _slid(at: Array, around: Array) -> Array:
     return np.where(planar[:, None], met, at[:, :2])
 
 
-def _linked(points: Array, spacing: float) -> list[Array]:
+def _linked(points: FloatArray, spacing: float) -> list[FloatArray]:
     """Lines through points: the mean of those in each cell of one spacing, linked by their shortest
     spanning tree without links over LINK_STEPS spacings, of each tree its longest way."""
     from scipy.sparse import coo_matrix

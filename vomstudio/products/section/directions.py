@@ -7,9 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-import numpy.typing as npt
-
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
@@ -19,8 +17,6 @@ from vomstudio.geology.orientation import Line
 from vomstudio.products.ortho.domain_axes import FAULTS, axes_of_domains
 from vomstudio.products.ortho.interpretation import Item
 from vomstudio.products.section.section_lines import Curtain, Panel
-
-Array = npt.NDArray[np.float64]
 
 GRAZING_DEG, REFUSED_DEG = 20.0, 2.0
 """A direction of projection that meets the section at less is warned of: an error of one degree
@@ -35,11 +31,11 @@ class Directions:
     axes : of the domains, by name; faults : the domain along whose axis a fault in none is
     projected, by its id"""
 
-    along: Array | None = None
+    along: FloatArray | None = None
     axes: Mapping[str, ProjectionAxis] = field(default_factory=dict)
     faults: Mapping[str, str] = field(default_factory=dict)
 
-    def of(self, item: Item) -> Array | None:
+    def of(self, item: Item) -> FloatArray | None:
         axis = self.axes.get(item.domain or self.faults.get(item.id, ""))
         return self.along if axis is None or axis.line is None else axis.line.vector()
 
@@ -130,20 +126,20 @@ def domain_projections(directions: Directions, curtain: Curtain) -> tuple[Domain
     return tuple(found)
 
 
-def angle_to(panel: Panel, along: Array | None) -> float:
+def angle_to(panel: Panel, along: FloatArray | None) -> float:
     """Between a direction (3,) and a section, degrees; 90 where it is projected at right angles."""
     if along is None:
         return 90.0
     return math.degrees(math.asin(min(abs(float(along @ panel.normal)), 1.0)))
 
 
-def least_angle(curtain: Curtain, along: Array | None) -> float:
+def least_angle(curtain: Curtain, along: FloatArray | None) -> float:
     """Of those at which a direction meets the pieces of a section onto which it leads."""
     angles = [angle_to(panel, along) for panel in curtain.panels]
     return min((angle for angle in angles if angle >= REFUSED_DEG), default=0.0)
 
 
-def _check(curtain: Curtain, along: Array | None, domain: str | None) -> tuple[Finding, ...]:
+def _check(curtain: Curtain, along: FloatArray | None, domain: str | None) -> tuple[Finding, ...]:
     if along is None:
         return ()
     angles = [angle_to(panel, along) for panel in curtain.panels]

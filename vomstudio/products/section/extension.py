@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import Float32Array, FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.files.atomic import atomic_group, write_bytes
 from vomstudio.core.files.extensions import check_extension
@@ -28,8 +28,6 @@ from vomstudio.products.section.cutting import SLAB_SPACINGS, Cut, cut_model
 from vomstudio.products.section.extend_options import ExtendOptions
 from vomstudio.products.section.section_lines import Curtain, curtain_of_plane
 
-Array = npt.NDArray[np.float64]
-
 ENDINGS = (".csv", ".gpkg")
 COLUMNS = ("bed", "line", "x", "y", "z", "error95_m")
 LAYER = "extended_planes"
@@ -43,8 +41,8 @@ class Trace:
     (n, 3) World, m; error95_m (n,) of its position there, across it"""
 
     bed: int
-    points: Array
-    error95_m: Array
+    points: FloatArray
+    error95_m: FloatArray
 
 
 @dataclass(frozen=True)
@@ -84,7 +82,7 @@ class ExtendedPlane(Shown):
     traces: tuple[Trace, ...] = field(default=(), metadata=HIDDEN)
     bands: Bands | None = field(default=None, metadata=HIDDEN)
 
-    def as_fields(self) -> dict[str, npt.NDArray[np.float32]]:
+    def as_fields(self) -> dict[str, Float32Array]:
         """Fields of the model's points: distance from the nearest plane, the error of its position
         there, and its number in its band, NaN outside."""
         assert self.bands is not None
@@ -135,9 +133,15 @@ def extend(
         traces += own
         errors = np.concatenate([trace.error95_m for trace in own])
         beds.append(
-            Bed(number, repeats.offset(number), len(own), cut.length_m,
-                float(errors.min()), float(errors.max()))
-        )  # fmt: skip
+            Bed(
+                number,
+                repeats.offset(number),
+                len(own),
+                cut.length_m,
+                float(errors.min()),
+                float(errors.max()),
+            )
+        )
     if not beds:
         raise GeometryError(Finding("extension.misses-model"))
     small, large = _half_angles(belief)
@@ -163,7 +167,7 @@ _THE_PLANE = Repeats(np.zeros(1, np.int64), None)
 
 def band_edges(
     mesh: Mesh, belief: PlaneBelief, repeats: Repeats = _THE_PLANE, number: int = 0
-) -> tuple[Array, Array]:
+) -> tuple[FloatArray, FloatArray]:
     """Lines (k, 2, 3) on a mesh of World along which the band of the plane ends, above and below
     it: pieces, one for each triangle that an edge of it crosses. number : of the repeated plane"""
     away = belief.distances(mesh.vertices) - repeats.offset(number)
@@ -171,7 +175,7 @@ def band_edges(
     return _level_pieces(mesh, away - half), _level_pieces(mesh, away + half)
 
 
-def _level_pieces(mesh: Mesh, values: Array) -> Array:
+def _level_pieces(mesh: Mesh, values: FloatArray) -> FloatArray:
     """(k, 2, 3) where values of the vertices, linear within triangles, are 0."""
     above = values >= 0.0
     corners = above[mesh.faces]
@@ -212,7 +216,7 @@ def _cut(
     return cut_model(PointCloud(crossings), curtain, spacing, spacing)
 
 
-def _crossings(points: Array, away: Array, spacing: float) -> Array:
+def _crossings(points: FloatArray, away: FloatArray, spacing: float) -> FloatArray:
     """(k, 3) where links between neighbours of a cloud cross the plane that they are `away` from:
     a slab of points would be as wide as the plane is slanting to the surface."""
     from scipy.spatial import cKDTree
@@ -234,11 +238,11 @@ def _crossings(points: Array, away: Array, spacing: float) -> Array:
     return np.asarray(points[rows[0]] + near[one] + share[:, None] * (near[two] - near[one]))
 
 
-def _trace(line: Array, belief: PlaneBelief, repeats: Repeats, number: int) -> Trace:
+def _trace(line: FloatArray, belief: PlaneBelief, repeats: Repeats, number: int) -> Trace:
     return Trace(number, line, _error95(line, belief, repeats, number))
 
 
-def _error95(points: Array, belief: PlaneBelief, repeats: Repeats, number: int) -> Array:
+def _error95(points: FloatArray, belief: PlaneBelief, repeats: Repeats, number: int) -> FloatArray:
     variance = belief.sd(points) ** 2 + number**2 * repeats.of_thickness
     return np.asarray(belief.t95 * np.sqrt(variance))
 

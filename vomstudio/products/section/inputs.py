@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
@@ -19,7 +19,6 @@ from vomstudio.products.ortho.interpretation import Item, items_of_table, read_i
 if TYPE_CHECKING:
     from vomstudio.io.text.orientation_columns import Azimuth
 
-Array = npt.NDArray[np.float64]
 
 GIS_ENDINGS = (".gpkg", ".geojson", ".json", ".shp", ".dxf")
 
@@ -42,7 +41,7 @@ class ProfileLine:
     """
 
     path: Path
-    points: Array
+    points: FloatArray
     stated: StatedCrs
     unit_m: float | None = None
     is_unnamed: bool = False
@@ -75,8 +74,8 @@ def read_profile_line(path: str | Path, progress: Progress | None = None) -> Pro
 
 
 def profile_in_world(
-    line: ProfileLine, crs: str | None, bounds: Array
-) -> tuple[Array, tuple[Finding, ...]]:
+    line: ProfileLine, crs: str | None, bounds: FloatArray
+) -> tuple[FloatArray, tuple[Finding, ...]]:
     """Convert a line of section to World.
 
     The unit that a drawing for CAD states counts only if the line meets the model in that unit and
@@ -120,7 +119,7 @@ def profile_in_world(
     return placed.points[:, :2], (*warnings, *placed.findings)
 
 
-def _meets(points: Array, bounds: Array) -> bool:
+def _meets(points: FloatArray, bounds: FloatArray) -> bool:
     """Whether a line's box (n, 2) and that of a model have something in common."""
     low, high = points.min(axis=0), points.max(axis=0)
     return bool((low <= bounds[1, :2]).all() and (high >= bounds[0, :2]).all())

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
@@ -21,7 +20,6 @@ from vomstudio.project.records import Feature, Logged
 if TYPE_CHECKING:
     from vomstudio.geology.beds.bed_log import BedLog
 
-Array = npt.NDArray[np.float64]
 
 POINTS, TRACES, BOTH = "points", "traces", "both"
 _REACH = 0.05
@@ -134,10 +132,15 @@ def answer(question: LogQuestion) -> LogAnswer:
     labels = unique_names([b.name for b in boundaries])
     words = [q.words.get(b.key, RockWords()) for b in boundaries]
     log = bed_log(
-        [b.place for b in boundaries], bed.plane, names=labels,
-        lithologies=[w.lithology for w in words], notes=[w.notes for w in words],
-        sigma_m=sigma, bed_error_deg=bed.error95_deg, overturned=q.options.overturned,
-    )  # fmt: skip
+        [b.place for b in boundaries],
+        bed.plane,
+        names=labels,
+        lithologies=[w.lithology for w in words],
+        notes=[w.notes for w in words],
+        sigma_m=sigma,
+        bed_error_deg=bed.error95_deg,
+        overturned=q.options.overturned,
+    )
     if not bed.are_parallel or bed.fit95_deg > _DOUBTFUL_DEG:
         warning = Finding("log.beds-not-parallel", count=len(bed.ids), error_deg=bed.fit95_deg)
         log = replace(log, warnings=(*log.warnings, warning))

@@ -45,9 +45,17 @@ _SILICICLASTIC = {
     "breccia": LithologyStyle("#e6b48a", "OO", width=1.0),
 }
 _DUNHAM = {
-    "mudstone": 0.2, "wackestone": 0.4, "packstone": 0.6, "grainstone": 0.8, "floatstone": 1.0,
-    "rudstone": 1.0, "boundstone": 1.0, "framestone": 1.0, "bafflestone": 1.0, "bindstone": 1.0,
-}  # fmt: skip
+    "mudstone": 0.2,
+    "wackestone": 0.4,
+    "packstone": 0.6,
+    "grainstone": 0.8,
+    "floatstone": 1.0,
+    "rudstone": 1.0,
+    "boundstone": 1.0,
+    "framestone": 1.0,
+    "bafflestone": 1.0,
+    "bindstone": 1.0,
+}
 _PRIMARY = {
     "siliciclastic": LithologyStyle("#eadfae", "."),
     "limestone": LithologyStyle("#bcd9ea", ornament="bricks"),

@@ -40,12 +40,18 @@ def kept_question(
     )
     model = model_of(records, along)
     return LogQuestion(
-        along.id, measured[along.id], of,
-        {t.id: measured[t.id] for t in traces}, {t.id: t.name or t.id for t in traces},
-        bed, options, reach_m, words_along(along),
+        along.id,
+        measured[along.id],
+        of,
+        {t.id: measured[t.id] for t in traces},
+        {t.id: t.name or t.id for t in traces},
+        bed,
+        options,
+        reach_m,
+        words_along(along),
         model is None or model.frame.has_metres,
         frozenset(t.id for t in traces if t.overturned),
-    )  # fmt: skip
+    )
 
 
 def _line(records: Mapping[str, Record], name: str, folder: Path) -> Logged:

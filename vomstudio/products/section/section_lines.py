@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.notation import plane_option
@@ -16,8 +17,6 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.products.section.section_options import SectionOptions
-
-Array = npt.NDArray[np.float64]
 
 SHORTEST = 1e-9
 """Pieces of a line that are shorter are a point twice, metres."""
@@ -36,20 +35,20 @@ class Panel:
     level : what is added to lengths along up: World's Z of the origin in a vertical section
     """
 
-    origin: Array
-    right: Array
-    up: Array
+    origin: FloatArray
+    right: FloatArray
+    up: FloatArray
     start: float = 0.0
     low: float = -math.inf
     high: float = math.inf
     level: float = 0.0
 
     @property
-    def normal(self) -> Array:
+    def normal(self) -> FloatArray:
         """(3,) toward the viewer, who has `right` at the right hand and `up` up."""
         return np.cross(self.right, self.up)
 
-    def coordinates(self, points: Array) -> Array:
+    def coordinates(self, points: FloatArray) -> FloatArray:
         """(n, 3) distance along the section, height in it, and distance from it toward the viewer,
         of World points (n, 3)."""
         away = points - self.origin
@@ -58,7 +57,7 @@ class Panel:
             axis=1,
         )
 
-    def world(self, along: Array, height: Array) -> Array:
+    def world(self, along: FloatArray, height: FloatArray) -> FloatArray:
         """(n, 3) World of points on the section."""
         return (
             self.origin
@@ -119,13 +118,17 @@ def curtain_of_line(line: npt.ArrayLike) -> Curtain:
     starts = np.concatenate([[0.0], np.cumsum(lengths)])[:-1]
     panels = tuple(
         Panel(
-            np.array([*corner, 0.0]), np.array([*(step / length), 0.0]), np.array([0.0, 0.0, 1.0]),
-            float(start), 0.0, float(length),
+            np.array([*corner, 0.0]),
+            np.array([*(step / length), 0.0]),
+            np.array([0.0, 0.0, 1.0]),
+            float(start),
+            0.0,
+            float(length),
         )
         for corner, step, length, start in zip(
             xy[:-1][keep], steps[keep], lengths[keep], starts[keep], strict=True
         )
-    )  # fmt: skip
+    )
     plane = Plane.from_normal(panels[0].normal) if len(panels) == 1 else None
     return Curtain(panels, True, plane)
 
@@ -136,7 +139,7 @@ def curtain_of_options(options: SectionOptions) -> Curtain:
     return curtain_of_plane(plane, parse_through(str(options.through)))
 
 
-def parse_through(text: str) -> Array:
+def parse_through(text: str) -> FloatArray:
     """(3,) of "x,y,z". Raises UsageError."""
     try:
         found = np.array([float(word) for word in text.replace(";", ",").split(",")])

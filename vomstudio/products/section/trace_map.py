@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.files.atomic import atomic_group
 from vomstudio.core.findings import Finding
@@ -18,10 +18,8 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.io.gis.layer_writing import write_layer
 from vomstudio.products.section.section_lines import Curtain, curtain_of_plane
 
-Array = npt.NDArray[np.float64]
 
-
-def face_of(lines: Sequence[Array], plane: Plane | None = None) -> Curtain:
+def face_of(lines: Sequence[FloatArray], plane: Plane | None = None) -> Curtain:
     """The plane on which traces (n, 3) of World are mapped, through their middle, looked at against
     its upward normal: distances to the right, and up its dip or, where it is vertical, Z. plane :
     None takes the one that fits all points best. Raises GeometryError where they determine none."""
@@ -34,12 +32,12 @@ def face_of(lines: Sequence[Array], plane: Plane | None = None) -> Curtain:
     return curtain_of_plane(plane, TracePlane.through(plane, lines).origin)
 
 
-def on_face(lines: Sequence[Array], face: Curtain) -> list[Array]:
+def on_face(lines: Sequence[FloatArray], face: Curtain) -> list[FloatArray]:
     """(n, 2) each: to the right and up on the face, metres."""
     return [np.ascontiguousarray(face.panels[0].coordinates(line)[:, :2]) for line in lines]
 
 
-def on_outcrop(points: Array, face: Curtain) -> Array:
+def on_outcrop(points: FloatArray, face: Curtain) -> FloatArray:
     """(n, 3) World of points (n, 2) on the face."""
     return face.panels[0].world(points[:, 0], points[:, 1])
 
@@ -56,7 +54,7 @@ def map_files(traces: Path, counted: Counted) -> dict[str, Path]:
 
 def write_map(
     traces: Path,
-    lines: Sequence[Array],
+    lines: Sequence[FloatArray],
     names: Sequence[str],
     sets: Sequence[str],
     counted: Counted,

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.atomic import atomic_group, check_target
@@ -42,8 +41,6 @@ from vomstudio.products.section.directions import (
 )
 from vomstudio.products.section.section_lines import Curtain
 
-Array = npt.NDArray[np.float64]
-
 _NARROWEST, _FLATTEST = 0.7, 0.15
 """The least width and height of a drawing, of the other one."""
 
@@ -52,9 +49,20 @@ _SURFACE, _BENDS, _BEND_COLOR = "section", "bends", "#8a8f98"
 MOST_BENDS = 20
 RIGHT_ANGLES = Directions()
 FEATURE_COLUMNS = (
-    "layer", "id", "name", "kind", "set", "point", "distance_m", "height_m", "away_m",
-    "dip_direction_deg", "dip_deg", "apparent_dip_deg", "overturned",
-)  # fmt: skip
+    "layer",
+    "id",
+    "name",
+    "kind",
+    "set",
+    "point",
+    "distance_m",
+    "height_m",
+    "away_m",
+    "dip_direction_deg",
+    "dip_deg",
+    "apparent_dip_deg",
+    "overturned",
+)
 
 
 @dataclass(frozen=True)
@@ -216,9 +224,14 @@ def write_section(
                 parts[1].write_text(head + _features_table(flats, axes), "utf-8")
         else:
             drawing = section_drawing(
-                cut, curtain, flats, metric=metric, north_known=north_known, model=model,
+                cut,
+                curtain,
+                flats,
+                metric=metric,
+                north_known=north_known,
+                model=model,
                 figures=figures,
-            )  # fmt: skip
+            )
             if ending == ".svg":
                 parts[0].write_text(svg_text(drawing), "utf-8")
             else:
@@ -389,10 +402,11 @@ def _features_table(flats: tuple[Flat, ...], axes: Axes) -> str:
         angles = [
             "" if angle is None or not math.isfinite(angle) else written(angle)
             for angle, written in (
-                (item.dip_direction_deg, plain_azimuth), (item.dip_deg, "{:.4f}".format),
+                (item.dip_direction_deg, plain_azimuth),
+                (item.dip_deg, "{:.4f}".format),
                 (flat.apparent_dip_deg, "{:.4f}".format),
             )
-        ]  # fmt: skip
+        ]
         turned = "" if item.normal is None else str(item.overturned).lower()
         last = [turned, guarded(item.domain)] if parts else [turned]
         for k, ((s, t), away) in enumerate(

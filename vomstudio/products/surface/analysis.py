@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
@@ -34,8 +34,6 @@ from vomstudio.io.models.opening import resolution
 from vomstudio.products.elevation.heights import draw_heights
 from vomstudio.products.elevation.planning import HeightPlan, plan_heights
 from vomstudio.project.tables.orientation_table import Row, plane_row
-
-Array = npt.NDArray[np.float64]
 
 FEWEST_CELLS = 100
 MOST_CELLS = 1_000_000
@@ -111,9 +109,9 @@ class Profile:
     "across"; distance_m, deviation_m : (n,); points : (n, 3) World, on the surface"""
 
     name: str
-    distance_m: Array
-    deviation_m: Array
-    points: Array
+    distance_m: FloatArray
+    deviation_m: FloatArray
+    points: FloatArray
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -166,12 +164,10 @@ class SurfaceFigures(Shown):
     smoothest: SmoothestLine | None
     smoothest_reason: Finding | None
     warnings: tuple[Finding, ...]
-    deviations: Array = field(default_factory=lambda: np.zeros((0, 0)), metadata=HIDDEN)
+    deviations: FloatArray = field(default_factory=lambda: np.zeros((0, 0)), metadata=HIDDEN)
     plan: HeightPlan | None = field(default=None, metadata=HIDDEN)
-    at_points: Array = field(default_factory=lambda: np.zeros(0), metadata=HIDDEN)
-    holds: npt.NDArray[np.bool_] = field(
-        default_factory=lambda: np.zeros(0, np.bool_), metadata=HIDDEN
-    )
+    at_points: FloatArray = field(default_factory=lambda: np.zeros(0), metadata=HIDDEN)
+    holds: BoolArray = field(default_factory=lambda: np.zeros(0, np.bool_), metadata=HIDDEN)
     profiles: tuple[Profile, ...] = field(default=(), metadata=HIDDEN)
 
 
@@ -261,7 +257,7 @@ def analyse(
     )
 
 
-def _fitted(data: Mesh | PointCloud) -> tuple[Array, PlaneFit, float | None]:
+def _fitted(data: Mesh | PointCloud) -> tuple[FloatArray, PlaneFit, float | None]:
     """Return the points (n, 3) of a patch, its plane and the area of a mesh."""
     if isinstance(data, Mesh) and len(data.faces):
         faces = np.arange(len(data.faces))
@@ -275,7 +271,7 @@ def _fitted(data: Mesh | PointCloud) -> tuple[Array, PlaneFit, float | None]:
 
 def _row(
     fit: PlaneFit,
-    points: Array,
+    points: FloatArray,
     area: float | None,
     edge: float,
     model: str,
@@ -286,13 +282,25 @@ def _row(
     finite = points[np.isfinite(points).all(axis=1)]
     bend = bend_of(finite, fit.normal)
     verdict = judge(
-        fit, resolution_m=resolution_m, outcrop_normal=None, kind="patch", thresholds=thresholds,
-        seen=level_findings(level_gap(finite, fit.normal)), bend_deg=bend,
-    )  # fmt: skip
+        fit,
+        resolution_m=resolution_m,
+        outcrop_normal=None,
+        kind="patch",
+        thresholds=thresholds,
+        seen=level_findings(level_gap(finite, fit.normal)),
+        bend_deg=bend,
+    )
     return plane_row(
-        fit, verdict, id="1", area_m2=area, resolution_m=resolution_m, judged_as="patch",
-        bend_deg=bend, model=model, frame=frame,
-    )  # fmt: skip
+        fit,
+        verdict,
+        id="1",
+        area_m2=area,
+        resolution_m=resolution_m,
+        judged_as="patch",
+        bend_deg=bend,
+        model=model,
+        frame=frame,
+    )
 
 
 def _noise(data: Mesh | PointCloud, given: float | None, edge: float) -> tuple[float, str]:
@@ -312,16 +320,16 @@ def _noise(data: Mesh | PointCloud, given: float | None, edge: float) -> tuple[f
 
 
 def _trim(
-    points: Array,
+    points: FloatArray,
     fit: PlaneFit,
-    deviations: Array,
+    deviations: FloatArray,
     plan: HeightPlan,
     found: Holding,
     edge: float,
     model: str,
     frame: str,
     thresholds: Thresholds,
-) -> tuple[Trim | None, npt.NDArray[np.bool_]]:
+) -> tuple[Trim | None, BoolArray]:
     """What to leave out, and (n,) which points the plane holds for."""
     from scipy.ndimage import distance_transform_edt
 
@@ -330,8 +338,9 @@ def _trim(
     at = np.linalg.inv(plan.cell_to_world) @ np.c_[points, np.ones(len(points))].T
     column, row = np.floor(at[:2]).astype(np.int64)
     row, column = (
-        np.clip(row, 0, found.holds.shape[0] - 1), np.clip(column, 0, found.holds.shape[1] - 1)
-    )  # fmt: skip
+        np.clip(row, 0, found.holds.shape[0] - 1),
+        np.clip(column, 0, found.holds.shape[1] - 1),
+    )
     # Beside the cells that are known points lie as the nearest one does.
     nearest = distance_transform_edt(
         ~np.isfinite(deviations), return_distances=False, return_indices=True
@@ -348,18 +357,25 @@ def _trim(
 
 
 def _roughness(
-    deviations: Array, plan: HeightPlan, plane: Plane, own: tuple[float, float],
-    edge: float, rounding: float,
-) -> dict[str, Any]:  # fmt: skip
+    deviations: FloatArray,
+    plan: HeightPlan,
+    plane: Plane,
+    own: tuple[float, float],
+    edge: float,
+    rounding: float,
+) -> dict[str, Any]:
     """bent_share, hurst, smoothest and their reasons. own : noise of the model, m, and variance
     that its map lacks, m2; rounding : of the heights, m"""
     noise, lack = own
     flat, bent = _without_bend(deviations)
     shortest = SHORTEST * edge
     made: dict[str, Any] = {
-        "bent_share": bent, "hurst": None, "hurst_reason": None,
-        "smoothest": None, "smoothest_reason": None,
-    }  # fmt: skip
+        "bent_share": bent,
+        "hurst": None,
+        "hurst_reason": None,
+        "smoothest": None,
+        "smoothest_reason": None,
+    }
     if float(np.nanmax(deviations) - np.nanmin(deviations)) <= rounding:
         reason = Finding("roughness.flat")
         return {**made, "bent_share": 0.0, "hurst_reason": reason, "smoothest_reason": reason}
@@ -398,7 +414,7 @@ def _roughness(
     return made
 
 
-def _without_bend(deviations: Array) -> tuple[Array, float]:
+def _without_bend(deviations: FloatArray) -> tuple[FloatArray, float]:
     """Less a paraboloid, and the share of the mean square that it takes away."""
     known = np.isfinite(deviations)
     row, column = np.nonzero(known)
@@ -423,7 +439,7 @@ def _line(angle_deg: float, plan: HeightPlan, plane: Plane) -> tuple[float, floa
     return (0.0 if rake > 180.0 - 1e-9 else rake), line.trend_deg, line.plunge_deg
 
 
-def _axes(plane: Plane) -> tuple[Array, Array]:
+def _axes(plane: Plane) -> tuple[FloatArray, FloatArray]:
     strike, down = strike_and_dip_lines(
         np.array([plane.dip_direction_deg]), np.array([plane.dip_deg])
     )
@@ -431,7 +447,7 @@ def _axes(plane: Plane) -> tuple[Array, Array]:
 
 
 def _profiles(
-    deviations: Array, plan: HeightPlan, base: float, rake_deg: float
+    deviations: FloatArray, plan: HeightPlan, base: float, rake_deg: float
 ) -> tuple[Profile, ...]:
     """Along the direction of a rake, and across it, through the middle of the known cells."""
     rows, columns = np.nonzero(np.isfinite(deviations))
@@ -466,7 +482,7 @@ def _warnings(
     bent_share: float,
     trim: Trim | None,
     found: Holding,
-    known: Array,
+    known: FloatArray,
     noise: float,
     cell: float,
 ) -> tuple[Finding, ...]:

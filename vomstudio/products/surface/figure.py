@@ -42,8 +42,9 @@ def _draw_map(figure: Figure, axes: Axes, found: SurfaceFigures, unit: str) -> N
     known = np.abs(values[np.isfinite(values)])
     reach = max(float(np.percentile(known, 98.0)), 1e-12)
     extent = (0.0, columns * cell, rows * cell, 0.0)
-    shown = axes.imshow(values, cmap=_PALETTE, vmin=-reach, vmax=reach, extent=extent,
-                        interpolation="nearest")  # fmt: skip
+    shown = axes.imshow(
+        values, cmap=_PALETTE, vmin=-reach, vmax=reach, extent=extent, interpolation="nearest"
+    )
     bar = figure.colorbar(shown, ax=axes, location="bottom", shrink=0.8)
     bar.set_label(tr("deviation ({unit})", unit=unit))
     axes.set_xlabel(tr("along the strike ({unit})", unit=unit))

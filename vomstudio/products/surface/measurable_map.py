@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import Float32Array, GenericArray, Int8Array
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
@@ -27,8 +27,6 @@ from vomstudio.geology.notation import plain_azimuth
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-
-Array = npt.NDArray[np.float64]
 
 FIELDS = ("expected_error95_deg", "trace_error95_deg", "patch_error95_deg", "measurable")
 """Of the points of the model; the last is the row in CLASSES."""
@@ -96,9 +94,9 @@ class MeasurableMap(Shown):
     best: dict[str, float] | None
     warnings: tuple[Finding, ...]
     measurable: Measurable = field(repr=False, metadata=HIDDEN)
-    values: dict[str, npt.NDArray[np.float32]] = field(repr=False, metadata=HIDDEN)
+    values: dict[str, Float32Array] = field(repr=False, metadata=HIDDEN)
 
-    def as_fields(self) -> dict[str, npt.NDArray[np.generic]]:
+    def as_fields(self) -> dict[str, GenericArray]:
         """Return the values of each point or vertex by the names of FIELDS; NaN if unknown."""
         return dict(self.values)
 
@@ -125,7 +123,7 @@ def measurable_map(
     if not total > 0.0:
         raise GeometryError(Finding("model.no-surface"))
 
-    def shares(classes: npt.NDArray[np.int8]) -> dict[str, float]:
+    def shares(classes: Int8Array) -> dict[str, float]:
         sums = np.bincount(classes, area, len(CLASSES)) / total
         return {name: float(sums[i]) for i, name in reversed(list(enumerate(CLASSES)))}
 
@@ -177,9 +175,13 @@ def _best(measured: Measurable) -> dict[str, float] | None:
         return None
     x, y, z = (measured.elements.places[row] + measured.elements.origin).tolist()
     return {
-        "x": x, "y": y, "z": z, "error95_deg": float(error[row]),
-        "extent_m": float(measured.extent[row]), "relief_m": float(measured.relief[row]),
-    }  # fmt: skip
+        "x": x,
+        "y": y,
+        "z": z,
+        "error95_deg": float(error[row]),
+        "extent_m": float(measured.extent[row]),
+        "relief_m": float(measured.relief[row]),
+    }
 
 
 def _patches(measured: Measurable) -> list[dict[str, float | None]]:
@@ -202,11 +204,11 @@ def _patches(measured: Measurable) -> list[dict[str, float | None]]:
     return patches
 
 
-def _on_points(data: Mesh | PointCloud, measured: Measurable) -> dict[str, npt.NDArray[np.float32]]:
+def _on_points(data: Mesh | PointCloud, measured: Measurable) -> dict[str, Float32Array]:
     """Return the values of a cloud's points, or area-weighted means at the vertices of a mesh."""
     rows = measured.elements.rows
     each = (measured.best_deg, measured.trace_deg, measured.patch_deg)
-    values: dict[str, npt.NDArray[np.float32]] = {}
+    values: dict[str, Float32Array] = {}
     if measured.elements.of == "face" and isinstance(data, Mesh):
         nodes = measured.nodes
         corners = np.asarray(data.faces[rows], np.int64).ravel()
@@ -281,7 +283,10 @@ def write_raster(
     values = np.full((plan.grid.height, plan.grid.width), np.nan, np.float32)
     values[rows, columns] = found.measurable.best_deg[cKDTree(elements.places).query(seen)[1]]
     raster = Raster(
-        plan.grid.width, plan.grid.height, "float", plan.transform,
+        plan.grid.width,
+        plan.grid.height,
+        "float",
+        plan.transform,
         crs if plan.is_map else view_plane_crs(True),
         {
             "VOMSTUDIO_VERSION": __version__,
@@ -291,7 +296,7 @@ def write_raster(
             "VOMSTUDIO_VIEW": f"against the upward normal of the plane with dip direction "
             f"{plain_azimuth(view.dip_direction_deg)} dip {view.dip_deg:.4f} deg",
         },
-    )  # fmt: skip
+    )
     with atomic_group([Path(path)], force) as parts, open_geotiff(parts[0], raster, path) as out:
         for row in range(0, values.shape[0], TILE):
             for column in range(0, values.shape[1], TILE):

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-
 FACET = "facet"
 
 
-def around(data: Mesh | PointCloud, centre: Array, radius: float) -> Mesh | PointCloud:
+def around(data: Mesh | PointCloud, centre: FloatArray, radius: float) -> Mesh | PointCloud:
     """Return the faces with all corners, or the points, within a radius of a place.
 
     Raises InputError if there are none.
@@ -37,7 +34,7 @@ def of_facet(data: Mesh | PointCloud, number: int) -> Mesh | PointCloud:
     return _where(data, selection, Finding("facet.missing", number=number))
 
 
-def of_faces(mesh: Mesh, faces: Ints) -> Mesh:
+def of_faces(mesh: Mesh, faces: IntArray) -> Mesh:
     """Return a mesh of these faces (k,), with colours and fields but without textures."""
     corners = np.asarray(mesh.faces)[faces]
     ids, which = np.unique(corners, return_inverse=True)
@@ -49,7 +46,7 @@ def of_faces(mesh: Mesh, faces: Ints) -> Mesh:
     )
 
 
-def parse_around(text: str) -> tuple[Array, float]:
+def parse_around(text: str) -> tuple[FloatArray, float]:
     """Parse the place (3,) and the radius of "x,y,z,r". Raises UsageError."""
     try:
         values = np.array([float(word) for word in text.replace(";", ",").split(",")])
@@ -61,7 +58,7 @@ def parse_around(text: str) -> tuple[Array, float]:
 
 
 def _where(
-    data: Mesh | PointCloud, selection: npt.NDArray[np.bool_], empty_finding: Finding
+    data: Mesh | PointCloud, selection: BoolArray, empty_finding: Finding
 ) -> Mesh | PointCloud:
     if isinstance(data, Mesh) and len(data.faces):
         faces = np.flatnonzero(selection[data.faces].all(axis=1))

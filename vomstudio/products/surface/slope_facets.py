@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import Float32Array, IntegerArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.files.spreadsheet_cells import guarded
@@ -23,9 +23,6 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.io.text.orientation_reading import OrientationTable
 from vomstudio.products.surface.patch import FACET
-
-Array = npt.NDArray[np.float64]
-Labels = npt.NDArray[np.integer]
 
 _FIELDS = {mode: f"{mode}_percent" for mode in MODES}
 
@@ -50,7 +47,7 @@ def faces_of(table: OrientationTable, data: Mesh | PointCloud | None = None) -> 
     return found
 
 
-def labels_of(data: Mesh | PointCloud) -> Labels:
+def labels_of(data: Mesh | PointCloud) -> IntegerArray:
     """(points,) of a model that `facets --labels` wrote. Raises InputError where it has none."""
     if FACET not in data.fields:
         raise InputError(Finding("facet.no-field"), field="--labelled-model")
@@ -58,7 +55,7 @@ def labels_of(data: Mesh | PointCloud) -> Labels:
 
 
 def overhanging(
-    data: Mesh | PointCloud, labels: Labels, up: Sequence[float] = (0.0, 0.0, 1.0)
+    data: Mesh | PointCloud, labels: IntegerArray, up: Sequence[float] = (0.0, 0.0, 1.0)
 ) -> dict[str, bool]:
     """By facet, whether its outside points down: by the winding of a mesh's faces, by the normals
     of a cloud, which says nothing without them. up : (3,) in the frame of the data"""
@@ -79,7 +76,7 @@ def overhanging(
     return {str(int(n)): bool(s < 0.0) for n, s in zip(named, sums, strict=True)}
 
 
-def painted(found: FacetSlopes, labels: Labels) -> dict[str, npt.NDArray[np.float32]]:
+def painted(found: FacetSlopes, labels: IntegerArray) -> dict[str, Float32Array]:
     """Fields of the model's points, percent, NaN where no facet is: `planar_percent` and so on."""
     fields = {}
     for mode, name in _FIELDS.items():

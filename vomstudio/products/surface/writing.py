@@ -8,8 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import Float32Array
 from vomstudio.core.files.atomic import atomic_group, write_bytes
 from vomstudio.core.files.extensions import check_extension
 from vomstudio.core.files.spreadsheet_cells import head_line
@@ -33,7 +33,7 @@ def format_of(path: str | Path) -> str:
     return check_extension(path, ENDINGS)
 
 
-def as_fields(found: SurfaceFigures) -> dict[str, npt.NDArray[np.float32]]:
+def as_fields(found: SurfaceFigures) -> dict[str, Float32Array]:
     """Of the points of the patch: deviation, m, and 1 where the plane holds, else 0."""
     return {
         FIELDS[0]: found.at_points.astype(np.float32),
@@ -64,14 +64,17 @@ def write_deviations(
     plan = found.plan
     assert plan is not None
     raster = Raster(
-        plan.grid.width, plan.grid.height, "float", plan.transform,
+        plan.grid.width,
+        plan.grid.height,
+        "float",
+        plan.transform,
         crs if plan.is_map else view_plane_crs(axes.metric),
         {
             "VOMSTUDIO_VERSION": __version__,
             "VOMSTUDIO_PLANE": f"dip direction {plain_azimuth(plan.plane.dip_direction_deg)} dip "
             f"{plan.plane.dip_deg:.4f} deg; deviations from it in {axes.unit}",
         },
-    )  # fmt: skip
+    )
     with atomic_group([Path(path)], force) as parts, open_geotiff(parts[0], raster, path) as out:
         values = found.deviations.astype(np.float32)
         for row in range(0, values.shape[0], TILE):

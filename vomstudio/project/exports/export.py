@@ -146,9 +146,16 @@ def write_csv(out: Path, table: ProjectTable, *, force: bool = False) -> Project
     if table.crs is not None and table.unit_m != 1.0:
         named = tr("{crs}, its axes in metres", crs=table.crs)
     write_orientation_csv(
-        out, table.rows, crs=named, north=table.north, axes=table.axes, limits=table.limits,
-        notes=registration_lines(table.registrations), more=table.more, force=force,
-    )  # fmt: skip
+        out,
+        table.rows,
+        crs=named,
+        north=table.north,
+        axes=table.axes,
+        limits=table.limits,
+        notes=registration_lines(table.registrations),
+        more=table.more,
+        force=force,
+    )
     return replace(table, files=(out,))
 
 

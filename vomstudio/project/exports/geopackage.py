@@ -8,11 +8,10 @@ import sqlite3
 from collections.abc import Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray
 from vomstudio.core.errors import TargetError
 from vomstudio.core.files.atomic import atomic_group
 from vomstudio.core.files.names import writable
@@ -59,9 +58,15 @@ def write_layers(
         append = False
         for layer in layers:
             write_layer(
-                parts[0], layer.name, _TYPES[layer.kind], _geometry(layer), layer.columns, crs,
-                described=table.limits.description, append=append,
-            )  # fmt: skip
+                parts[0],
+                layer.name,
+                _TYPES[layer.kind],
+                _geometry(layer),
+                layer.columns,
+                crs,
+                described=table.limits.description,
+                append=append,
+            )
             append = True
         _add_styles(parts[0], [layer.name for layer in layers], styles)
         if with_map:
@@ -105,7 +110,7 @@ def _extent(layer: Layer) -> tuple[float, float, float, float]:
     return left, low, right, high
 
 
-def _geometry(layer: Layer) -> npt.NDArray[Any]:
+def _geometry(layer: Layer) -> AnyArray:
     import shapely
 
     if layer.kind == "point":

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.files.atomic import atomic_group
 from vomstudio.core.findings import Finding
@@ -155,7 +155,7 @@ def _home(layer: Layer, kind: str) -> str:
 
 def _symbol(
     drawing: dxf.Drawing,
-    centre: npt.NDArray[np.float64],
+    centre: FloatArray,
     values: Mapping[str, Any],
     size: float,
     layer: str,
@@ -179,7 +179,7 @@ def _symbol(
     drawing.text(centre + beside, str(round(angle)), 0.3 * size, layer)
 
 
-def _disc(centre: npt.NDArray[np.float64], values: Mapping[str, Any]) -> npt.NDArray[np.float64]:
+def _disc(centre: FloatArray, values: Mapping[str, Any]) -> FloatArray:
     """(n, 4, 3) faces of a disc as wide as the feature; none where its extent is not known."""
     normal = np.array([values[f"normal_{axis}"] for axis in "xyz"], np.float64)
     radius = float(values["extent_m"]) / 2

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.regular import read_small
 from vomstudio.core.files.spreadsheet_cells import unguarded
@@ -35,13 +35,24 @@ from vomstudio.project.kinds.station import WHATS, Station, What
 from vomstudio.project.records import Feature, FeatureType, Model, Record
 from vomstudio.project.tables.feature_lists import WKT
 
-Floats = npt.NDArray[np.float64]
-AreaInside = Callable[[Floats], float | None]
+AreaInside = Callable[[FloatArray], float | None]
 LAYERS = ("stations", "contacts", "lithologies")
 _WORDS = (
-    "name", "number", "id", "kind", "what", "type", "photo", "notes", "note", "description", "set",
-    "lithology", "rock", "area_m2",
-)  # fmt: skip
+    "name",
+    "number",
+    "id",
+    "kind",
+    "what",
+    "type",
+    "photo",
+    "notes",
+    "note",
+    "description",
+    "set",
+    "lithology",
+    "rock",
+    "area_m2",
+)
 """Columns of which something is taken: a layer or table may have any number of others."""
 _DEGREES = "EPSG:4326"
 _LARGEST_TABLE = 256 << 20
@@ -62,7 +73,7 @@ class ImportedFeatures:
 @dataclass(frozen=True)
 class _Row:
     layer: str
-    points: Floats
+    points: FloatArray
     told: Mapping[str, Any]
     crs: str | None
 
@@ -79,7 +90,7 @@ def read_listed(
     records: Mapping[str, Record],
     crs: str | None,
     area_inside: AreaInside | None = None,
-    bounds: Floats | None = None,
+    bounds: FloatArray | None = None,
     progress: Progress | None = None,
 ) -> ImportedFeatures:
     """The features of a GeoPackage, GeoJSON, shapefile, KML or table (CSV with `wkt`, or stations
@@ -144,25 +155,44 @@ def _feature(
     places: tuple[Point, ...],
     type_id: str,
     area_inside: AreaInside | None,
-    points: Floats,
+    points: FloatArray,
 ) -> Feature:
     name, notes = row.word("name"), row.word("notes", "note", "description")
     if row.layer == "stations":
         said = row.word("kind", "what", "type").casefold()
         what: What = next((known for known, _ in WHATS if known == said), "station")
         return Station(
-            new_id("station"), name, model.id, model.content_hash, places[:1], what,
-            row.word("number"), row.word("photo"), notes,
-        )  # fmt: skip
+            new_id("station"),
+            name,
+            model.id,
+            model.content_hash,
+            places[:1],
+            what,
+            row.word("number"),
+            row.word("photo"),
+            notes,
+        )
     if row.layer == "contacts":
         return Contact(
-            new_id("contact"), name, type_id, model.id, model.content_hash, places,
-            row.word("set"), notes,
-        )  # fmt: skip
+            new_id("contact"),
+            name,
+            type_id,
+            model.id,
+            model.content_hash,
+            places,
+            row.word("set"),
+            notes,
+        )
     made = Lithology(
-        new_id("lithology"), name, model.id, model.content_hash, places,
-        row.word("lithology", "rock"), None, notes,
-    )  # fmt: skip
+        new_id("lithology"),
+        name,
+        model.id,
+        model.content_hash,
+        places,
+        row.word("lithology", "rock"),
+        None,
+        notes,
+    )
     area = None if area_inside is None else area_inside(np.asarray(places, np.float64))
     if area is None and (told := row.word("area_m2")):
         # The model is not at hand: what was measured on it still holds, as far as it is plausible.
@@ -178,9 +208,9 @@ def _feature(
 
 def _in_world(
     rows: Sequence[_Row], path: Path, crs: str | None
-) -> tuple[list[Floats], tuple[Finding, ...]]:
+) -> tuple[list[FloatArray], tuple[Finding, ...]]:
     """Return the points of each row in World, all rows with the same CRS at once."""
-    places: list[Floats] = [row.points for row in rows]
+    places: list[FloatArray] = [row.points for row in rows]
     findings: list[Finding] = []
     for stated in dict.fromkeys(row.crs for row in rows):
         numbers = [i for i, row in enumerate(rows) if row.crs == stated]
@@ -197,7 +227,7 @@ def _in_world(
     return places, tuple(dict.fromkeys(findings))
 
 
-def _why_unusable(row: _Row, points: Floats) -> Finding | None:
+def _why_unusable(row: _Row, points: FloatArray) -> Finding | None:
     """Return why the points of a row cannot be used; None if they can."""
     least = {"stations": 1, "contacts": 2, "lithologies": 3}[row.layer]
     if len(points) < least:
@@ -207,7 +237,7 @@ def _why_unusable(row: _Row, points: Floats) -> Finding | None:
     return why_no_coordinate(points.ravel().tolist())
 
 
-def _why_not_on(points: Floats, bounds: Floats | None) -> Finding | None:
+def _why_not_on(points: FloatArray, bounds: FloatArray | None) -> Finding | None:
     """Return a finding if the farthest of points is too far from the model."""
     if bounds is None:
         return None
@@ -258,7 +288,7 @@ def _unreadable(path: Path) -> InputError:
     )
 
 
-def _points(shape: Any) -> Iterator[Floats]:
+def _points(shape: Any) -> Iterator[FloatArray]:
     """(n, 3) of each part; NaN for heights that are missing. A ring without its last point."""
     import shapely
 

@@ -170,8 +170,10 @@ def _rows_in_world(
         return rows, ()
     world = points_to_world(
         np.array([row.position for row in placed], np.float64),
-        file=table.path, comments=table.comments, model=model,
-    )  # fmt: skip
+        file=table.path,
+        comments=table.comments,
+        model=model,
+    )
     places: dict[int, Point] = {
         row.line: (x, y, z) for row, (x, y, z) in zip(placed, world.points.tolist(), strict=True)
     }

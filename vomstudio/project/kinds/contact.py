@@ -57,10 +57,17 @@ def measure(at: Measuring, contacts: Sequence[Contact]) -> list[Measurement]:
         figures |= registration_errors(figures, model, None)
         measured.append(
             Measurement(
-                points, None, None, None, None, problem, dimension=figures or None,
-                metric=is_metric(model), kind="contact",
+                points,
+                None,
+                None,
+                None,
+                None,
+                problem,
+                dimension=figures or None,
+                metric=is_metric(model),
+                kind="contact",
             )
-        )  # fmt: skip
+        )
     return measured
 
 

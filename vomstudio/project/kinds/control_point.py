@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import to_translate as _
 from vomstudio.core.words import tr
 from vomstudio.geometry.matrices import Point
@@ -13,7 +14,6 @@ from vomstudio.project import kind
 from vomstudio.project.figures import Subject
 from vomstudio.project.kind import GisLayer, Kind, Lookup, OwnGroup, Sketch
 from vomstudio.project.measurement import (
-    Floats,
     Measurement,
     Measuring,
     is_metric,
@@ -54,7 +54,7 @@ def measure(at: Measuring, points: Sequence[ControlPoint]) -> list[Measurement]:
     return found
 
 
-def place(subject: Subject) -> Floats | None:
+def place(subject: Subject) -> FloatArray | None:
     points = subject.measured.points
     return points if len(points) else None
 

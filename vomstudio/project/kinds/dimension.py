@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate as _
 from vomstudio.geology.intersections import stray95, t95
@@ -42,13 +43,7 @@ from vomstudio.project.length_figures import (
     length_figure,
     words,
 )
-from vomstudio.project.measurement import (
-    Floats,
-    Measurement,
-    Measuring,
-    is_metric,
-    world_points,
-)
+from vomstudio.project.measurement import Measurement, Measuring, is_metric, world_points
 from vomstudio.project.records import Logged, get_feature
 from vomstudio.project.registration_errors import model_of
 
@@ -87,7 +82,7 @@ def _measure(at: Measuring, feature: Dimension) -> Measurement:
     points = world_points(feature, model)
     problem: Finding | None = None
     figures: dict[str, float] = {}
-    step: Floats | None = None
+    step: FloatArray | None = None
     if feature.kind == "area":
         if len(points) < 3:
             problem = Finding("feature.too-few-points", count=3 - len(points), minimum=3)
@@ -125,7 +120,7 @@ def _measure(at: Measuring, feature: Dimension) -> Measurement:
 
 
 def _thickness(
-    at: Measuring, feature: Dimension, step: Floats
+    at: Measuring, feature: Dimension, step: FloatArray
 ) -> tuple[dict[str, float], Finding | None]:
     """Distance across the plane, and its 95 % error (of this one figure, not joint): points that
     lie apart along the bed turn a tilt of the plane into thickness, and each of the two lies on a
@@ -163,10 +158,13 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
 
 
 WHAT = replace(
-    of.KIND, title=_("Kind"), explanation=_("What is measured"), value=lambda s: s.feature.kind,
+    of.KIND,
+    title=_("Kind"),
+    explanation=_("What is measured"),
+    value=lambda s: s.feature.kind,
     words=(),
     shown=None,
-)  # fmt: skip
+)
 """Of files alone: elsewhere `kind` is the feature type."""
 FIGURES = (
     AREA,
@@ -247,4 +245,4 @@ KIND = Kind(
     group=GROUP,
     color="#ffffff",
     prefix=lambda dimension: str(dimension.kind),
-)  # fmt: skip
+)

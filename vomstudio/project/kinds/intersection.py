@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import cause_of
 from vomstudio.core.words import to_translate as _
@@ -41,7 +42,6 @@ from vomstudio.project.kind import (
     planes_among,
 )
 from vomstudio.project.measurement import (
-    Floats,
     Measurement,
     Measuring,
     Records,
@@ -161,7 +161,7 @@ def _turned(planes: list[UncertainPlane], turns: Turns) -> Moved:
     return principal_axis(given, *orientation_tensor(normals), 0)
 
 
-def _normal(measured: Measurement) -> Floats:
+def _normal(measured: Measurement) -> FloatArray:
     """Of something that has a plane."""
     if measured.fit is not None:
         return measured.fit.normal
@@ -170,8 +170,8 @@ def _normal(measured: Measurement) -> Floats:
 
 
 def _ends(
-    direction: Floats, means: list[UncertainPlane], measured: list[list[Measurement]]
-) -> Floats:
+    direction: FloatArray, means: list[UncertainPlane], measured: list[list[Measurement]]
+) -> FloatArray:
     """(2, 3) ends of a line as long as the longest of the planes, where the two planes through the
     middle of each group meet, or, where that is far away, midway between the groups."""
     extents = [m.fit.extent for own in measured for m in own if m.fit and m.fit.extent]
@@ -216,8 +216,16 @@ KIND = Kind(
     icon="vector-intersection",
     measure=measure,
     figures=(
-        *of.NAMED, *of.LINE, *of.PLACE, of.ANGLE, *of.CONFIDENCE, of.REGISTRATION_ERROR, of.TOTAL,
-        *of.VERDICT, of.FRAME, of.NOTES,
+        *of.NAMED,
+        *of.LINE,
+        *of.PLACE,
+        of.ANGLE,
+        *of.CONFIDENCE,
+        of.REGISTRATION_ERROR,
+        of.TOTAL,
+        *of.VERDICT,
+        of.FRAME,
+        of.NOTES,
     ),
     attributes=(kind.NAME, kind.TYPE, kind.SET, kind.DOMAIN, kind.NOTES),
     sketch=sketch,
@@ -229,4 +237,4 @@ KIND = Kind(
     below=below,
     regroups=True,
     net=NetLook(" (intersections)", "X"),
-)  # fmt: skip
+)

@@ -10,6 +10,7 @@ from typing import Literal
 
 import numpy as np
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import to_translate as _
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import format_azimuth, format_line, format_plane
@@ -20,7 +21,6 @@ from vomstudio.project import kind
 from vomstudio.project.figures import Subject
 from vomstudio.project.kind import GisLayer, Kind, Lookup, OwnGroup, Sketch, half_way, line_of
 from vomstudio.project.measurement import (
-    Floats,
     Measurement,
     Measuring,
     Records,
@@ -106,7 +106,7 @@ def measure(at: Measuring, lines: Sequence[KnownLine]) -> list[Measurement]:
     return found
 
 
-def _middle(measured: Measurement | None) -> Floats:
+def _middle(measured: Measurement | None) -> FloatArray:
     """(1, 3) of the feature that was read, (0, 3) where it is gone."""
     if measured is None or not len(measured.points):
         return np.zeros((0, 3))
@@ -186,9 +186,13 @@ def about(subject: Subject) -> list[str]:
 
 FIGURES = (of.ID, of.NAME, *of.PLACE, of.NOTES)
 WHAT = replace(
-    of.KIND, title=_("Kind"), explanation=_("What is known"), value=lambda s: s.feature.kind,
-    words=(), shown=None,
-)  # fmt: skip
+    of.KIND,
+    title=_("Kind"),
+    explanation=_("What is known"),
+    value=lambda s: s.feature.kind,
+    words=(),
+    shown=None,
+)
 """Of files alone: elsewhere `kind` is the feature type."""
 
 KIND = Kind(

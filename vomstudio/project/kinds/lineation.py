@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import cause_of
 from vomstudio.core.words import to_translate as _
@@ -36,7 +37,6 @@ from vomstudio.project.kind import (
     plane_named,
 )
 from vomstudio.project.measurement import (
-    Floats,
     Measurement,
     Measuring,
     in_world,
@@ -140,8 +140,8 @@ def _measure(at: Measuring, feature: Lineation) -> Measurement:
 
 
 def _turned(
-    at: Measuring, feature: Lineation, direction: Floats, base: UncertainPlane | None
-) -> Floats | None:
+    at: Measuring, feature: Lineation, direction: FloatArray, base: UncertainPlane | None
+) -> FloatArray | None:
     """(3, 3) covariance by the registrations of the models of the line and of the plane that it
     lies on; None where neither is known."""
     plane = None if base is None else get_feature(at.records, feature.plane_id)
@@ -155,8 +155,8 @@ def _turned(
 
 
 def _in_plane_error(
-    direction: Floats, fit: LineFit, base: UncertainPlane
-) -> tuple[float | None, float | None, Floats | None]:
+    direction: FloatArray, fit: LineFit, base: UncertainPlane
+) -> tuple[float | None, float | None, FloatArray | None]:
     """Semi-axes and axis of the joint 95 % region of a line that was turned into a plane: along the
     plane it strays with the fit, across it with the plane."""
     across = stray95(base, direction)
@@ -185,7 +185,7 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch | None:
     return Sketch(line, half_way(line[: len(feature.vertices)]), sign=half_way(points))
 
 
-def _with_arrow(ends: Floats, plane: Plane, slip_rake_deg: float) -> Floats:
+def _with_arrow(ends: FloatArray, plane: Plane, slip_rake_deg: float) -> FloatArray:
     slip = slip_from_rake(plane, slip_rake_deg).vector()
     if (ends[-1] - ends[0]) @ slip < 0.0:
         ends = ends[::-1]
@@ -225,15 +225,31 @@ KIND = Kind(
     icon="arrow-top-right",
     measure=measure,
     figures=(
-        *of.NAMED, *of.LINE, *SLIP, *of.PLACE, *of.SIZE, *of.CONFIDENCE,
-        of.REGISTRATION_ERROR, of.TOTAL, *of.VERDICT, of.METHOD, *of.ON_A_MODEL, of.NOTES,
+        *of.NAMED,
+        *of.LINE,
+        *SLIP,
+        *of.PLACE,
+        *of.SIZE,
+        *of.CONFIDENCE,
+        of.REGISTRATION_ERROR,
+        of.TOTAL,
+        *of.VERDICT,
+        of.METHOD,
+        *of.ON_A_MODEL,
+        of.NOTES,
     ),
     attributes=(
-        kind.NAME, kind.TYPE, kind.SET, kind.DOMAIN,
+        kind.NAME,
+        kind.TYPE,
+        kind.SET,
+        kind.DOMAIN,
         Attribute("plane_id", _("On plane"), "plane"),
         Attribute("slip", _("Slip"), "choice", SENSES, applies=lambda line: bool(line.plane_id)),
         Attribute(
-            "slip_confidence", _("Slip is"), "choice", CONFIDENCES,
+            "slip_confidence",
+            _("Slip is"),
+            "choice",
+            CONFIDENCES,
             applies=lambda line: bool(line.plane_id and line.slip),
         ),
         kind.NOTES,
@@ -249,10 +265,18 @@ KIND = Kind(
     tool="line",
     net=NetLook(),
     layer=GisLayer(
-        "lineations", "line", line_of,
+        "lineations",
+        "line",
+        line_of,
         (
-            *of.NAMED, N_VERTICES, of.TREND, of.PLUNGE, *SLIP, of.MAX_CONFIDENCE, of.QUALITY,
+            *of.NAMED,
+            N_VERTICES,
+            of.TREND,
+            of.PLUNGE,
+            *SLIP,
+            of.MAX_CONFIDENCE,
+            of.QUALITY,
             of.NOTES,
         ),
     ),
-)  # fmt: skip
+)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate as _
 from vomstudio.core.words import tr
@@ -28,14 +29,7 @@ from vomstudio.project.length_figures import (
 )
 from vomstudio.project.length_figures import headline as area
 from vomstudio.project.length_figures import words as words_of_dimension
-from vomstudio.project.measurement import (
-    Floats,
-    Measurement,
-    Measuring,
-    is_metric,
-    rows_of,
-    world_lines,
-)
+from vomstudio.project.measurement import Measurement, Measuring, is_metric, rows_of, world_lines
 from vomstudio.project.records import Model, Picked, Repeatable
 
 GROUP = OwnGroup("lithologies", _("Lithologies"), "layers")
@@ -68,7 +62,7 @@ def measure(at: Measuring, lithologies: Sequence[Lithology]) -> list[Measurement
     return [_measure(*each) for each in zip(lithologies, models, lines, strict=True)]
 
 
-def _measure(feature: Lithology, model: Model | None, points: Floats) -> Measurement:
+def _measure(feature: Lithology, model: Model | None, points: FloatArray) -> Measurement:
     figures: dict[str, float] = {}
     problem = None
     if len(points) < 3:
@@ -80,12 +74,20 @@ def _measure(feature: Lithology, model: Model | None, points: Floats) -> Measure
         figures["outline_m2"] = ring_area(points)
         figures |= registration_errors(figures, model, None)
     return Measurement(
-        points, None, None, None, None, problem, dimension=figures or None,
-        said=feature.lithology, metric=is_metric(model), kind="lithology",
-    )  # fmt: skip
+        points,
+        None,
+        None,
+        None,
+        None,
+        problem,
+        dimension=figures or None,
+        said=feature.lithology,
+        metric=is_metric(model),
+        kind="lithology",
+    )
 
 
-def ring(subject: Subject) -> Floats | None:
+def ring(subject: Subject) -> FloatArray | None:
     points = subject.measured.points
     return points if len(points) > 2 else None
 
@@ -162,7 +164,9 @@ KIND = Kind(
     about=about,
     tool="lithology",
     layer=GisLayer(
-        "lithologies", "ring", ring,
+        "lithologies",
+        "ring",
+        ring,
         (of.ID, of.NAME, LITHOLOGY, SURFACE_AREA, OUTLINE_AREA, of.MODEL, of.NOTES),
         by="lithology",
     ),
@@ -173,4 +177,4 @@ KIND = Kind(
     listed=True,
     filled=True,
     written=lambda lithology: lithology.lithology or lithology.name,
-)  # fmt: skip
+)

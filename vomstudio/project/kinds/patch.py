@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import cause_of
 from vomstudio.core.words import to_translate as _
@@ -23,7 +24,6 @@ from vomstudio.project import kind
 from vomstudio.project.figures import Subject
 from vomstudio.project.kind import GisLayer, Kind, Lookup, NetLook, Sketch, centre
 from vomstudio.project.measurement import (
-    Floats,
     Measurement,
     Measuring,
     ToWorld,
@@ -112,11 +112,11 @@ def _measure(at: Measuring, patch: Patch) -> Measurement:
     return Measurement(middle, resolution, None, fit, verdict, None, **of_fit(fit), **own)
 
 
-def _in_world(points: Sequence[Point], subject: Subject) -> Floats:
+def _in_world(points: Sequence[Point], subject: Subject) -> FloatArray:
     return transform.apply(rows_of(subject.model), points)
 
 
-def outline(subject: Subject) -> Floats | None:
+def outline(subject: Subject) -> FloatArray | None:
     """(n, 3) around the patch, in World; None where it has no outline."""
     patch: Patch = subject.feature
     return _in_world(patch.outline, subject) if len(patch.outline) > 2 else None
@@ -132,7 +132,7 @@ def sketch(subject: Subject, measured: Lookup) -> Sketch:
     return Sketch(line, middle, sign=middle, faces=patch)
 
 
-def places(subject: Subject) -> Floats:
+def places(subject: Subject) -> FloatArray:
     """Its centre and outline."""
     patch: Patch = subject.feature
     points = subject.measured.points
@@ -157,8 +157,15 @@ KIND = Kind(
     icon="texture-box",
     measure=measure,
     figures=(
-        *of.NAMED, *of.PLANE, of.OVERTURNED, *of.PLACE, *of.FITTED, of.AREA, *of.VERDICT,
-        *of.ON_A_MODEL, of.NOTES,
+        *of.NAMED,
+        *of.PLANE,
+        of.OVERTURNED,
+        *of.PLACE,
+        *of.FITTED,
+        of.AREA,
+        *of.VERDICT,
+        *of.ON_A_MODEL,
+        of.NOTES,
     ),
     attributes=(kind.NAME, kind.TYPE, kind.SET, kind.DOMAIN, kind.OVERTURNED, kind.NOTES),
     sketch=sketch,
@@ -169,11 +176,19 @@ KIND = Kind(
     tool="patch",
     net=NetLook(),
     layer=GisLayer(
-        "patches", "ring", outline,
+        "patches",
+        "ring",
+        outline,
         (
-            *of.NAMED, N_ELEMENTS, of.DIP_DIRECTION, of.DIP, of.TOTAL, of.MAX_CONFIDENCE,
-            of.QUALITY, of.NOTES,
+            *of.NAMED,
+            N_ELEMENTS,
+            of.DIP_DIRECTION,
+            of.DIP,
+            of.TOTAL,
+            of.MAX_CONFIDENCE,
+            of.QUALITY,
+            of.NOTES,
         ),
     ),
     places=places,
-)  # fmt: skip
+)

@@ -140,8 +140,16 @@ KIND = Kind(
     icon="compass-outline",
     measure=measure,
     figures=(
-        *of.NAMED, *of.PLANE, of.TREND, of.PLUNGE, of.OVERTURNED, *of.PLACE,
-        replace(of.METHOD, value=lambda s: "compass"), of.FRAME, of.TO_PICK, *of.VERDICT,
+        *of.NAMED,
+        *of.PLANE,
+        of.TREND,
+        of.PLUNGE,
+        of.OVERTURNED,
+        *of.PLACE,
+        replace(of.METHOD, value=lambda s: "compass"),
+        of.FRAME,
+        of.TO_PICK,
+        *of.VERDICT,
         of.NOTES,
     ),
     attributes=(kind.NAME, kind.TYPE, kind.SET, kind.DOMAIN, kind.OVERTURNED, kind.NOTES),
@@ -152,4 +160,4 @@ KIND = Kind(
     evidence="read",
     plane=is_plane,
     net=NetLook(" (compass)", "P"),
-)  # fmt: skip
+)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import to_translate as _
 from vomstudio.core.words import tr
 from vomstudio.geometry.matrices import Point
@@ -13,13 +14,7 @@ from vomstudio.project import catalogue as of
 from vomstudio.project import kind
 from vomstudio.project.figures import Subject, text_figure
 from vomstudio.project.kind import Attribute, GisLayer, Kind, Lookup, OwnGroup, Sketch
-from vomstudio.project.measurement import (
-    Floats,
-    Measurement,
-    Measuring,
-    is_metric,
-    world_lines,
-)
+from vomstudio.project.measurement import Measurement, Measuring, is_metric, world_lines
 from vomstudio.project.records import Picked
 
 What = Literal["station", "sample"]
@@ -49,11 +44,18 @@ def measure(at: Measuring, stations: Sequence[Station]) -> list[Measurement]:
     places = world_lines(stations, models)
     return [
         Measurement(
-            place, None, None, None, None, None, said=_station_text(station),
-            metric=is_metric(model), kind="station",
+            place,
+            None,
+            None,
+            None,
+            None,
+            None,
+            said=_station_text(station),
+            metric=is_metric(model),
+            kind="station",
         )
         for station, place, model in zip(stations, places, models, strict=True)
-    ]  # fmt: skip
+    ]
 
 
 def _station_text(station: Station) -> str:
@@ -61,7 +63,7 @@ def _station_text(station: Station) -> str:
     return f"{what} {station.number}".rstrip()
 
 
-def place(subject: Subject) -> Floats | None:
+def place(subject: Subject) -> FloatArray | None:
     points = subject.measured.points
     return points[:1] if len(points) else None
 
@@ -127,7 +129,9 @@ KIND = Kind(
     headline=lambda measured: measured.said,
     tool="station",
     layer=GisLayer(
-        "stations", "point", place,
+        "stations",
+        "point",
+        place,
         (of.ID, of.NAME, WHAT, NUMBER, PHOTO, of.MODEL, of.NOTES),
     ),
     group=GROUP,
@@ -135,4 +139,4 @@ KIND = Kind(
     prefix=lambda station: str(station.what),
     listed=True,
     written=lambda station: station.number or station.name,
-)  # fmt: skip
+)

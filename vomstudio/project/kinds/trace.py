@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate
 from vomstudio.core.words import to_translate as _
@@ -33,7 +34,6 @@ from vomstudio.project.kind import (
     line_of,
 )
 from vomstudio.project.measurement import (
-    Floats,
     Measurement,
     Measuring,
     ToWorld,
@@ -139,9 +139,9 @@ def measure(at: Measuring, traces: Sequence[Trace]) -> list[Measurement]:
     return result
 
 
-def _faces(traces: Sequence[Trace], frames: Sequence[ToWorld]) -> list[Floats | None]:
+def _faces(traces: Sequence[Trace], frames: Sequence[ToWorld]) -> list[FloatArray | None]:
     """(3,) World of the outcrop face of each trace."""
-    faces: list[Floats | None] = [None] * len(traces)
+    faces: list[FloatArray | None] = [None] * len(traces)
     own: dict[int, list[int]] = {}
     for i, (trace, frame) in enumerate(zip(traces, frames, strict=True)):
         if trace.outcrop_normal is not None:
@@ -170,7 +170,7 @@ def _tilts(fits: Sequence[PlaneFit | None], frames: Sequence[ToWorld]) -> list[f
 
 
 def _fits(
-    traces: Sequence[Trace], points: Sequence[Floats]
+    traces: Sequence[Trace], points: Sequence[FloatArray]
 ) -> list[tuple[PlaneFit | None, Finding | None]]:
     """The plane of each trace, or why there is none."""
     fits: list[tuple[PlaneFit | None, Finding | None]] = [(None, None)] * len(traces)
@@ -213,12 +213,23 @@ KIND = Kind(
     icon="vector-polyline",
     measure=measure,
     figures=(
-        *of.NAMED, *of.PLANE, of.OVERTURNED, *of.PLACE, *of.FITTED, *of.VERDICT, *of.ON_A_MODEL,
+        *of.NAMED,
+        *of.PLANE,
+        of.OVERTURNED,
+        *of.PLACE,
+        *of.FITTED,
+        *of.VERDICT,
+        *of.ON_A_MODEL,
         of.NOTES,
     ),
     attributes=(
-        kind.NAME, kind.TYPE, kind.SET, kind.DOMAIN, kind.OVERTURNED,
-        Attribute("method", _("Fit"), "choice", METHODS), kind.NOTES,
+        kind.NAME,
+        kind.TYPE,
+        kind.SET,
+        kind.DOMAIN,
+        kind.OVERTURNED,
+        Attribute("method", _("Fit"), "choice", METHODS),
+        kind.NOTES,
     ),
     sketch=sketch,
     remarks=lambda subject: bed_lines(subject.feature, subject.records),
@@ -228,11 +239,19 @@ KIND = Kind(
     tool="trace",
     net=NetLook(),
     layer=GisLayer(
-        "traces", "line", line_of,
+        "traces",
+        "line",
+        line_of,
         (
-            *of.NAMED, N_VERTICES, of.DIP_DIRECTION, of.DIP, of.TOTAL, of.MAX_CONFIDENCE,
-            of.QUALITY, NOTES,
+            *of.NAMED,
+            N_VERTICES,
+            of.DIP_DIRECTION,
+            of.DIP,
+            of.TOTAL,
+            of.MAX_CONFIDENCE,
+            of.QUALITY,
+            NOTES,
         ),
         main=True,
     ),
-)  # fmt: skip
+)

@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.files.spreadsheet_cells import head_line
 from vomstudio.core.version import __version__
 from vomstudio.project.figures import Subject
@@ -56,7 +56,7 @@ def _text(kind: Kind, subjects: list[Subject], table: ProjectTable) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _wkt(form: str, points: npt.NDArray[np.float64]) -> str:
+def _wkt(form: str, points: FloatArray) -> str:
     ring = np.vstack([points, points[:1]]) if form == "ring" else points
     told = ", ".join(" ".join(f"{value:.12g}" for value in point) for point in ring.tolist())
     return f'"{_FORMS[form]} ({f"({told})" if form == "ring" else told})"'

@@ -89,8 +89,13 @@ def fitted_planes(
         own: dict[str, Any] = {column: known.get(name) or None for column, known in words.items()}
         rows.append(
             plane_row(
-                fit, verdict, id=name, frame=AS_GIVEN, resolution_m=resolution_m,
-                plane=next(planes), **own,
+                fit,
+                verdict,
+                id=name,
+                frame=AS_GIVEN,
+                resolution_m=resolution_m,
+                plane=next(planes),
+                **own,
             )
-        )  # fmt: skip
+        )
     return FittedPlanes(rows, skipped, bands)

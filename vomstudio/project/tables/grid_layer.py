@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray, ObjectArray
 from vomstudio.geology.coverage.cells import CellGrid
 from vomstudio.geology.coverage.face_coverage import DONE, EMPTY, OPEN, TITLES, UNMEASURABLE
 from vomstudio.geometry import transform
@@ -17,20 +17,22 @@ from vomstudio.project.records import FaceGrid, Model, Record, get
 LAYER = "looked_at"
 COLORS = {OPEN: "#bdbdbd", DONE: "#009e73", EMPTY: "#f0e442", UNMEASURABLE: "#202020"}
 
-Array = npt.NDArray[np.float64]
-
 
 def file_grid(grid: FaceGrid) -> CellGrid:
     """In the model's file frame."""
     return CellGrid(
-        np.array(grid.origin), np.array(grid.right), np.array(grid.up), grid.cell, grid.columns,
+        np.array(grid.origin),
+        np.array(grid.right),
+        np.array(grid.up),
+        grid.cell,
+        grid.columns,
         grid.rows,
-    )  # fmt: skip
+    )
 
 
 def cells_in_world(
     grid: FaceGrid, records: Mapping[str, Record], marks: str | None = None
-) -> tuple[npt.NDArray[np.int64], Array]:
+) -> tuple[IntArray, FloatArray]:
     """(n,) numbers and (n, 4, 3) corners of cells in World; marks : only of cells with one of these
     letters"""
     found = marks_of(grid)
@@ -43,9 +45,9 @@ def cells_in_world(
 
 def grid_cells(
     records: Mapping[str, Record],
-) -> tuple[list[Array], dict[str, npt.NDArray[np.object_]], list[str]]:
+) -> tuple[list[FloatArray], dict[str, ObjectArray], list[str]]:
     """Rings, columns and colours of all cells of the project's grids."""
-    shapes: list[Array] = []
+    shapes: list[FloatArray] = []
     rows: list[tuple[str, str, str, str, str, str]] = []
     colors: list[str] = []
     for grid in records.values():

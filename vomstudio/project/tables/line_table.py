@@ -7,21 +7,17 @@ import io
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-import numpy.typing as npt
-
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.files.spreadsheet_cells import guarded, head_line
 from vomstudio.core.version import __version__
-
-Array = npt.NDArray[np.float64]
 
 COLUMNS = ("line", "x", "y", "z")
 
 
 def write_line_table(
     path: str | Path,
-    lines: Sequence[tuple[str, Array]],
+    lines: Sequence[tuple[str, FloatArray]],
     *,
     crs: str | None,
     north_known: bool = True,

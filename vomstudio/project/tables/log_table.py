@@ -17,9 +17,17 @@ from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.units import Axes, columns_of
 
 COLUMNS = (
-    "number", "base", "top", "base_m", "top_m", "thickness_m", "thickness_error95_m", "lithology",
-    *FIELDS, "notes",
-)  # fmt: skip
+    "number",
+    "base",
+    "top",
+    "base_m",
+    "top_m",
+    "thickness_m",
+    "thickness_error95_m",
+    "lithology",
+    *FIELDS,
+    "notes",
+)
 
 
 def write_log(
@@ -36,11 +44,18 @@ def write_log(
     for each in log.intervals:
         error = each.thickness_m.error95
         words = [each.lithology, *(each.strabospot.get(f, "") for f in FIELDS), each.notes]
-        out.writerow([
-            each.number, guarded(each.base), guarded(each.top), f"{each.base_m:.4f}",
-            f"{each.top_m:.4f}", f"{each.thickness_m.value:.4f}",
-            "" if error is None else f"{error:.4f}", *map(guarded, words),
-        ])  # fmt: skip
+        out.writerow(
+            [
+                each.number,
+                guarded(each.base),
+                guarded(each.top),
+                f"{each.base_m:.4f}",
+                f"{each.top_m:.4f}",
+                f"{each.thickness_m.value:.4f}",
+                "" if error is None else f"{error:.4f}",
+                *map(guarded, words),
+            ]
+        )
     write_bytes(path, file.getvalue().encode("utf-8"), force=force)
 
 

@@ -28,8 +28,7 @@ from vomstudio.project.figures import Figure, Subject
 from vomstudio.project.measurement import Measurement, of_fit
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
+    from vomstudio.core.arrays import FloatArray
     from vomstudio.geology.profiles import Thresholds
     from vomstudio.geology.quality import Kind as JudgedAs
     from vomstudio.geology.quality import Verdict
@@ -95,7 +94,7 @@ def plane_row(
     stretch_error_deg: float | None = None,
     plane: Plane | None = None,
     judged_as: JudgedAs = "trace",
-    outcrop_normal: npt.NDArray[np.float64] | None = None,
+    outcrop_normal: FloatArray | None = None,
     bend_deg: float | None = None,
     **metadata: Any,
 ) -> Row:

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray
 from vomstudio.io.gis.layers import Layer
 from vomstudio.project import catalogue
 from vomstudio.project.figures import Figure, Form, Subject
@@ -71,7 +71,7 @@ def _layer(layer: GisLayer, subjects: Sequence[Subject]) -> Layer:
     return Layer(layer.name, layer.geometry, shapes, columns, layer.main, layer.by, colors)
 
 
-def _column(values: list[Any], figure: Figure) -> npt.NDArray[Any]:
+def _column(values: list[Any], figure: Figure) -> AnyArray:
     """No text is an empty one here, and counts are whole numbers."""
     if figure.form == "text":
         return _array([value or "" for value in values], "text")
@@ -80,7 +80,7 @@ def _column(values: list[Any], figure: Figure) -> npt.NDArray[Any]:
     return _array(values, figure.form)
 
 
-def _array(values: list[Any], form: Form) -> npt.NDArray[Any]:
+def _array(values: list[Any], form: Form) -> AnyArray:
     if form == "text":
         return np.array(values, dtype=object)
     if form == "flag":

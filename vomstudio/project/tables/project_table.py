@@ -68,10 +68,13 @@ class ProjectTable:
             return self
         names = {row["id"]: row["name"] for row in self.rows}
         left = [
-            {"id": row["id"], "name": row["name"],
-             "reason": Finding("repeats.not-exported", first=names.get(row["repeat_of"]))}
+            {
+                "id": row["id"],
+                "name": row["name"],
+                "reason": Finding("repeats.not-exported", first=names.get(row["repeat_of"])),
+            }
             for row in again
-        ]  # fmt: skip
+        ]
         rows = [row for row in self.rows if "repeat_of" not in row]
         return replace(self, rows=rows, skipped=[*self.skipped, *left])
 

@@ -10,13 +10,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
 from vomstudio.registration.similarity import Similarity
-
-Array = npt.NDArray[np.float64]
 
 _CELLS = 4.0
 """In the distance of a step: cells this small show what the points of it can tell."""
@@ -27,8 +25,8 @@ _STEPS = 8
 
 
 def match(
-    model: Array,
-    reference: Array,
+    model: FloatArray,
+    reference: FloatArray,
     start: Similarity,
     *,
     farthest: float,
@@ -48,7 +46,7 @@ def match(
     source, target = (
         _cloud(points - origin).voxel_down_sample(nearest / _CELLS) for points in (moved, reference)
     )
-    turn: Array = np.eye(4)
+    turn: FloatArray = np.eye(4)
     distances = [farthest]
     while distances[-1] > nearest and len(distances) < _STEPS:
         distances.append(max(distances[-1] / 2.0, nearest))
@@ -58,12 +56,10 @@ def match(
         progress.step(number + 1)
     rotation = Rotation.from_matrix(turn[:3, :3]).as_matrix()
     shift = turn[:3, 3] + origin - rotation @ origin
-    return Similarity(
-        start.scale, rotation @ start.rotation, rotation @ start.translation + shift
-    )  # fmt: skip
+    return Similarity(start.scale, rotation @ start.rotation, rotation @ start.translation + shift)
 
 
-def _cloud(points: Array) -> Any:
+def _cloud(points: FloatArray) -> Any:
     import open3d
 
     # Its stubs lack overloads.
@@ -71,7 +67,7 @@ def _cloud(points: Array) -> Any:
     return o3d.t.geometry.PointCloud(o3d.core.Tensor(np.ascontiguousarray(points)))
 
 
-def _step(source: Any, target: Any, turn: Array, distance: float) -> Array:
+def _step(source: Any, target: Any, turn: FloatArray, distance: float) -> FloatArray:
     import open3d
 
     o3d: Any = open3d

@@ -9,13 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.geometry.nearby.point_grid import LocalPlanes, PointGrid
 from vomstudio.registration.similarity import Similarity
-
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 
 RADIUS = 4.0
 """In resolutions of the coarser of the two: some fifty points, and their noise well inside."""
@@ -36,10 +33,10 @@ class Met:
         that made them
     """
 
-    places: Array
-    miss: Array
-    normal: Array
-    tilt: Array
+    places: FloatArray
+    miss: FloatArray
+    normal: FloatArray
+    tilt: FloatArray
 
 
 class Places:
@@ -48,7 +45,7 @@ class Places:
     points : (n, 3) of the model in its own frame; radius : in its unit
     """
 
-    def __init__(self, points: Array, radius: float) -> None:
+    def __init__(self, points: FloatArray, radius: float) -> None:
         grid = PointGrid(points, radius)
         # A mean lies on the surface, which a single point does not.
         middles = grid.planes(thinned(points, radius / 2.0), radius).mean
@@ -63,7 +60,7 @@ class Places:
 class Reference:
     """points : (n, 3) World; radius : metres"""
 
-    def __init__(self, points: Array, radius: float) -> None:
+    def __init__(self, points: FloatArray, radius: float) -> None:
         self.radius = radius
         self._grid = PointGrid(points, radius)
 
@@ -89,12 +86,12 @@ class Reference:
         return Met(placed[sound], miss[sound], normal[sound], tilt[sound])
 
 
-def _have_planes(found: LocalPlanes) -> Flags:
+def _have_planes(found: LocalPlanes) -> BoolArray:
     flat = found.spread[:, 1] > 1e-6 * found.spread[:, 2]
     return np.asarray((found.count >= _FEWEST) & flat, np.bool_)
 
 
-def _tilt(found: LocalPlanes) -> Array:
+def _tilt(found: LocalPlanes) -> FloatArray:
     """(k,) Of a plane by n points with the variance l0 across it and l1, l2 along it: the normal's
     variances are l0 / n l1 and l0 / n l2, here their mean."""
     l0, l1, l2 = np.maximum(found.spread, 0.0).T
@@ -102,7 +99,7 @@ def _tilt(found: LocalPlanes) -> Array:
         return np.asarray(l0 / np.maximum(found.count - 3, 1) * (1 / l1 + 1 / l2) / 2, np.float64)
 
 
-def thinned(points: Array, cell: float, most: int = _MOST) -> Array:
+def thinned(points: FloatArray, cell: float, most: int = _MOST) -> FloatArray:
     """One of the points (n, 3) for each cell of a grid, of larger cells where these are too many:
     dense parts count no more than others."""
     local = points - points.min(axis=0)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
@@ -18,9 +18,6 @@ from vomstudio.registration.by_model.refining import Refined, refine
 from vomstudio.registration.by_model.subsets import Spread, spread_of
 from vomstudio.registration.combined import Combined
 from vomstudio.registration.similarity import Similarity
-
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 
 NAME = "reference"
 _CAPTURE = 0.05
@@ -56,13 +53,13 @@ class FittedToReference:
 
 
 def fit_to_reference(
-    model: Array,
-    reference: Array,
+    model: FloatArray,
+    reference: FloatArray,
     start: Similarity,
     *,
     spacing: tuple[float, float],
     scale: bool,
-    stable: Flags | None = None,
+    stable: BoolArray | None = None,
     scale_error: float | None = None,
     progress: Progress | None = None,
 ) -> FittedToReference:
@@ -123,7 +120,7 @@ def fit_to_reference(
     )
 
 
-def _require_near(placed: Array, reference: Array, farthest: float) -> None:
+def _require_near(placed: FloatArray, reference: FloatArray, farthest: float) -> None:
     from scipy.spatial import cKDTree
 
     step = max(1, len(placed) // 5000)

@@ -9,16 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
 from vomstudio.registration.by_model.planes import Places, Reference
 from vomstudio.registration.similarity import Similarity, jacobians
-
-Array = npt.NDArray[np.float64]
 
 _TUKEY = 4.685
 """95 % efficient where errors are normal (Holland & Welsch 1977)."""
@@ -53,20 +51,20 @@ class Refined:
     """
 
     fit: Similarity
-    about: Array
+    about: FloatArray
     size: float
-    places: Array
-    miss: Array
-    moves: Array
-    pull: Array
-    slope: Array
+    places: FloatArray
+    miss: FloatArray
+    moves: FloatArray
+    pull: FloatArray
+    slope: FloatArray
     sigma: float
-    held: Array
-    response: Array
-    scale_response: Array | None = None
+    held: FloatArray
+    response: FloatArray
+    scale_response: FloatArray | None = None
 
     @property
-    def information(self) -> Array:
+    def information(self) -> FloatArray:
         """(7, 7)"""
         return np.asarray((self.moves * self.slope[:, None]).T @ self.moves, np.float64)
 
@@ -104,7 +102,7 @@ def refine(
     return replace(found, scale_response=_scale_response(model, reference, found))
 
 
-def _scale_response(model: Places, reference: Reference, result: Refined) -> Array:
+def _scale_response(model: Places, reference: Reference, result: Refined) -> FloatArray:
     """Return the response (7,) of a fit to a relative error of its fixed scale, numerically."""
     step = _TRIED * result.sigma / result.size
     ends = []
@@ -119,7 +117,7 @@ def _scale_response(model: Places, reference: Reference, result: Refined) -> Arr
     return np.asarray(change, np.float64)
 
 
-def _response(model: Places, reference: Reference, found: Refined, scale: bool) -> Array:
+def _response(model: Places, reference: Reference, found: Refined, scale: bool) -> FloatArray:
     """(d, d) as told of `Refined`, by moving the model a little to and fro."""
     step = _TRIED * found.sigma * np.sqrt(len(found.miss))
     columns = []
@@ -173,7 +171,7 @@ def _look(
     )
 
 
-def determined(information: Array, noise: Array) -> Array:
+def determined(information: FloatArray, noise: FloatArray) -> FloatArray:
     """(7, d) the directions that are determined, with information (7, 7) of 1 each and 0 between
     them. The others hold no more information than rounding, or mostly such as noise (7, 7) makes
     up."""
@@ -185,7 +183,7 @@ def determined(information: Array, noise: Array) -> Array:
     return np.asarray(inside @ turns[:, kept], np.float64)
 
 
-def _newton(found: Refined) -> Array:
+def _newton(found: Refined) -> FloatArray:
     """(7,) the change in units of the size; nothing in what is free.
 
     By Fisher scoring: the mean slope in place of each point's, which is negative of far ones.
@@ -198,7 +196,7 @@ def _newton(found: Refined) -> Array:
     return -np.asarray(found.held @ step, np.float64)
 
 
-def _moved(fit: Similarity, step: Array, about: Array, size: float) -> Similarity:
+def _moved(fit: Similarity, step: FloatArray, about: FloatArray, size: float) -> Similarity:
     from scipy.spatial.transform import Rotation
 
     turn = Rotation.from_rotvec(step[:3]).as_matrix()

@@ -5,42 +5,39 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.io.gate.drawn_layers import extract_area, read_raw_areas
 from vomstudio.io.gate.points import ModelFrame
-
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 
 POLYGONS = (".geojson", ".json", ".gpkg", ".shp", ".kml")
 REACH = 3.0
 """Of the spacing of a cloud that is a mask: points of the reference this near to it are stable."""
 
 
-def near_cloud(points: Array, mask: Array, spacing: float) -> tuple[Flags, float]:
+def near_cloud(points: FloatArray, mask: FloatArray, spacing: float) -> tuple[BoolArray, float]:
     """(n,) which of the points (n, 3) lie within REACH spacings of those of a mask (m, 3), and that
     distance."""
     reach = REACH * spacing
     return near_places(points, mask, reach), reach
 
 
-def near_places(points: Array, places: Array, reach: float) -> Flags:
+def near_places(points: FloatArray, places: FloatArray, reach: float) -> BoolArray:
     """(n,) which of the points (n, 3) lie within `reach` of one of the places (m, 3)."""
     from scipy.spatial import cKDTree
 
     origin = points.mean(axis=0)
     distance, _ = cKDTree(places - origin).query(
         points - origin, distance_upper_bound=reach, workers=-1
-    )  # fmt: skip
+    )
     return np.asarray(np.isfinite(distance), np.bool_)
 
 
 def in_polygons(
-    points: Array, path: Path, crs: str | None = None, progress: Progress | None = None
-) -> tuple[Flags, tuple[Finding, ...]]:
+    points: FloatArray, path: Path, crs: str | None = None, progress: Progress | None = None
+) -> tuple[BoolArray, tuple[Finding, ...]]:
     """Find the points inside the polygons of a layer, seen from above.
 
     Parameters

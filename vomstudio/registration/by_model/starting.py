@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry import transform
@@ -17,10 +17,8 @@ from vomstudio.io.models.opening import resolution
 from vomstudio.registration.similarity import Similarity
 from vomstudio.registration.surface_points import surface_points
 
-Array = npt.NDArray[np.float64]
 
-
-def points_and_spacing(data: Mesh | PointCloud, path: Path) -> tuple[Array, float]:
+def points_and_spacing(data: Mesh | PointCloud, path: Path) -> tuple[FloatArray, float]:
     """(n, 3) points of the surface, and their resolution. path : of its file. Raises InputError for
     a model that is a single point or none."""
     spacing = resolution(data)
@@ -29,7 +27,7 @@ def points_and_spacing(data: Mesh | PointCloud, path: Path) -> tuple[Array, floa
     return surface_points(data, spacing)[0], spacing
 
 
-def box_of(points: Array) -> Array:
+def box_of(points: FloatArray) -> FloatArray:
     """(2, 3) around the points (n, 3) that are finite."""
     sound = points[np.isfinite(points).all(axis=1)]
     return np.array([sound.min(axis=0), sound.max(axis=0)])
@@ -42,7 +40,7 @@ def similarity_of(rows: Any) -> Similarity:
     return Similarity(scale, matrix[:3, :3] / scale, matrix[:3, 3])
 
 
-def with_scale(fit: Similarity, scale: float, middle: Array) -> Similarity:
+def with_scale(fit: Similarity, scale: float, middle: FloatArray) -> Similarity:
     """The same place and attitude of the model's middle (3,) with another scale."""
     there = fit(middle[None])[0]
     return Similarity(scale, fit.rotation, there - scale * fit.rotation @ middle)

@@ -13,12 +13,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.registration.by_model.refining import Refined
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 _BLOCKS = (100, 50, 25)
 """So many are wanted, as long as they do not prove to be too small."""
@@ -37,7 +34,7 @@ class Spread:
     blocks : how many; side_m : of a block; alike : neighbouring blocks miss alike even so
     """
 
-    whitening: Array
+    whitening: FloatArray
     blocks: int
     side_m: float
     alike: bool
@@ -61,7 +58,7 @@ def spread_of(found: Refined, radius: float) -> Spread:
     return Spread(np.linalg.solve(root, told / units), count, side, alike)
 
 
-def cut_into_blocks(places: Array, wanted: int, least: float) -> tuple[Ints, float]:
+def cut_into_blocks(places: FloatArray, wanted: int, least: float) -> tuple[IntArray, float]:
     """(k,) the block of each place, from 0 on; and the side of these cubes, at least `least` as
     long as there are enough of them."""
     low = places.min(axis=0)
@@ -79,7 +76,7 @@ def cut_into_blocks(places: Array, wanted: int, least: float) -> tuple[Ints, flo
     return np.asarray(named, np.int64), side
 
 
-def _neighbours_alike(found: Refined, named: Ints) -> bool:
+def _neighbours_alike(found: Refined, named: IntArray) -> bool:
     """Whether the mean misses of neighbouring blocks are alike (Moran's I; Cliff & Ord 1981)."""
     from scipy.spatial import cKDTree
 
@@ -105,7 +102,7 @@ def _neighbours_alike(found: Refined, named: Ints) -> bool:
     return bool(index + 1.0 / (size - 1) > _ALIKE * np.sqrt(max(variance, 0.0)))
 
 
-def _covariance(found: Refined, named: Ints) -> Array:
+def _covariance(found: Refined, named: IntArray) -> FloatArray:
     """(d, d) of the determined directions, each known to its Student's t."""
     from scipy.stats import norm, t
 

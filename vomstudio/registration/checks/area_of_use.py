@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from vomstudio.core.arrays import BoolArray, FloatArray
 
 # Systems of coordinates are used this far beyond their area without harm, degrees.
 BEYOND_DEG = 1.0
 
 
-def inside_area(world: Array, crs: str | None) -> npt.NDArray[np.bool_]:
+def inside_area(world: FloatArray, crs: str | None) -> BoolArray:
     """(n,) which of the coordinates (n, 3) lie in the area of a CRS; none of them without one."""
     beyond = degrees_beyond(crs)
     if beyond is None:

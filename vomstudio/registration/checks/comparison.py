@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.registration.similarity import fit_similarity
-
-Array = npt.NDArray[np.float64]
 
 # Of squares, beside those of the points from their middle: less is rounding.
 _ROUNDING = 1e-18
@@ -26,7 +22,7 @@ class Left:
     free: float
 
 
-def left_over(model: Array, world: Array, more: int = 0) -> Left | None:
+def left_over(model: FloatArray, world: FloatArray, more: int = 0) -> Left | None:
     """By points of the model (n, 3) with their coordinates (n, 3); None where they leave nothing
     over, or cannot be fitted. more : unknowns beside those of the similarity"""
     freedom = 3 * len(model) - _UNKNOWNS - more

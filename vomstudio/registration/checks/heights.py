@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.registration.checks.comparison import far_better, left_over
 from vomstudio.registration.selection import selected
 from vomstudio.registration.similarity import fit_similarity
-
-Array = npt.NDArray[np.float64]
 
 # Heights of sound points are seldom all alike, so that little is risked.
 _BY_CHANCE = 0.01
@@ -28,14 +26,16 @@ _HARDLY = 1e-4
 _UNKNOWNS_SEEN = 8
 
 
-def constant_height_findings(model: Array, world: Array) -> list[Finding]:
+def constant_height_findings(model: FloatArray, world: FloatArray) -> list[Finding]:
     """Return a finding if all points (n, 3) have one height, which contradicts the model."""
     if len(world) < 3 or np.ptp(world[:, 2]) > 0.0 or not _contradicted(model, world):
         return []
     return [Finding("control.constant-heights", height=float(world[0, 2]))]
 
 
-def missing_height_findings(labels: Sequence[str], model: Array, world: Array) -> list[Finding]:
+def missing_height_findings(
+    labels: Sequence[str], model: FloatArray, world: FloatArray
+) -> list[Finding]:
     """Return a finding if some points (n, 3) have a placeholder instead of a height."""
     none = np.isin(world[:, 2], _NONE)
     if not none.any() or int((~none).sum()) < 3:
@@ -52,7 +52,7 @@ def missing_height_findings(labels: Sequence[str], model: Array, world: Array) -
     ]
 
 
-def _contradicted(model: Array, world: Array) -> bool:
+def _contradicted(model: FloatArray, world: FloatArray) -> bool:
     n = len(world)
     local = world - world.mean(axis=0)
     try:
@@ -77,7 +77,7 @@ def _contradicted(model: Array, world: Array) -> bool:
     return (squares - left) / less > limit * max(left, 1e-18 * reach) / free
 
 
-def _off_a_plane(model: Array, scale: float, squares: float) -> bool:
+def _off_a_plane(model: FloatArray, scale: float, squares: float) -> bool:
     """Whether four points are as far off a plane on the model as they miss."""
     axes = np.linalg.svd(model - model.mean(axis=0), compute_uv=False)
     return bool((scale * axes[2]) ** 2 > 0.1 * squares)

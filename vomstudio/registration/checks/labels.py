@@ -5,12 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-import numpy as np
-import numpy.typing as npt
-
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
-
-Array = npt.NDArray[np.float64]
 
 _NAMED = 8
 
@@ -36,7 +32,7 @@ def similar_label_findings(labels: Sequence[str]) -> list[Finding]:
     ]
 
 
-def coincident_point_findings(labels: Sequence[str], world: Array) -> list[Finding]:
+def coincident_point_findings(labels: Sequence[str], world: FloatArray) -> list[Finding]:
     """Return messages about points with the same coordinates."""
     places: dict[tuple[float, ...], list[str]] = {}
     for label, place in zip(labels, world.tolist(), strict=True):

@@ -7,16 +7,14 @@ makes a model that lies on its face, which fits nearly as well as the right one.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.registration.checks.comparison import Left, far_better, left_over
 from vomstudio.registration.checks.point_order import other_order
 from vomstudio.registration.observations import Points
 from vomstudio.registration.similarity import fit_robustly
-
-Array = npt.NDArray[np.float64]
 
 _BY_CHANCE = 0.001
 # By so many points that miss by so much of their reach a mirror image with a wrong one is told.
@@ -27,7 +25,7 @@ _ON_ITS_SIDE_DEG = 90.0
 _ON_ITS_FACE_DEG = 170.0
 
 
-def fits_as_mirror(model: Array, world: Array) -> bool:
+def fits_as_mirror(model: FloatArray, world: FloatArray) -> bool:
     """Whether points of the model (n, 3) fit their coordinates (n, 3) far better as a mirror image,
     and no other order of them explains it better."""
     mirrored, given = left_over(model * _FLIPPED, world), left_over(model, world)
@@ -40,7 +38,7 @@ def fits_as_mirror(model: Array, world: Array) -> bool:
     return order is None or order.left.variance > mirrored.variance
 
 
-def _most_fit_so(model: Array, world: Array, given: Left) -> bool:
+def _most_fit_so(model: FloatArray, world: FloatArray, given: Left) -> bool:
     """Whether all but a few points, which are wrong besides, fit as a mirror image."""
     n = len(model)
     reach = float(((world - world.mean(axis=0)) ** 2).sum()) / n
@@ -64,7 +62,9 @@ def mirror_findings(points: Points | None) -> list[Finding]:
     return [Finding("control.swapped-columns", labels=(), points=points.name)]
 
 
-def tipping_findings(rotation: Array, up: Array | None, points: Points | None) -> list[Finding]:
+def tipping_findings(
+    rotation: FloatArray, up: FloatArray | None, points: Points | None
+) -> list[Finding]:
     """Return a finding if a registration turns the model upside down.
 
     up : (3,) up direction of the model by its file or user; None if not known, then the finding

@@ -10,16 +10,13 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.registration.checks.comparison import Left, far_better, left_over
 from vomstudio.registration.similarity import Similarity, fit_similarity
-
-Array = npt.NDArray[np.float64]
-Which = npt.NDArray[np.bool_]
 
 _FOOT_M = 0.3048
 _FEWEST, _MOST = 5, 40
@@ -35,12 +32,12 @@ class Mixed(NamedTuple):
     """which : (n,) are read in another way; offset_m : added to their heights, None for others"""
 
     kind: str
-    which: Which
+    which: BoolArray
     offset_m: float | None
     left: Left
 
 
-def mixed_values(model: Array, world: Array) -> Mixed | None:
+def mixed_values(model: FloatArray, world: FloatArray) -> Mixed | None:
     """What points of the model (n, 3) fit their coordinates (n, 3) by far better with, where some
     of these are read in another way; None where nothing does."""
     n = len(model)
@@ -68,9 +65,13 @@ def mixed_values(model: Array, world: Array) -> Mixed | None:
 
 
 def _some_read_so(
-    kind: str, fits: Sequence[Similarity], model: Array, world: Array, changed: Array | None
+    kind: str,
+    fits: Sequence[Similarity],
+    model: FloatArray,
+    world: FloatArray,
+    changed: FloatArray | None,
 ) -> Mixed | None:
-    best: tuple[float, Which, float] | None = None
+    best: tuple[float, BoolArray, float] | None = None
     for fit in fits:
         misses = fit(model) - world
         given = (misses**2).sum(axis=1)
@@ -98,7 +99,9 @@ def _some_read_so(
     return None if left is None else Mixed(kind, which, None, left)
 
 
-def _with_offset(model: Array, world: Array, which: Which, offset: float) -> Mixed | None:
+def _with_offset(
+    model: FloatArray, world: FloatArray, which: BoolArray, offset: float
+) -> Mixed | None:
     """With the offset that leaves least over: the least of a parabola, twice."""
 
     def tried(value: float) -> Left | None:
@@ -119,7 +122,7 @@ def _with_offset(model: Array, world: Array, which: Which, offset: float) -> Mix
     return None if found is None else Mixed("offset", which, offset, found)
 
 
-def _fits_of_triples(model: Array, world: Array) -> Iterator[Similarity]:
+def _fits_of_triples(model: FloatArray, world: FloatArray) -> Iterator[Similarity]:
     n = len(model)
     every = itertools.combinations(range(n), 3)
     chance = np.random.default_rng(0)
@@ -133,7 +136,9 @@ def _fits_of_triples(model: Array, world: Array) -> Iterator[Similarity]:
             continue
 
 
-def mixed_row_findings(labels: Sequence[str], model: Array, world: Array) -> list[Finding]:
+def mixed_row_findings(
+    labels: Sequence[str], model: FloatArray, world: FloatArray
+) -> list[Finding]:
     """Return a finding if some points are in another unit or column order than the others."""
     mixed = mixed_values(model, world)
     if mixed is None:

@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.registration.selection import selected
 from vomstudio.registration.similarity import fit_similarity
-
-Array = npt.NDArray[np.float64]
-Which = npt.NDArray[np.bool_]
 
 # Times what points are usually apart: in another place altogether.
 _FAR = 30.0
@@ -24,7 +21,7 @@ _MOST = 2000
 _NO_DEGREES = 1000.0
 
 
-def two_places(model: Array, world: Array) -> Which | None:
+def two_places(model: FloatArray, world: FloatArray) -> BoolArray | None:
     """Return a mask (n,) of the larger of two groups of points (n, 3) that are far apart.
 
     None if there is one group, or if the groups are far apart on the model too.
@@ -43,7 +40,7 @@ def two_places(model: Array, world: Array) -> Which | None:
     return np.asarray(numbers == largest)
 
 
-def fit_as_they_are(model: Array, world: Array) -> bool:
+def fit_as_they_are(model: FloatArray, world: FloatArray) -> bool:
     """Return whether the distances of points on the model (n, 3) and in World (n, 3) agree."""
     local = world - world.mean(axis=0)
     try:
@@ -54,7 +51,7 @@ def fit_as_they_are(model: Array, world: Array) -> bool:
     return miss < _FITS**2 * float((local**2).sum())
 
 
-def degrees_among_metres(model: Array, world: Array) -> Which:
+def degrees_among_metres(model: FloatArray, world: FloatArray) -> BoolArray:
     """Return a mask (n,) of the points in degrees, if the others are in metres."""
     flat = np.abs(world[:, :2])
     small = (flat.max(axis=1) <= 180.0) & (flat.min(axis=1) <= 90.0) & (flat.max(axis=1) > 0.0)
@@ -65,7 +62,9 @@ def degrees_among_metres(model: Array, world: Array) -> Which:
     return small if both and not fit_as_they_are(model, world) else np.zeros(len(world), bool)
 
 
-def where_the_model_is(model: Array, world: Array, which: Which, inside: Which) -> Which | None:
+def where_the_model_is(
+    model: FloatArray, world: FloatArray, which: BoolArray, inside: BoolArray
+) -> BoolArray | None:
     """Return a mask (n,) of the correct one of two groups, None if it is not clear.
 
     which : (n,) mask of one group; inside : (n,) in the area of the CRS, False without one
@@ -80,7 +79,7 @@ def where_the_model_is(model: Array, world: Array, which: Which, inside: Which) 
     return which if 2 * count > len(world) else ~which
 
 
-def _near_own(model: Array, world: Array) -> Which:
+def _near_own(model: FloatArray, world: FloatArray) -> BoolArray:
     """Return a mask of points whose World coordinates are close to those on the model."""
     reach = float(np.linalg.norm(np.ptp(model, axis=0)))
     away = np.linalg.norm(world[:, :2] - model[:, :2], axis=1)
@@ -88,7 +87,9 @@ def _near_own(model: Array, world: Array) -> Which:
     return np.asarray(far_out & (away < _FAR * reach))
 
 
-def separate_group_findings(labels: Sequence[str], world: Array, which: Which) -> list[Finding]:
+def separate_group_findings(
+    labels: Sequence[str], world: FloatArray, which: BoolArray
+) -> list[Finding]:
     """Return a finding about two groups of points, when it is not clear which is correct."""
     middles = [np.median(world[rows], axis=0) for rows in (which, ~which)]
     names = [selected(labels, rows) for rows in (which, ~which)]
@@ -98,7 +99,7 @@ def separate_group_findings(labels: Sequence[str], world: Array, which: Which) -
     return [Finding("control.apart", first=names[0], second=names[1], distance_m=off)]
 
 
-def mixed_degree_findings(labels: Sequence[str], which: Which) -> list[Finding]:
+def mixed_degree_findings(labels: Sequence[str], which: BoolArray) -> list[Finding]:
     """Return the finding about points in degrees among others in metres."""
     names = [labels[int(row)] for row in np.flatnonzero(which)]
     return [Finding("control.some-in-degrees", labels=names)]

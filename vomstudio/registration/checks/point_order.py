@@ -6,13 +6,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IndexArray
 from vomstudio.core.findings import Finding
 from vomstudio.registration.checks.comparison import Left, far_better, left_over
-
-Array = npt.NDArray[np.float64]
-Rows = npt.NDArray[np.intp]
 
 _FEWEST, _MOST = 5, 60
 _BY_CHANCE = 0.001
@@ -21,12 +18,12 @@ _BY_CHANCE = 0.001
 class Order(NamedTuple):
     """The points `rows` have the coordinates of those in `others`; what is left over then."""
 
-    rows: Rows
-    others: Rows
+    rows: IndexArray
+    others: IndexArray
     left: Left
 
 
-def other_order(model: Array, world: Array) -> Order | None:
+def other_order(model: FloatArray, world: FloatArray) -> Order | None:
     """The order of coordinates (n, 3) that fits points of the model (n, 3) best: some rows on, or
     in reverse; None where none fits far better than the one given."""
     n = len(model)
@@ -50,7 +47,7 @@ def other_order(model: Array, world: Array) -> Order | None:
 
 
 def row_order_findings(
-    labels: Sequence[str], model: Array, world: Array, *, photos: bool = False
+    labels: Sequence[str], model: FloatArray, world: FloatArray, *, photos: bool = False
 ) -> list[Finding]:
     """Return a message if the coordinates of points or photos are those of other rows."""
     found, given = other_order(model, world), left_over(model, world)

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, Int32Array, IntArray
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.nearby.point_grid import PointGrid
 from vomstudio.registration.surface_points import Opposite
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 RADIUS = 4.0
 """Of the ball whose points make a local plane, in resolutions of the cloud: some fifty points, a
@@ -34,7 +31,10 @@ class CloudSides:
     """
 
     def __init__(
-        self, cloud: PointCloud, resolution: float, toward: tuple[Array, Array] | None = None
+        self,
+        cloud: PointCloud,
+        resolution: float,
+        toward: tuple[FloatArray, FloatArray] | None = None,
     ) -> None:
         from scipy.spatial import cKDTree
 
@@ -50,14 +50,14 @@ class CloudSides:
         self.told_by = "file"
         if has_sides(cloud):
             assert cloud.normals is not None
-            self._own: Array | None = np.asarray(cloud.normals[sound], np.float64)
+            self._own: FloatArray | None = np.asarray(cloud.normals[sound], np.float64)
             self._sides = None
         else:
             self._own = None
             self._sides = self._find_sides(toward)
 
     @property
-    def mean_normal(self) -> Array:
+    def mean_normal(self) -> FloatArray:
         """(3,) sum of the normals of points spread over it."""
         if self._own is not None:
             return np.asarray(self._own.sum(axis=0), np.float64)
@@ -70,7 +70,7 @@ class CloudSides:
         normals = self._own if self._own is not None else self._sides[1]  # type: ignore[index]
         return float(np.linalg.norm(normals, axis=1).sum())
 
-    def opposite(self, places: Array, progress: Progress | None = None) -> Opposite:
+    def opposite(self, places: FloatArray, progress: Progress | None = None) -> Opposite:
         """What of the cloud lies opposite the places (n, 3). Raises Cancelled through `progress`,
         whose steps are places."""
         progress = progress or Silent()
@@ -82,7 +82,7 @@ class CloudSides:
             progress.step(rows.stop)
         return Opposite(distance, beside, normal)
 
-    def _block(self, places: Array) -> tuple[Array, Array, Array]:
+    def _block(self, places: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         n = len(places)
         distance, beside, normal = np.full(n, np.nan), np.zeros(n), np.full((n, 3), np.nan)
         rows = np.flatnonzero(np.isfinite(places).all(axis=1))
@@ -103,7 +103,9 @@ class CloudSides:
         normal[rows] = ways
         return distance, beside, normal
 
-    def turned(self, places: Array, normals: Array, rows: Ints | None = None) -> Array:
+    def turned(
+        self, places: FloatArray, normals: FloatArray, rows: IntArray | None = None
+    ) -> FloatArray:
         """(k, 3) normals at places turned to the cloud's side. rows : of its points, where the
         places are these"""
         if self._own is not None:
@@ -119,7 +121,9 @@ class CloudSides:
         return np.asarray(normals * signs[:, None], np.float64)
 
     # --- sides of a cloud without normals ---------------------------------------------------------
-    def _find_sides(self, toward: tuple[Array, Array] | None) -> tuple[Array, Array]:
+    def _find_sides(
+        self, toward: tuple[FloatArray, FloatArray] | None
+    ) -> tuple[FloatArray, FloatArray]:
         """Some places of the cloud, and normals that are all on one side."""
         from scipy.spatial import cKDTree
 
@@ -154,7 +158,7 @@ def has_sides(cloud: PointCloud) -> bool:
     return normals is not None and bool((np.abs(normals).max(axis=1, initial=0.0) > 0.5).all())
 
 
-def upper_side(mean: Array) -> float:
+def upper_side(mean: FloatArray) -> float:
     """Positive of a vector that points up; of one nearly level that points east, or north."""
     size = float(np.linalg.norm(mean))
     for axis in (2, 0, 1):
@@ -163,7 +167,7 @@ def upper_side(mean: Array) -> float:
     return 1.0
 
 
-def spread_side(places: Array, normals: Array) -> tuple[Array, npt.NDArray[np.int32]]:
+def spread_side(places: FloatArray, normals: FloatArray) -> tuple[FloatArray, Int32Array]:
     """(k, 3) normals of k places on a surface turned to one side, which spreads from neighbour to
     neighbour, most alike first (Hoppe et al. 1992, SIGGRAPH 26, 71); and (k,) which of them hang
     together."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
@@ -22,8 +22,6 @@ from vomstudio.registration.distances.cloud_distance import CloudSides, has_side
 from vomstudio.registration.distances.mesh_distance import MeshSides
 from vomstudio.registration.overlap import refuse_apart
 from vomstudio.registration.surface_points import Opposite, points_of, surface_points
-
-Array = npt.NDArray[np.float64]
 
 # Nearly all nearest distances, and what a normal of the model's lengthens them by.
 _MOST_SHARE, _LONGER = 99.0, 1.5
@@ -77,13 +75,13 @@ class Comparison(Shown):
     positive_toward: Toward | None
     sides_by: str
     warnings: tuple[Finding, ...]
-    distances: Array = field(metadata=HIDDEN)
-    lod95: Array | None = field(metadata=HIDDEN)
+    distances: FloatArray = field(metadata=HIDDEN)
+    lod95: FloatArray | None = field(metadata=HIDDEN)
 
-    def as_fields(self) -> dict[str, npt.NDArray[Any]]:
+    def as_fields(self) -> dict[str, AnyArray]:
         """Fields of the model's points: `distance_m`, and with M3C2 `lod95_m` and `significant`
         (0 or 1)."""
-        told: dict[str, npt.NDArray[Any]] = {"distance_m": self.distances}
+        told: dict[str, AnyArray] = {"distance_m": self.distances}
         if self.lod95 is not None:
             told["lod95_m"] = self.lod95
             with np.errstate(invalid="ignore"):
@@ -112,9 +110,7 @@ def compare(
     for data, name in ((model, tr("The model")), (benchmark, tr("The benchmark"))):
         if not np.isfinite(points_of(data)).all(axis=1).any():
             raise GeometryError(Finding("comparison.no-points", name=name))
-    refuse_apart(
-        _bounds(model), _bounds(benchmark), (tr("The model"), tr("the benchmark"))
-    )  # fmt: skip
+    refuse_apart(_bounds(model), _bounds(benchmark), (tr("The model"), tr("the benchmark")))
     progress.stage(tr("Preparing the benchmark"), None)
     sides, by = _sides(model, benchmark)
     progress.stage(tr("Computing distances"), len(places))
@@ -151,7 +147,7 @@ def compare(
     )
 
 
-def statistics(distances: Array, lod95: Array | None) -> dict[str, Any]:
+def statistics(distances: FloatArray, lod95: FloatArray | None) -> dict[str, Any]:
     """n, beyond, mean_m, median_m, std_m, mad_m, rms_m, lod95_m and significant_share of distances
     (k,), of which those that are not finite are beyond. Raises GeometryError where none is left."""
     there = np.isfinite(distances)
@@ -179,7 +175,7 @@ def statistics(distances: Array, lod95: Array | None) -> dict[str, Any]:
     }
 
 
-def _bounds(data: Mesh | PointCloud) -> Array:
+def _bounds(data: Mesh | PointCloud) -> FloatArray:
     points = points_of(data)
     sound = points[np.isfinite(points).all(axis=1)]
     return np.array([sound.min(axis=0), sound.max(axis=0)])
@@ -217,7 +213,7 @@ def _spacing(data: Mesh | PointCloud) -> float:
     return found if np.isfinite(found) and found > 0 else 1e-9
 
 
-def _reach(distances: Array, radius: float) -> float:
+def _reach(distances: FloatArray, radius: float) -> float:
     """How far a cylinder goes to either side: past nearly all of the nearest distances."""
     found = np.abs(distances[np.isfinite(distances)])
     far = float(np.percentile(found, _MOST_SHARE)) if len(found) else 0.0
@@ -228,13 +224,13 @@ def _m3c2(
     model: Mesh | PointCloud,
     benchmark: Mesh | PointCloud,
     near: Opposite,
-    beyond: npt.NDArray[np.bool_],
+    beyond: BoolArray,
     radius: float,
     reach: float,
     error: float,
     progress: Progress,
     findings: list[Finding],
-) -> tuple[Array, Array]:
+) -> tuple[FloatArray, FloatArray]:
     places = points_of(model)
     clouds = []
     for data, name in ((model, tr("the model")), (benchmark, tr("the benchmark"))):
@@ -249,9 +245,15 @@ def _m3c2(
         clouds[0], core, m3c2.NORMAL_SCALE * radius, near.normal[rows], progress
     )
     found = m3c2.project(
-        core, normals, clouds[0], clouds[1], radius=radius, reach=reach,
-        registration_error=error, progress=progress,
-    )  # fmt: skip
+        core,
+        normals,
+        clouds[0],
+        clouds[1],
+        radius=radius,
+        reach=reach,
+        registration_error=error,
+        progress=progress,
+    )
     there = np.isfinite(found.distance)
     few = there & ~np.isfinite(found.lod95)
     if few.sum() > 0.1 * max(there.sum(), 1):

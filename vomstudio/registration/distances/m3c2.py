@@ -11,14 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
 from vomstudio.geometry.nearby.point_grid import PointGrid
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 Z95 = 1.96
 """As published."""
@@ -36,15 +33,19 @@ class Projected:
     normal : (n, 3); count : (n, 2) points of each cloud in the cylinder
     """
 
-    distance: Array
-    lod95: Array
-    normal: Array
-    count: Ints
+    distance: FloatArray
+    lod95: FloatArray
+    normal: FloatArray
+    count: IntArray
 
 
 def normals_at(
-    cloud: Array, places: Array, radius: float, sides: Array, progress: Progress | None = None
-) -> Array:
+    cloud: FloatArray,
+    places: FloatArray,
+    radius: float,
+    sides: FloatArray,
+    progress: Progress | None = None,
+) -> FloatArray:
     """(n, 3) unit normals of a cloud (m, 3) at places (n, 3), by the points within `radius`, turned
     to the side of the vectors `sides` (n, 3); NaN where there are fewer than three points."""
     found = PointGrid(cloud, radius).planes(places, radius, progress).normal
@@ -53,10 +54,10 @@ def normals_at(
 
 
 def project(
-    core: Array,
-    normals: Array,
-    first: Array,
-    second: Array,
+    core: FloatArray,
+    normals: FloatArray,
+    first: FloatArray,
+    second: FloatArray,
     *,
     radius: float,
     reach: float,

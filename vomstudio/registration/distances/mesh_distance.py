@@ -8,17 +8,14 @@ IEEE TVCG 11, 243). Copies of a vertex with several texture coordinates are one 
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.geometry.coincident_points import welded
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.nearby.point_grid import in_blocks
 from vomstudio.geometry.rays.raytree import RayTree
 from vomstudio.registration.surface_points import Opposite
-
-Array = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 _BLOCK = 100_000
 # Weights of a nearest point below this are those of an edge or corner.
@@ -34,8 +31,8 @@ class MeshSides:
         corners = [mesh.vertices[mesh.faces[:, k]] for k in range(3)]
         normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
         size = np.linalg.norm(normal, axis=1, keepdims=True)
-        self._faces: Array = normal / np.where(size > 0, size, 1.0)
-        self.areas: Array = size[:, 0] / 2
+        self._faces: FloatArray = normal / np.where(size > 0, size, 1.0)
+        self.areas: FloatArray = size[:, 0] / 2
         self._places = welded(mesh.vertices)[mesh.faces]
         self._corners = self._corner_normals(corners)
         self._edge_keys, self._edges, self._alone = self._edge_normals()
@@ -46,7 +43,7 @@ class MeshSides:
         self._on_border = on_border
 
     @property
-    def mean_normal(self) -> Array:
+    def mean_normal(self) -> FloatArray:
         """(3,) the sum of its faces' normals times their areas."""
         return np.asarray(self.areas @ self._faces, np.float64)
 
@@ -55,7 +52,7 @@ class MeshSides:
         """As long as that sum would be if all faces lay alike."""
         return float(self.areas.sum())
 
-    def _corner_normals(self, corners: list[Array]) -> Array:
+    def _corner_normals(self, corners: list[FloatArray]) -> FloatArray:
         found = np.zeros((int(self._places.max(initial=-1)) + 1, 3))
         for k in range(3):
             a, b = corners[(k + 1) % 3] - corners[k], corners[(k + 2) % 3] - corners[k]
@@ -67,24 +64,24 @@ class MeshSides:
                 )
         return found
 
-    def _edge_normals(self) -> tuple[Ints, Array, npt.NDArray[np.bool_]]:
+    def _edge_normals(self) -> tuple[IntArray, FloatArray, BoolArray]:
         """Sorted keys of the edges, the sum of the normals of the faces at each, and whether it
         belongs to one face alone."""
         keys = np.concatenate([self._edge_key(slice(None), k) for k in range(3)])
         named, which, count = np.unique(keys, return_inverse=True, return_counts=True)
         faces = np.tile(np.arange(len(self._faces)), 3)
-        sums: Array = np.zeros((len(named), 3))
+        sums: FloatArray = np.zeros((len(named), 3))
         for axis in range(3):
             sums[:, axis] = np.bincount(which, self._faces[faces, axis], len(named))
         return np.asarray(named, np.int64), sums, np.asarray(count == 1, np.bool_)
 
-    def _edge_key(self, rows: slice | Ints, opposite: int) -> Ints:
+    def _edge_key(self, rows: slice | IntArray, opposite: int) -> IntArray:
         """Of the edge that does not have this corner of the faces."""
         a = self._places[rows, (opposite + 1) % 3]
         b = self._places[rows, (opposite + 2) % 3]
         return np.asarray(np.minimum(a, b) * len(self._corners) + np.maximum(a, b), np.int64)
 
-    def opposite(self, places: Array, progress: Progress | None = None) -> Opposite:
+    def opposite(self, places: FloatArray, progress: Progress | None = None) -> Opposite:
         """What of the mesh lies opposite the places (n, 3). Raises Cancelled through `progress`,
         whose steps are places."""
         n = len(places)
@@ -96,7 +93,7 @@ class MeshSides:
         in_blocks(work, n, progress or Silent(), _BLOCK)
         return Opposite(distance, beside, normal)
 
-    def _block(self, places: Array) -> tuple[Array, Array, Array]:
+    def _block(self, places: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         near = self._tree.nearest(places)
         n = len(places)
         distance, beside, normal = np.full(n, np.nan), np.zeros(n), np.full((n, 3), np.nan)

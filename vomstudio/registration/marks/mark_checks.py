@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -19,7 +19,6 @@ from vomstudio.geometry.cameras import View
 from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.registration.similarity import fit_similarity
 
-Array = npt.NDArray[np.float64]
 Marked = tuple[str, str, float, float]
 
 _ALIKE = 0.6
@@ -125,8 +124,8 @@ class _Seen:
     """All marks of one photo: rows of their points, and pixels."""
 
     view: View
-    rows: npt.NDArray[np.int64]
-    pixels: Array
+    rows: IntArray
+    pixels: FloatArray
 
 
 @dataclass(frozen=True)
@@ -138,7 +137,7 @@ class _Otherwise:
     turn: tuple[tuple[int, int], tuple[int, int]]
     start: tuple[float, float] = (0.0, 0.0)
 
-    def __call__(self, pixels: Array, view: View) -> Array:
+    def __call__(self, pixels: FloatArray, view: View) -> FloatArray:
         size = np.array([view.intrinsics.width, view.intrinsics.height], np.float64)
         return np.asarray(pixels @ np.array(self.turn, np.float64).T + size * self.start)
 
@@ -218,13 +217,13 @@ def _by_photo(marks: Sequence[Marked], views: Mapping[str, View]) -> tuple[list[
 
 
 def _ways(
-    photos: Sequence[_Seen], targets: Array
-) -> Iterator[tuple[str, float, Callable[[Array, View], Array]]]:
+    photos: Sequence[_Seen], targets: FloatArray
+) -> Iterator[tuple[str, float, Callable[[FloatArray, View], FloatArray]]]:
     """Words, how many times as large the photos are as those that were marked, and the change."""
     for way in _counted_otherwise():
         yield way.words, 1.0, way
 
-    def change(logarithm: float) -> Callable[[Array, View], Array]:
+    def change(logarithm: float) -> Callable[[FloatArray, View], FloatArray]:
         return lambda pixels, _: pixels * math.exp(logarithm)
 
     def miss(logarithm: float) -> float:
@@ -259,13 +258,15 @@ def _ways(
     yield words, size, change(best)
 
 
-def _share_inside(photos: Sequence[_Seen], change: Callable[[Array, View], Array]) -> float:
+def _share_inside(
+    photos: Sequence[_Seen], change: Callable[[FloatArray, View], FloatArray]
+) -> float:
     inside = [photo.view.contains(change(photo.pixels, photo.view)) for photo in photos]
     return float(np.concatenate(inside).mean())
 
 
 def _misses(
-    photos: Sequence[_Seen], targets: Array, change: Callable[[Array, View], Array]
+    photos: Sequence[_Seen], targets: FloatArray, change: Callable[[FloatArray, View], FloatArray]
 ) -> tuple[float, float]:
     """Pixels (medians) by which marks miss the place in which their rays meet, and the surveyed
     points; the latter NaN where these are too few to tell.
@@ -298,7 +299,7 @@ def _misses(
     return own, _median_miss(photos, there, back)
 
 
-def _median_miss(photos: Sequence[_Seen], there: Sequence[Array], places: Array) -> float:
+def _median_miss(photos: Sequence[_Seen], there: Sequence[FloatArray], places: FloatArray) -> float:
     """Of all marks whose place is known; infinite behind a camera."""
     found = []
     for photo, pixels in zip(photos, there, strict=True):

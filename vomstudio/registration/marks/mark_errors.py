@@ -13,14 +13,12 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import View
 from vomstudio.geometry.triangulation import triangulate
-
-Array = npt.NDArray[np.float64]
 
 MIN_MARK_PX = 0.3
 """Error of a mark in one direction, one sigma, below which no estimate from marks is trusted."""
@@ -41,7 +39,7 @@ class Marks(NamedTuple):
     """Marks of one point: the views in which it is seen, and the pixels (k, 2)."""
 
     views: Sequence[View]
-    pixels: Array
+    pixels: FloatArray
 
     def select(self, rows: Iterable[int]) -> Marks:
         """Return some of the marks."""
@@ -49,7 +47,7 @@ class Marks(NamedTuple):
         return Marks([self.views[row] for row in rows], self.pixels[rows])
 
 
-def mark_distances(marks: Marks, place: Array) -> Array:
+def mark_distances(marks: Marks, place: FloatArray) -> FloatArray:
     """Return the pixels (k,) from each mark to the projection of a place (3,).
 
     Infinite behind a camera, and for a place that is not known.
@@ -63,7 +61,7 @@ def mark_distances(marks: Marks, place: Array) -> Array:
     return np.nan_to_num(np.array(off, np.float64), nan=np.inf)
 
 
-def robust_place(marks: Marks) -> Array:
+def robust_place(marks: Marks) -> FloatArray:
     """Return the place (3,) from which at least half of the marks are least far; NaN if none.
 
     For two marks it is where both meet.
@@ -86,7 +84,7 @@ def robust_place(marks: Marks) -> Array:
     return triangulate(*marks.select(near))
 
 
-def _meeting_places(marks: Marks) -> Array:
+def _meeting_places(marks: Marks) -> FloatArray:
     """Return the places (m, 3) nearest to the rays of two marks each."""
     rays = np.array(
         [view.rays(pixel)[0] for view, pixel in zip(marks.views, marks.pixels, strict=True)]
@@ -120,7 +118,7 @@ def mark_scatter_px(points: Sequence[Marks]) -> float:
     return _scatter_px(_robust_distances(points))
 
 
-def _robust_distances(points: Sequence[Marks]) -> list[tuple[Marks, Array]]:
+def _robust_distances(points: Sequence[Marks]) -> list[tuple[Marks, FloatArray]]:
     """Return the points that are located, and the distances of their marks from there."""
     places = [(marks, robust_place(marks)) for marks in points if len(marks.views) >= 2]
     return [
@@ -128,13 +126,13 @@ def _robust_distances(points: Sequence[Marks]) -> list[tuple[Marks, Array]]:
     ]
 
 
-def _scatter_px(located: Sequence[tuple[Marks, Array]]) -> float:
+def _scatter_px(located: Sequence[tuple[Marks, FloatArray]]) -> float:
     distances = [off for _, off in located]
     if not distances:
         return float("nan")
     scatter = float(np.median(np.concatenate(distances))) / _MEDIAN_LENGTH
     for _ in range(_ROUNDS):
-        lengths: list[Array] = []
+        lengths: list[FloatArray] = []
         for marks, off in located:
             near = np.flatnonzero(off <= _LIMIT_SIGMAS * scatter)
             if len(near) >= 2 and len(near) < len(off):
@@ -206,7 +204,7 @@ def agreement_px(mark_px: float) -> float:
     return _LIMIT_SIGMAS * max(HAND_MARK_PX, mark_px)
 
 
-def place_covariance(marks: Marks, place: Array, mark_px: float) -> Array:
+def place_covariance(marks: Marks, place: FloatArray, mark_px: float) -> FloatArray:
     """Return the covariance (3, 3) of a triangulated place, in the frame and unit of the views.
 
     Parameters

@@ -6,13 +6,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.triangulation import triangulate
 from vomstudio.registration.marks.mark_errors import Marks, mark_distances, robust_place
-
-Array = npt.NDArray[np.float64]
 
 # Marks that must agree before others are called wrong: two always nearly meet.
 _MIN_AGREEING = 3
@@ -51,9 +49,7 @@ class WrongMark:
         )
 
 
-def agreeing(
-    label: str, marks: Marks, limit_px: float
-) -> tuple[npt.NDArray[np.int64], list[WrongMark]]:
+def agreeing(label: str, marks: Marks, limit_px: float) -> tuple[IntArray, list[WrongMark]]:
     """Find the marks of a point that contradict most of its marks.
 
     Two marks that contradict each other are both kept: only the place of the point can tell which
@@ -90,8 +86,8 @@ def agreeing(
 
 
 def misplaced(
-    label: str, marks: Marks, place: Array, limit_px: float, far_px: float
-) -> tuple[npt.NDArray[np.int64], list[WrongMark]]:
+    label: str, marks: Marks, place: FloatArray, limit_px: float, far_px: float
+) -> tuple[IntArray, list[WrongMark]]:
     """Find the marks of a point that contradict its surveyed place.
 
     Marks that agree with each other are right, and the place may be wrong.
@@ -120,7 +116,7 @@ def misplaced(
     return np.flatnonzero(~far), wrong
 
 
-def _wrong(label: str, marks: Marks, row: int, place: Array) -> WrongMark:
+def _wrong(label: str, marks: Marks, row: int, place: FloatArray) -> WrongMark:
     """place : (3,) where the other marks of the point meet, NaN if it is not known"""
     view = marks.views[row]
     x, y = (float(v) for v in marks.pixels[row])
@@ -135,7 +131,7 @@ def meet(marks: Marks, limit_px: float) -> bool:
     return bool(np.isfinite(place).all() and mark_distances(marks, place).max() <= limit_px)
 
 
-def _worst(marks: Marks) -> tuple[int, Array]:
+def _worst(marks: Marks) -> tuple[int, FloatArray]:
     """The mark without which the others agree best, and where these meet; NaN if leaving out
     another one is nearly as good."""
     rows = np.arange(len(marks.views))

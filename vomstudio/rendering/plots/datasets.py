@@ -8,21 +8,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray, FloatArray, GenericArray, Int32Array, IntArray
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 
-Array = npt.NDArray[np.float64]
-Faces = npt.NDArray[np.int32]
 
-
-def local_origin(bounds: Array) -> Array:
+def local_origin(bounds: FloatArray) -> FloatArray:
     """(3,) whole metres near the middle of bounds (2, 3)."""
     return np.asarray(np.round(np.mean(bounds, axis=0)), np.float64)
 
 
-def mesh_dataset(mesh: Mesh, origin: Array) -> Any:
+def mesh_dataset(mesh: Mesh, origin: FloatArray) -> Any:
     """PolyData of a mesh with one material or none, else a MultiBlock with one block a material.
 
     mesh : in World. A block has the texture coordinates active, and names its material and the file
@@ -42,7 +39,7 @@ def mesh_dataset(mesh: Mesh, origin: Array) -> Any:
     return blocks
 
 
-def cloud_dataset(cloud: PointCloud, origin: Array) -> Any:
+def cloud_dataset(cloud: PointCloud, origin: FloatArray) -> Any:
     """PolyData of points with their colours, normals and fields."""
     import pyvista
 
@@ -54,7 +51,7 @@ def cloud_dataset(cloud: PointCloud, origin: Array) -> Any:
     return data
 
 
-def _block(mesh: Mesh, faces: Faces, origin: Array, material: Material | None) -> Any:
+def _block(mesh: Mesh, faces: Int32Array, origin: FloatArray, material: Material | None) -> Any:
     import pyvista
 
     places, rows = np.unique(faces, return_inverse=True)
@@ -77,9 +74,9 @@ def _block(mesh: Mesh, faces: Faces, origin: Array, material: Material | None) -
 
 def _add_values(
     data: Any,
-    colors: npt.NDArray[np.uint8] | None,
-    fields: Mapping[str, npt.NDArray[np.generic]],
-    rows: npt.NDArray[np.int64] | None,
+    colors: ByteArray | None,
+    fields: Mapping[str, GenericArray],
+    rows: IntArray | None,
 ) -> None:
     for name, values in fields.items():
         data.point_data[name] = np.asarray(values if rows is None else values[rows])

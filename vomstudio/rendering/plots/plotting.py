@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering.plots.datasets import (
@@ -22,7 +22,6 @@ from vomstudio.rendering.plots.datasets import (
 )
 from vomstudio.rendering.view.first_view import first_view
 
-Array = npt.NDArray[np.float64]
 _GREY = "#b8b2a8"
 
 
@@ -32,9 +31,9 @@ class DrawnFeature:
     label : beside `anchor` (3,); color : #rrggbb"""
 
     name: str
-    line: Array
-    ring: Array | None
-    anchor: Array
+    line: FloatArray
+    ring: FloatArray | None
+    anchor: FloatArray
     label: str
     color: str
 
@@ -66,7 +65,7 @@ def draw(
     return plotter
 
 
-def _origin(models: Sequence[Mesh | PointCloud], features: Sequence[DrawnFeature]) -> Array:
+def _origin(models: Sequence[Mesh | PointCloud], features: Sequence[DrawnFeature]) -> FloatArray:
     corners = [model.bounds for model in models] or [f.anchor[None] for f in features]
     if not corners:
         return np.zeros(3)
@@ -74,7 +73,7 @@ def _origin(models: Sequence[Mesh | PointCloud], features: Sequence[DrawnFeature
     return local_origin(np.array([every.min(axis=0), every.max(axis=0)]))
 
 
-def _add_model(plotter: Any, model: Mesh | PointCloud, origin: Array) -> None:
+def _add_model(plotter: Any, model: Mesh | PointCloud, origin: FloatArray) -> None:
     import pyvista
 
     if isinstance(model, PointCloud):
@@ -94,7 +93,7 @@ def _add_model(plotter: Any, model: Mesh | PointCloud, origin: Array) -> None:
             plotter.add_mesh(block, color=_GREY if diffuse is None else diffuse)
 
 
-def _add_feature(plotter: Any, feature: DrawnFeature, origin: Array) -> None:
+def _add_feature(plotter: Any, feature: DrawnFeature, origin: FloatArray) -> None:
     import pyvista
 
     line = feature.line - origin

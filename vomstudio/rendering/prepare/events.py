@@ -10,9 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-import numpy as np
-import numpy.typing as npt
-
+from vomstudio.core.arrays import FloatArray, Int32Array
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -25,8 +23,6 @@ if TYPE_CHECKING:
     from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
     from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStaticCellLocator
 
-Array = npt.NDArray[np.float64]
-
 
 class Stopped(Exception):
     """The model is no longer wanted."""
@@ -37,8 +33,8 @@ class Registered:
     """A worker knows how large the model is: bounds (2, 3) in its file frame."""
 
     data: Mesh | PointCloud
-    bounds: Array
-    origin: Array
+    bounds: FloatArray
+    origin: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +45,7 @@ class ProxyReady:
     """
 
     data: vtkPolyData
-    rows: npt.NDArray[np.int32]
+    rows: Int32Array
 
 
 @dataclass(frozen=True, eq=False)

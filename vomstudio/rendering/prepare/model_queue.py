@@ -10,8 +10,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntegerArray
 from vomstudio.core.errors import VomError
 from vomstudio.core.failures.error_collector import ERRORS
 from vomstudio.core.findings import Finding
@@ -32,7 +32,6 @@ from vomstudio.rendering.view.scalars import FieldStyle
 if TYPE_CHECKING:
     from concurrent.futures import ThreadPoolExecutor
 
-Array = npt.NDArray[np.float64]
 NICENESS = 5
 
 
@@ -141,9 +140,9 @@ class ModelWork:
         model_id: str,
         data: Mesh | PointCloud,
         style: FieldStyle,
-        to_world: Array,
-        proxies: Sequence[npt.NDArray[np.integer]],
-        parts: Sequence[npt.NDArray[np.integer]],
+        to_world: FloatArray,
+        proxies: Sequence[IntegerArray],
+        parts: Sequence[IntegerArray],
     ) -> None:
         """Have the colours of a field made; see `preparation.prepare_field`."""
         from vomstudio.rendering.prepare import preparation

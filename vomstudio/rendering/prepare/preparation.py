@@ -12,10 +12,17 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStaticCellLocator
 
+from vomstudio.core.arrays import (
+    ByteArray,
+    Float32Array,
+    FloatArray,
+    FloatingArray,
+    Int32Array,
+    IntegerArray,
+)
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.progressive_order import arrange
@@ -53,9 +60,6 @@ ROW = 3 * 512
 
 NEUTRAL = (190, 186, 178)
 
-Colors = npt.NDArray[np.uint8]
-Float32 = npt.NDArray[np.float32]
-
 
 def pieces(count: int, stop: threading.Event, size: int = PIECE) -> Iterator[slice]:
     for start in range(0, count, size):
@@ -64,9 +68,7 @@ def pieces(count: int, stop: threading.Event, size: int = PIECE) -> Iterator[sli
         yield slice(start, min(start + size, count))
 
 
-def finite_bounds(
-    points: npt.NDArray[np.floating], stop: threading.Event
-) -> npt.NDArray[np.float64]:
+def finite_bounds(points: FloatingArray, stop: threading.Event) -> FloatArray:
     """(2, 3) corners of the finite points; zeros where there is none."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for part in pieces(len(points), stop):
@@ -83,9 +85,7 @@ def finite_bounds(
     return np.stack([low, high])
 
 
-def local_points(
-    points: npt.NDArray[np.float64], origin: npt.NDArray[np.float64], stop: threading.Event
-) -> Float32:
+def local_points(points: FloatArray, origin: FloatArray, stop: threading.Event) -> Float32Array:
     """float32 of points less origin, subtracted in float64."""
     out = np.empty((len(points), 3), np.float32)
     for part in pieces(len(points), stop):
@@ -98,7 +98,7 @@ def local_points(
 
 def prepare_mesh(
     mesh: Mesh,
-    origin: npt.NDArray[np.float64],
+    origin: FloatArray,
     stop: threading.Event,
     emit: Emit,
 ) -> None:
@@ -141,7 +141,7 @@ def material_groups(mesh: Mesh) -> list[tuple[int, slice]]:
 
 def vertex_colors(
     mesh: Mesh, groups: list[tuple[int, slice]], stop: threading.Event
-) -> Colors | None:
+) -> ByteArray | None:
     """(n, 3) from the file, else sampled from small versions of the textures, else None."""
     if mesh.colors is not None:
         return np.array(mesh.colors, np.uint8)
@@ -178,11 +178,11 @@ def vertex_colors(
 
 
 def make_proxy(
-    points: Float32,
-    faces: npt.NDArray[np.int32],
-    colors: Colors | None,
+    points: Float32Array,
+    faces: Int32Array,
+    colors: ByteArray | None,
     stop: threading.Event,
-) -> tuple[vtkPolyData, npt.NDArray[np.int32]] | None:
+) -> tuple[vtkPolyData, Int32Array] | None:
     """About PROXY_FACES triangles with a colour per vertex, and the rows of `points` that they use;
     None where the mesh is small.
 
@@ -220,7 +220,7 @@ def make_proxy(
     return compact(out, colors is not None)
 
 
-def compact(data: vtkPolyData, colored: bool) -> tuple[vtkPolyData, npt.NDArray[np.int32]]:
+def compact(data: vtkPolyData, colored: bool) -> tuple[vtkPolyData, Int32Array]:
     """The same triangles on only the points they use, neighbours near each other in memory, and
     which points these are.
 
@@ -245,8 +245,8 @@ def compact(data: vtkPolyData, colored: bool) -> tuple[vtkPolyData, npt.NDArray[
 
 def mesh_chunks(
     mesh: Mesh,
-    points: Float32,
-    colors: Colors | None,
+    points: Float32Array,
+    colors: ByteArray | None,
     material: int,
     rows: slice,
     stop: threading.Event,
@@ -291,7 +291,7 @@ def mesh_chunks(
         yield MeshChunkReady(chunk, data, density)
 
 
-def uv_per_metre(corners: Float32, uv: Float32) -> float:
+def uv_per_metre(corners: Float32Array, uv: Float32Array) -> float:
     """Square root of texture area over surface area: image widths per metre."""
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = float(np.linalg.norm(np.cross(a, b), axis=1).sum())
@@ -343,7 +343,7 @@ def prepare_textures(
 
 def prepare_cloud(
     cloud: PointCloud,
-    origin: npt.NDArray[np.float64],
+    origin: FloatArray,
     stop: threading.Event,
     emit: Emit,
     submit: Submit,
@@ -372,9 +372,9 @@ def prepare_cloud(
 def prepare_field(
     data: Mesh | PointCloud,
     style: FieldStyle,
-    to_world: npt.NDArray[np.float64],
-    proxies: Sequence[npt.NDArray[np.integer]],
-    parts: Sequence[npt.NDArray[np.integer]],
+    to_world: FloatArray,
+    proxies: Sequence[IntegerArray],
+    parts: Sequence[IntegerArray],
     stop: threading.Event,
     emit: Emit,
 ) -> None:
@@ -391,7 +391,7 @@ def prepare_field(
         return
     _, read = reader(data, style.name, to_world)
 
-    def colored(rows: npt.NDArray[np.integer]) -> vtkUnsignedCharArray:
+    def colored(rows: IntegerArray) -> vtkUnsignedCharArray:
         check()
         return vtk_data.color_array(scale.colors(read(rows)))
 

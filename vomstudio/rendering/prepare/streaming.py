@@ -10,8 +10,8 @@ from __future__ import annotations
 import threading
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError, VomError
 from vomstudio.core.failures.error_collector import ERRORS
 from vomstudio.core.findings import Finding
@@ -36,14 +36,13 @@ from vomstudio.rendering.view import spatial_blocks
 from vomstudio.rendering.view.camera import Camera, Eye
 from vomstudio.rendering.view.spatial_blocks import PointChunk
 
-Array = npt.NDArray[np.float64]
 SHOWN_SHARE = 0.5
 """Of the points that may be there, so many are shown at most: the rest is what was seen before."""
 MOST_SHOWN = 3_000_000
 
 
 def view_of(
-    eye: Eye, camera: Camera, size: tuple[int, int], to_world: Array, from_world: Array
+    eye: Eye, camera: Camera, size: tuple[int, int], to_world: FloatArray, from_world: FloatArray
 ) -> View:
     """What the eye sees, in the file's frame."""
     linear = to_world[:3, :3]
@@ -73,7 +72,7 @@ class Streamer:
         self,
         cloud: PointCloud,
         nodes: CloudNodes,
-        origin: Array,
+        origin: FloatArray,
         stop: threading.Event,
         emit: Emit,
         submit: Submit,

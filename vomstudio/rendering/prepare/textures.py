@@ -6,14 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.untrusted.pictures import convert_to_rgb
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-
-Pixels = npt.NDArray[np.uint8]
 
 OVERVIEW_SIDE = 512
 LARGEST_FILE_PIXELS = 1 << 30
@@ -39,7 +37,7 @@ class Level:
 
     width: int
     height: int
-    tiles: tuple[Pixels, ...]
+    tiles: tuple[ByteArray, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +80,7 @@ def reason(error: Exception) -> str:
     return said.splitlines()[0][:120].rstrip(".") if said else type(error).__name__
 
 
-def overview(path: Path) -> Pixels | None:
+def overview(path: Path) -> ByteArray | None:
     """A small RGB version (rows from the top) to take vertex colours from; None if unreadable."""
     try:
         with open_picture(path) as picture:
@@ -146,7 +144,7 @@ def load_texture(path: Path, limit: int, whole_side: int | None = None) -> Textu
     return Texture(path, tuple(levels), note)
 
 
-def make_level(pixels: Pixels, whole_side: int | None) -> Level:
+def make_level(pixels: ByteArray, whole_side: int | None) -> Level:
     """pixels (height, width, 3), first row at the bottom."""
     height, width = pixels.shape[:2]
     if whole_side is None or max(height, width) <= whole_side or min(height, width) < 2:

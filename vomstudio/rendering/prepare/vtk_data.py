@@ -13,7 +13,6 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from vtkmodules.util import numpy_support
 from vtkmodules.vtkCommonCore import VTK_INT, vtkDataArray, vtkPoints, vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import (
@@ -25,17 +24,26 @@ from vtkmodules.vtkCommonDataModel import (
 from vtkmodules.vtkCommonMath import vtkMatrix4x4
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
+from vomstudio.core.arrays import (
+    AnyArray,
+    ByteArray,
+    Float32Array,
+    FloatArray,
+    Int32Array,
+    IntArray,
+)
+
 # VTK's own helpers, which carry no types: what they give depends on what they are given.
 numpy_to_vtk: Callable[..., Any] = numpy_support.numpy_to_vtk
 _vtk_to_numpy: Callable[..., Any] = numpy_support.vtk_to_numpy
 
 
-def array_of(values: vtkDataArray) -> npt.NDArray[Any]:
+def array_of(values: vtkDataArray) -> AnyArray:
     """The values of VTK, shared: (n,), or (n, components) where there are several."""
     return np.asarray(_vtk_to_numpy(values))
 
 
-def vtk_points(points: npt.NDArray[np.float32]) -> vtkPoints:
+def vtk_points(points: Float32Array) -> vtkPoints:
     """Points (n, 3) float32, shared with the array."""
     out = vtkPoints()
     out.SetData(numpy_to_vtk(np.ascontiguousarray(points, np.float32)))
@@ -43,11 +51,11 @@ def vtk_points(points: npt.NDArray[np.float32]) -> vtkPoints:
 
 
 def triangles(
-    points: npt.NDArray[np.float32],
-    faces: npt.NDArray[np.int32],
+    points: Float32Array,
+    faces: Int32Array,
     *,
-    uv: npt.NDArray[np.float32] | None = None,
-    colors: npt.NDArray[np.uint8] | None = None,
+    uv: Float32Array | None = None,
+    colors: ByteArray | None = None,
 ) -> vtkPolyData:
     """A triangle mesh; faces (m, 3) are rows into points (n, 3)."""
     data = vtkPolyData()
@@ -62,7 +70,7 @@ def triangles(
     return data
 
 
-def triangle_cells(faces: npt.NDArray[np.int32]) -> vtkCellArray:
+def triangle_cells(faces: Int32Array) -> vtkCellArray:
     """Triangles (m, 3) as rows into points."""
     cells = vtkCellArray()
     flat = np.ascontiguousarray(faces, np.int32).reshape(-1)
@@ -71,9 +79,7 @@ def triangle_cells(faces: npt.NDArray[np.int32]) -> vtkCellArray:
     return cells
 
 
-def point_set(
-    points: npt.NDArray[np.float32], colors: npt.NDArray[np.uint8] | None = None
-) -> vtkPolyData:
+def point_set(points: Float32Array, colors: ByteArray | None = None) -> vtkPolyData:
     """Points without cells, as vtkPointGaussianMapper draws them."""
     data = vtkPolyData()
     data.SetPoints(vtk_points(points))
@@ -82,18 +88,18 @@ def point_set(
     return data
 
 
-def set_colors(data: vtkPolyData, colors: npt.NDArray[np.uint8]) -> None:
+def set_colors(data: vtkPolyData, colors: ByteArray) -> None:
     """RGB or RGBA (n, 3 or 4) uint8 per point as the active scalars."""
     data.GetPointData().SetScalars(color_array(colors))
 
 
-def color_array(colors: npt.NDArray[np.uint8]) -> vtkUnsignedCharArray:
+def color_array(colors: ByteArray) -> vtkUnsignedCharArray:
     array: vtkUnsignedCharArray = numpy_to_vtk(np.ascontiguousarray(colors, np.uint8))
     array.SetName("rgb")
     return array
 
 
-def cells_of(sizes: Sequence[int] | npt.NDArray[np.int64]) -> vtkCellArray:
+def cells_of(sizes: Sequence[int] | IntArray) -> vtkCellArray:
     """Cells that use the points in order, the first sizes[0] of them, then sizes[1] ..."""
     offsets = np.concatenate([[0], np.cumsum(np.asarray(sizes, np.int64))]).astype(np.int32)
     cells = vtkCellArray()
@@ -130,7 +136,7 @@ def clip(actor: vtkActor, planes: vtkPlaneCollection | None) -> None:
         actor.GetMapper().SetClippingPlanes(planes)
 
 
-def image(pixels: npt.NDArray[np.uint8]) -> vtkImageData:
+def image(pixels: ByteArray) -> vtkImageData:
     """(height, width, channels) uint8, first row at the bottom, as a VTK image."""
     height, width, channels = pixels.shape
     out = vtkImageData()
@@ -139,12 +145,12 @@ def image(pixels: npt.NDArray[np.uint8]) -> vtkImageData:
     return out
 
 
-def matrix(values: npt.NDArray[np.float64]) -> vtkMatrix4x4:
+def matrix(values: FloatArray) -> vtkMatrix4x4:
     out = vtkMatrix4x4()
     out.DeepCopy(np.asarray(values, np.float64).reshape(-1).tolist())
     return out
 
 
-def rgb(color: tuple[float, float, float]) -> npt.NDArray[np.uint8]:
+def rgb(color: tuple[float, float, float]) -> ByteArray:
     """(3,) uint8 of RGB 0..1."""
     return np.asarray(np.round(np.clip(color, 0.0, 1.0) * np.array(255.0)), np.uint8)

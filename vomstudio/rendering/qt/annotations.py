@@ -13,19 +13,17 @@ from itertools import count, repeat
 from operator import attrgetter
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen, QPixmap
 
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.rendering.qt import painting
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.decluttering import LabelGrid, by_importance, place_labels
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.rendering.view.symbols import SMALLEST_DISC, Signs, SymbolSet
 
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
-Project = Callable[[Array], tuple[Array, Flags]]
+Project = Callable[[FloatArray], tuple[FloatArray, BoolArray]]
 
 _PATIENCE = 6
 """Frames of a moving view for which something stays though its place is not seen: the depth of a
@@ -58,30 +56,30 @@ class _Ready:
 
     drawings: list[FeatureDrawing]
     rows: dict[str, int]
-    places: Array
-    extents: Array
-    sizes: Array
-    labelled: Flags
-    symbol_rows: npt.NDArray[np.int64]
+    places: FloatArray
+    extents: FloatArray
+    sizes: FloatArray
+    labelled: BoolArray
+    symbol_rows: IntArray
     symbols: SymbolSet
-    discs: Flags
+    discs: BoolArray
 
     @property
     def count(self) -> int:
         return len(self.drawings)
 
-    def among(self, ids: Iterable[str]) -> npt.NDArray[np.int64]:
+    def among(self, ids: Iterable[str]) -> IntArray:
         """The rows of those of these ids that are here."""
         rows = self.rows
         return np.array([rows[id_] for id_ in ids if id_ in rows], np.int64)
 
-    def flags(self, ids: Iterable[str]) -> Flags:
+    def flags(self, ids: Iterable[str]) -> BoolArray:
         """(n,) which have one of these ids."""
         found = np.zeros(self.count, np.bool_)
         found[self.among(ids)] = True
         return found
 
-    def numbers(self, known: Mapping[str, int]) -> npt.NDArray[np.int64]:
+    def numbers(self, known: Mapping[str, int]) -> IntArray:
         """(n,) what is known of each, 0 where nothing is."""
         found = np.zeros(self.count, np.int64)
         here = [(self.rows[id_], number) for id_, number in known.items() if id_ in self.rows]
@@ -103,8 +101,8 @@ class Annotations:
         self._labels_shown: dict[str, int] = {}
         self._symbols_shown: dict[str, int] = {}
         self._stood: dict[str, int] = {}
-        self._strokes: Array = np.zeros((0, 2, 2))
-        self._owners: npt.NDArray[np.int64] = np.zeros(0, np.int64)
+        self._strokes: FloatArray = np.zeros((0, 2, 2))
+        self._owners: IntArray = np.zeros(0, np.int64)
 
     def forget(self) -> None:
         """The drawings have changed."""
@@ -188,7 +186,7 @@ class Annotations:
             np.array([s.kind == "disc" for s in known], np.bool_),
         )
 
-    def _measure(self, drawings: list[FeatureDrawing]) -> tuple[Array, Array]:
+    def _measure(self, drawings: list[FeatureDrawing]) -> tuple[FloatArray, FloatArray]:
         """Places and sizes of the labels; of most nothing has changed since the last time."""
         places, sizes = np.zeros((len(drawings), 1 + len(_ALONG), 3)), np.zeros((len(drawings), 2))
         before = self._before
@@ -202,7 +200,7 @@ class Annotations:
         self._before = None
         return places, sizes
 
-    def _stand(self, ready: _Ready, seen: Flags, moving: bool) -> npt.NDArray[np.int64]:
+    def _stand(self, ready: _Ready, seen: BoolArray, moving: bool) -> IntArray:
         """(n,) at which of its places each feature is named: where it was last as long as that is
         seen, else at the first that is; so a long trace is named however near the viewer is."""
         last = ready.numbers(self._stood)
@@ -223,8 +221,8 @@ class Annotations:
         painter: QPainter,
         ready: _Ready,
         signs: Signs,
-        seen: Flags,
-        chosen: Flags,
+        seen: BoolArray,
+        chosen: BoolArray,
         grid: LabelGrid,
         size: tuple[float, float],
         moving: bool,
@@ -278,7 +276,7 @@ class Annotations:
     def _paint_dots(
         self,
         painter: QPainter,
-        pixels: Array,
+        pixels: FloatArray,
         dots: list[int],
         colors: list[tuple[float, float, float]],
         width: float,
@@ -307,10 +305,10 @@ class Annotations:
     def _paint_strokes(
         self,
         painter: QPainter,
-        strokes: Array,
-        owners: npt.NDArray[np.int64],
+        strokes: FloatArray,
+        owners: IntArray,
         colors: list[tuple[float, float, float]],
-        chosen: Flags,
+        chosen: BoolArray,
     ) -> None:
         if not len(strokes):
             return
@@ -376,9 +374,9 @@ class Annotations:
         self,
         painter: QPainter,
         ready: _Ready,
-        anchors: Array,
-        seen: Flags,
-        chosen: Flags,
+        anchors: FloatArray,
+        seen: BoolArray,
+        chosen: BoolArray,
         grid: LabelGrid,
         gap: float,
         moving: bool,
@@ -402,14 +400,16 @@ class Annotations:
         self._corners = {ready.drawings[i].id: int(corners[i]) for i in placed}
 
     # --- memory ------------------------------------------------------------------------------
-    def _patient(self, ready: _Ready, seen: Flags, shown: dict[str, int], moving: bool) -> Flags:
+    def _patient(
+        self, ready: _Ready, seen: BoolArray, shown: dict[str, int], moving: bool
+    ) -> BoolArray:
         """What is seen, and while the view moves what was shown and seen a few frames ago."""
         if not moving or not shown:
             return seen
         return seen | ready.flags(id_ for id_, gone in shown.items() if gone < _PATIENCE)
 
     def _remember(
-        self, shown: dict[str, int], ready: _Ready, now: Iterable[int], seen: Flags
+        self, shown: dict[str, int], ready: _Ready, now: Iterable[int], seen: BoolArray
     ) -> None:
         """For each row that is shown, for how many frames it has not been seen."""
         before = dict(shown)
@@ -425,7 +425,7 @@ def _flat(color: QColor, width: float) -> QPen:
     return pen
 
 
-def _places(drawing: FeatureDrawing) -> Array:
+def _places(drawing: FeatureDrawing) -> FloatArray:
     """(5, 3) World"""
     line = np.asarray(drawing.line, float).reshape(-1, 3)
     anchor = np.asarray(drawing.anchor, float)

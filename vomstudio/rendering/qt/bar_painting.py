@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.rendering.qt.compass_and_scale import MARGIN, scale_bar_box
 from vomstudio.rendering.qt.painting import DARK, PANEL, TEXT, system_font
 from vomstudio.rendering.view.clipping import EDGES, FACES
 from vomstudio.rendering.view.scalars import MISSING, Scale
-
-Array = npt.NDArray[np.float64]
 
 BAR_WIDTH = 16.0
 TALLEST = 300.0
@@ -190,8 +188,8 @@ def lay_out_bars(
 
 def draw_clip_box(
     painter: QPainter,
-    corners: Array,
-    centres: Array,
+    corners: FloatArray,
+    centres: FloatArray,
     usable: Sequence[bool],
     hot: int | None,
     letters: Sequence[str],

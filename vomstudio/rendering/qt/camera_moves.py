@@ -5,15 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QObject, Signal
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.rendering.qt.scene_lifetime import SceneLife
 from vomstudio.rendering.qt.scene_picture import ScenePicture
 from vomstudio.rendering.qt.viewport_protocol import Pane
 from vomstudio.rendering.view.camera import STANDARD_VIEWS, VIEW_ALIASES, Camera
-
-Array = npt.NDArray[np.float64]
 
 
 class CameraMoves(QObject):
@@ -29,7 +27,7 @@ class CameraMoves(QObject):
         super().__init__(parent)
         self.camera = camera
         self._pane, self._life, self._picture = pane, life, picture
-        self._fitted: Array | None = None
+        self._fitted: FloatArray | None = None
 
     def moved(self) -> None:
         """The camera has changed: draw once in the next paint, rest a little later."""
@@ -44,14 +42,14 @@ class CameraMoves(QObject):
         self.camera.look_along(0.0, 35.0)
         self._frame_all()
 
-    def frame(self, points_world: npt.NDArray[np.float64]) -> None:
+    def frame(self, points_world: FloatArray) -> None:
         """Show all these World points (n, 3), keeping the direction of view, and keep them in view
         where the widget is resized before anybody moves."""
         points = np.asarray(points_world, float)
         self.fit(points)
         self._fitted = points
 
-    def fit(self, points_world: Array) -> None:
+    def fit(self, points_world: FloatArray) -> None:
         """Show all these World points (n, 3), keeping the direction of view."""
         self.camera.fit(points_world, self._pane.extent())
         self.moved()
@@ -65,7 +63,7 @@ class CameraMoves(QObject):
         """From now on the camera keeps its place when the widget is resized."""
         self._fitted = None
 
-    def set_pivot(self, point_world: npt.NDArray[np.float64]) -> None:
+    def set_pivot(self, point_world: FloatArray) -> None:
         """Orbit about this World point from now on; the view stays as it is."""
         self.camera.set_pivot(np.asarray(point_world, float))
         self._picture.redraw_once()
@@ -108,7 +106,7 @@ class CameraMoves(QObject):
         """Metres across one logical pixel at the pivot's distance (anywhere if orthographic)."""
         return self.camera.metres_per_pixel(self._pane.extent()[1])
 
-    def seen(self) -> tuple[Array, float, float]:
+    def seen(self) -> tuple[FloatArray, float, float]:
         """The middle of the view at the pivot's distance (3,), World, and the width and height in
         metres that are seen there."""
         camera, scale = self.camera, self.metres_per_pixel()

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QPainter
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.rendering.qt import bar_painting
 from vomstudio.rendering.qt.annotations import Annotations
 from vomstudio.rendering.qt.scene_lifetime import SceneLife
@@ -17,8 +17,6 @@ from vomstudio.rendering.qt.viewport_protocol import Pane
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.clipping import FACES, ClipBox, along_axis
 from vomstudio.rendering.view.drawing import FeatureDrawing
-
-Array = npt.NDArray[np.float64]
 
 FACE_PIXELS = 14.0
 
@@ -68,7 +66,7 @@ class ClipHandles(QObject):
 
     # -- what is inside
 
-    def holds(self, points: Array) -> npt.NDArray[np.bool_]:
+    def holds(self, points: FloatArray) -> BoolArray:
         """(n,) whether World points (n, 3) are inside the box."""
         if self.box is None:
             return np.ones(len(points), np.bool_)
@@ -83,7 +81,7 @@ class ClipHandles(QObject):
 
     # -- dragging a face
 
-    def places(self) -> tuple[Array, Array, list[bool]]:
+    def places(self) -> tuple[FloatArray, FloatArray, list[bool]]:
         """Pixels of the box's corners and handles, and which handles can be dragged from here."""
         assert self.box is not None
         extent = self._pane.extent()

@@ -6,15 +6,13 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPen, QPolygonF
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
 from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.rendering.qt import painting
-
-Array = npt.NDArray[np.float64]
 
 MARGIN = 16.0
 
@@ -23,7 +21,7 @@ def compass_box(height: float) -> QRectF:
     return QRectF(MARGIN - 4.0, height - MARGIN - 92.0, 96.0, 96.0)
 
 
-def draw_compass(painter: QPainter, frame: Array, height: float, north_known: bool) -> None:
+def draw_compass(painter: QPainter, frame: FloatArray, height: float, north_known: bool) -> None:
     """A level ring with a needle to North, seen as the camera sees it.
 
     frame : rows right, up, direction of the camera in World
@@ -37,7 +35,7 @@ def draw_compass(painter: QPainter, frame: Array, height: float, north_known: bo
     painter.setBrush(QColor(18, 20, 23, 95))
     painter.drawEllipse(centre, 46.0, 46.0)
 
-    def place(vector: Sequence[float] | Array, reach: float = radius) -> QPointF:
+    def place(vector: Sequence[float] | FloatArray, reach: float = radius) -> QPointF:
         x, y = (frame[:2] @ np.asarray(vector, float)) * reach
         return QPointF(centre.x() + float(x), centre.y() - float(y))
 

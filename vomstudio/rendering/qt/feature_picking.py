@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.drawing import FeatureDrawing
-
-Array = npt.NDArray[np.float64]
 
 FEATURE_PIXELS = 7.0
 
@@ -52,7 +50,7 @@ def feature_at(
     return found
 
 
-def inside_convex(ring: Array, x: float, y: float) -> bool:
+def inside_convex(ring: FloatArray, x: float, y: float) -> bool:
     """Whether a pixel lies inside a convex ring (n, 2) of either sense."""
     a, b = ring, np.roll(ring, -1, axis=0)
     side = (b[:, 0] - a[:, 0]) * (y - a[:, 1]) - (b[:, 1] - a[:, 1]) * (x - a[:, 0])

@@ -12,10 +12,10 @@ from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QObject, QPointF, Qt, QTimer, Signal
 from PySide6.QtGui import QMouseEvent, QWheelEvent
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.rendering.qt.viewport_protocol import Pane
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.studio.tools.interaction_types import (
@@ -26,8 +26,6 @@ from vomstudio.studio.tools.interaction_types import (
     Preview,
     is_click,
 )
-
-Array = npt.NDArray[np.float64]
 
 HANDLE_PIXELS = 9.0
 HOVER_S = 0.016
@@ -50,7 +48,7 @@ class View(Pane, Protocol):
 
     def pick(self, x: float, y: float) -> Hit | None: ...
 
-    def world_of(self, hit: Hit) -> Array: ...
+    def world_of(self, hit: Hit) -> FloatArray: ...
 
     def hover(self, x: float, y: float, *, free: bool) -> None:
         """The cursor stands at a pixel; `free` where no vertex of the preview is under it."""
@@ -64,7 +62,7 @@ class Moves(Protocol):
     def moved(self) -> None:
         """The camera has been moved."""
 
-    def set_pivot(self, point_world: Array) -> None: ...
+    def set_pivot(self, point_world: FloatArray) -> None: ...
 
 
 class Faces(Protocol):

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-import numpy as np
-import numpy.typing as npt
 from PySide6.QtGui import QPainter
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.words import tr
 from vomstudio.rendering.qt import bar_painting, compass_and_scale
 from vomstudio.rendering.qt.annotations import Annotations
@@ -16,7 +15,6 @@ from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.rendering.view.scalars import Scale
 
-Array = npt.NDArray[np.float64]
 Size = tuple[float, float]
 
 
@@ -43,7 +41,7 @@ class Overlays:
         features: Mapping[str, FeatureDrawing],
         selected: frozenset[str],
         scales: list[tuple[Scale, str]],
-        project: Callable[[Array], tuple[Array, npt.NDArray[np.bool_]]],
+        project: Callable[[FloatArray], tuple[FloatArray, BoolArray]],
         *,
         moving: bool,
     ) -> None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import (
     QBrush,
@@ -25,9 +24,8 @@ from PySide6.QtGui import (
     QPolygonF,
 )
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.studio.tools.interaction_types import Outline
-
-Array = npt.NDArray[np.float64]
 
 SMALLEST_POINT_SIZE = 9.0
 
@@ -157,12 +155,12 @@ class LabelCache:
 # -- preview
 
 
-def polyline(points: Array) -> QPolygonF:
+def polyline(points: FloatArray) -> QPolygonF:
     return QPolygonF([QPointF(float(x), float(y)) for x, y in points])
 
 
 def draw_runs(
-    painter: QPainter, pixels: Array, seen: npt.NDArray[np.bool_], color: QColor, width: float
+    painter: QPainter, pixels: FloatArray, seen: BoolArray, color: QColor, width: float
 ) -> None:
     """A line through pixels (n, 2): haloed where seen, faint where hidden."""
     if len(pixels) < 2:
@@ -193,7 +191,7 @@ def draw_runs(
             painter.drawPolyline(polyline(run))
 
 
-def draw_rubber(painter: QPainter, pixels: Array, color: QColor) -> None:
+def draw_rubber(painter: QPainter, pixels: FloatArray, color: QColor) -> None:
     """The dashed band from the last vertex to the cursor."""
     for tint, width in ((DARK, 3.6), (color, 1.8)):
         pen = QPen(tint, width)
@@ -203,7 +201,7 @@ def draw_rubber(painter: QPainter, pixels: Array, color: QColor) -> None:
         painter.drawPolyline(polyline(pixels))
 
 
-def draw_ring(painter: QPainter, pixels: Array, color: QColor) -> None:
+def draw_ring(painter: QPainter, pixels: FloatArray, color: QColor) -> None:
     """A translucent convex ring."""
     if len(pixels) < 3 or not np.isfinite(pixels).all():
         return
@@ -217,7 +215,7 @@ def draw_ring(painter: QPainter, pixels: Array, color: QColor) -> None:
     painter.setBrush(Qt.BrushStyle.NoBrush)
 
 
-def draw_brush(painter: QPainter, pixels: Array, color: QColor, *, removes: bool) -> None:
+def draw_brush(painter: QPainter, pixels: FloatArray, color: QColor, *, removes: bool) -> None:
     """The ring of a brush; dashed where it takes away."""
     if len(pixels) < 3 or not np.isfinite(pixels).all():
         return

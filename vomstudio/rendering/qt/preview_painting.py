@@ -6,26 +6,26 @@ from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QColor, QPainter
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.geometry.plane_discs import disc
 from vomstudio.rendering.qt import painting
 from vomstudio.rendering.qt.readout_box import ReadingBox
 from vomstudio.rendering.view.readout_position import Picked, ReadingPlace
 from vomstudio.studio.tools.interaction_types import BrushRing, Preview
 
-Array = npt.NDArray[np.float64]
-
 
 class Eye(Protocol):
     """What looks at World: the viewport's camera, or a photo."""
 
     @property
-    def direction(self) -> Array: ...
+    def direction(self) -> FloatArray: ...
 
-    def project(self, points: Array, size: tuple[float, float]) -> tuple[Array, Array]: ...
+    def project(
+        self, points: FloatArray, size: tuple[float, float]
+    ) -> tuple[FloatArray, FloatArray]: ...
 
 
 _MOST_DOTS = 200
@@ -41,7 +41,7 @@ class PreviewPainter:
         painter: QPainter,
         camera: Eye,
         extent: tuple[float, float],
-        project: Callable[[Array], tuple[Array, npt.NDArray[np.bool_]]],
+        project: Callable[[FloatArray], tuple[FloatArray, BoolArray]],
         place: ReadingPlace,
     ) -> None:
         self._painter, self._camera = painter, camera
@@ -109,7 +109,7 @@ class PreviewPainter:
         number, box = self._place.choose([b.size() for b in boxes], self._extent, picked)
         boxes[number].paint(self._painter, QRectF(*box))
 
-    def _border(self, preview: Preview) -> Array:
+    def _border(self, preview: Preview) -> FloatArray:
         """(d, 2) pixels of places on the border of the painted area."""
         if preview.area is None or not len(preview.area.border):
             return np.zeros((0, 2))
@@ -125,7 +125,7 @@ class PreviewPainter:
         painting.draw_brush(self._painter, ring, color, removes=brush.removes)
         return float(np.ptp(ring[:, 0])) / 2.0 if np.isfinite(ring).all() else 0.0
 
-    def _paint_line(self, line: Array, color: QColor, wide: float) -> None:
+    def _paint_line(self, line: FloatArray, color: QColor, wide: float) -> None:
         """A World line, cut finely enough to tell its hidden parts."""
         pixels, _ = self._camera.project(line, self._extent)
         if not np.isfinite(pixels).all():

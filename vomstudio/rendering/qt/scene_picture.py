@@ -10,11 +10,11 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.arrays import ByteArray
 from vomstudio.rendering.qt.scene_lifetime import SceneLife
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ class ScenePicture(QObject):
         self.image: QImage | None = None
         self.moving = False
         self._view, self._life = view, life
-        self._pixels: npt.NDArray[np.uint8] | None = None
+        self._pixels: ByteArray | None = None
         self._dirty = True
         self._features_dirty = False
         self._first_done = False

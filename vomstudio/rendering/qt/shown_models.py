@@ -5,9 +5,9 @@ from __future__ import annotations
 import time
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QObject, Qt, Signal
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import POINT_BUDGET
@@ -22,8 +22,6 @@ from vomstudio.rendering.prepare.model_queue import ModelWork
 from vomstudio.rendering.qt.camera_moves import CameraMoves
 from vomstudio.rendering.qt.scene_lifetime import SceneLife
 from vomstudio.rendering.qt.scene_picture import ScenePicture
-
-Array = npt.NDArray[np.float64]
 
 TAKE_S = 0.010
 """So long the window takes over what is ready before it does anything else."""
@@ -58,8 +56,8 @@ class ModelsShown(QObject):
         self._stages: dict[str, set[str]] = {}
         self._framing: set[str] = set()
         self._hidden: set[str] = set()
-        self._elements: dict[str, npt.NDArray[np.bool_]] = {}
-        self._transforms: dict[str, Array] = {}
+        self._elements: dict[str, BoolArray] = {}
+        self._transforms: dict[str, FloatArray] = {}
         self._handed.connect(self._take, Qt.ConnectionType.QueuedConnection)
         picture.drawn.connect(self._report_stages)
         moves.restored.connect(self._leave_camera)
@@ -74,7 +72,7 @@ class ModelsShown(QObject):
         self,
         model_id: str,
         data: Mesh | PointCloud,
-        to_world: npt.NDArray[np.float64],
+        to_world: FloatArray,
         *,
         frame_camera: bool,
     ) -> None:
@@ -130,7 +128,7 @@ class ModelsShown(QObject):
             scene.set_visible(model_id, visible)
             self._picture.redraw()
 
-    def hide_elements(self, model_id: str, hidden: npt.NDArray[np.bool_] | None) -> None:
+    def hide_elements(self, model_id: str, hidden: BoolArray | None) -> None:
         """Show a model without these faces or points (n,); None for all of it."""
         self._elements.pop(model_id, None)
         if hidden is not None:
@@ -140,7 +138,7 @@ class ModelsShown(QObject):
             scene.set_hidden(model_id, hidden)
             self._picture.redraw()
 
-    def set_to_world(self, model_id: str, to_world: npt.NDArray[np.float64]) -> None:
+    def set_to_world(self, model_id: str, to_world: FloatArray) -> None:
         """Place a model anew, as after registering it."""
         if model_id not in self._transforms:
             return
@@ -151,7 +149,7 @@ class ModelsShown(QObject):
             self._picture.redraw()
             self.placed.emit(model_id)
 
-    def to_world(self, model_id: str) -> Array:
+    def to_world(self, model_id: str) -> FloatArray:
         """(4, 4), as it was given."""
         return self._transforms[model_id]
 

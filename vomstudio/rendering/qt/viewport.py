@@ -14,7 +14,6 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
     QCloseEvent,
@@ -30,6 +29,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.words import tr
 from vomstudio.extraction.selection.visible_region import Looking
 from vomstudio.rendering.qt.camera_moves import CameraMoves
@@ -50,7 +50,6 @@ from vomstudio.studio.tools.interaction_types import Hit, Preview
 if TYPE_CHECKING:
     from vomstudio.rendering.scene.scene import Scene
 
-Array = npt.NDArray[np.float64]
 
 BACKGROUND = QColor.fromRgbF(0.36, 0.375, 0.39)
 """The scene's own, until there is a scene."""
@@ -171,14 +170,12 @@ class Viewport(QWidget):
         scene = self._life.scene
         return None if scene is None else scene.pick(x, y, self.extent())
 
-    def world_of(self, hit: Hit) -> Array:
+    def world_of(self, hit: Hit) -> FloatArray:
         """World position (3,) of a hit."""
         m = self.models.to_world(hit.model_id)
         return np.asarray(m[:3, :3] @ np.array(hit.position) + m[:3, 3])
 
-    def project(
-        self, points_world: npt.NDArray[np.float64]
-    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+    def project(self, points_world: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Pixels (n, 2) of World points (n, 3), and whether each lies inside the view and not
         behind the surface as it was last drawn."""
         points = np.asarray(points_world, np.float64).reshape(-1, 3)
@@ -197,11 +194,11 @@ class Viewport(QWidget):
             )
         return pixels, inside
 
-    def _project_uncut(self, points: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
+    def _project_uncut(self, points: FloatArray) -> tuple[FloatArray, BoolArray]:
         pixels, seen = self.project(points)
         return pixels, seen & self.clip.holds(points)
 
-    def ray(self, x: float, y: float) -> tuple[Array, Array]:
+    def ray(self, x: float, y: float) -> tuple[FloatArray, FloatArray]:
         """Origin and unit direction in World of the line of sight through a pixel."""
         return self.camera.ray(x, y, self.extent())
 

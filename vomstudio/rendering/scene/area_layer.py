@@ -12,18 +12,17 @@ import zlib
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPlaneCollection, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
+from vomstudio.core.arrays import Float32Array, FloatArray
 from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.studio.tools.interaction_types import Area
 
-Array = npt.NDArray[np.float64]
 Color = tuple[float, float, float]
 # Metres of a device pixel at a place (3,) in World.
-Pixel = Callable[[Array], float]
+Pixel = Callable[[FloatArray], float]
 
 BINS = 32
 OPACITY = 0.36
@@ -46,7 +45,7 @@ class _Piece:
         self.fill, self.dots, self.border = vtkActor(), vtkActor(), vtkActor()
         self.opacity, self.width = opacity, width
         # Of the dots: a place among them and the mean distance between neighbours.
-        self.place: Array | None = None
+        self.place: FloatArray | None = None
         self.spacing = 0.0
         for actor in (self.fill, self.dots, self.border):
             mapper = vtkPolyDataMapper()
@@ -62,7 +61,7 @@ class _Piece:
         for actor in (self.fill, self.dots, self.border):
             vtk_data.clip(actor, planes)
 
-    def set(self, areas: list[tuple[Area, Color, Color]], origin: Array) -> None:
+    def set(self, areas: list[tuple[Area, Color, Color]], origin: FloatArray) -> None:
         """Areas with the colours of their fill and of their border."""
         faces = [(a, a.corners, color) for a, color, _ in areas if a.corners.ndim == 3]
         dots = [(a, _shuffled(a.corners), color) for a, color, _ in areas if a.corners.ndim == 2]
@@ -112,7 +111,7 @@ class AreaLayer:
         self.scale = 1.0
         self._renderer: vtkRenderer | None = None
         self._emphasis: vtkRenderer | None = None
-        self._origin: Array = np.zeros(3)
+        self._origin: FloatArray = np.zeros(3)
         self._drawings: dict[str, FeatureDrawing] = {}
         self._selected: frozenset[str] = frozenset()
         self._bins: dict[int, _Piece] = {}
@@ -134,7 +133,7 @@ class AreaLayer:
         self._renderer, self._emphasis = renderer, emphasis
         self._all_stale()
 
-    def set_origin(self, origin: Array) -> None:
+    def set_origin(self, origin: FloatArray) -> None:
         self._origin = origin
         self._all_stale()
 
@@ -203,7 +202,7 @@ class AreaLayer:
                 piece.stand(over, self.scale, pixel)
 
 
-def area_box(area: Area) -> Array:
+def area_box(area: Area) -> FloatArray:
     """(2, 3) lowest and highest corner in World."""
     # Column by column: a reduction along rows of three is many times slower.
     drawn = area.corners if len(area.corners) else area.border
@@ -216,11 +215,11 @@ def _bin(key: str) -> int:
     return zlib.crc32(key.encode()) % BINS
 
 
-def _shuffled(points: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+def _shuffled(points: Float32Array) -> Float32Array:
     return points[np.random.default_rng(0).permutation(len(points))]
 
 
-def _spacing(points: npt.NDArray[np.float32]) -> float:
+def _spacing(points: Float32Array) -> float:
     """Mean distance between neighbours on the surface that the points lie on, roughly."""
     if len(points) < 3:
         return 0.0
@@ -230,7 +229,7 @@ def _spacing(points: npt.NDArray[np.float32]) -> float:
     return float(np.sqrt(area / len(points)))
 
 
-def _points(parts: list[tuple[Area, npt.NDArray[np.float32], Color]], origin: Array) -> vtkPolyData:
+def _points(parts: list[tuple[Area, Float32Array, Color]], origin: FloatArray) -> vtkPolyData:
     data = vtkPolyData()
     runs = [
         corners.reshape(-1, 3) + (area.origin - origin).astype(np.float32)

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry.frusta import Frustum
 from vomstudio.rendering.prepare import vtk_data
-
-Array = npt.NDArray[np.float64]
 
 COLOR = (0.34, 0.71, 0.91)
 CHOSEN_COLOR = (0.90, 0.62, 0.0)
@@ -30,7 +28,7 @@ class CameraLayer:
         self.scale = 1.0
         self.frusta: tuple[Frustum, ...] = ()
         self.chosen: frozenset[str] = frozenset()
-        self._origin: Array = np.zeros(3)
+        self._origin: FloatArray = np.zeros(3)
         self._stale = True
         self._actors: dict[str, vtkActor] = {}
 
@@ -58,7 +56,7 @@ class CameraLayer:
             self._actors[name] = actor
             renderer.AddActor(actor)
 
-    def set_origin(self, origin: Array) -> None:
+    def set_origin(self, origin: FloatArray) -> None:
         self._origin = origin
         self._stale = True
 
@@ -76,7 +74,7 @@ class CameraLayer:
         self.chosen = names
         self._stale = True
 
-    def corners(self) -> Array:
+    def corners(self) -> FloatArray:
         """(n, 3) World points around everything that is shown."""
         if not self.frusta:
             return np.zeros((0, 3))
@@ -91,9 +89,12 @@ class CameraLayer:
         others = [f for f in self.frusta if f.name not in self.chosen]
         width = {"halo": HALO_WIDTH, "lines": LINE_WIDTH, "lines+": 1.5 * LINE_WIDTH}
         for name, shown in (
-            ("faces", others), ("faces+", chosen),
-            ("halo", list(self.frusta)), ("lines", others), ("lines+", chosen),
-        ):  # fmt: skip
+            ("faces", others),
+            ("faces+", chosen),
+            ("halo", list(self.frusta)),
+            ("lines", others),
+            ("lines+", chosen),
+        ):
             actor = self._actors[name]
             make = self._faces if name.startswith("faces") else self._lines
             vtk_data.show(actor, make(shown))

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.rendering.scene import visible_parts
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
 from vomstudio.rendering.scene.model_scene import ModelScene, Part
 from vomstudio.rendering.view.camera import Camera, Eye
-
-Array = npt.NDArray[np.float64]
 
 
 class Sight:
@@ -57,12 +55,12 @@ class Sight:
             self.parts(), self.eye, self.camera, self._canvas.size[1]
         )
 
-    def pixel_at(self, place: Array) -> float:
+    def pixel_at(self, place: FloatArray) -> float:
         """Metres of a pixel of the device at a place in World."""
         depth = float((place - self.camera.position) @ self.camera.direction)
         return self.camera.metres_per_pixel(self._canvas.size[1], max(depth, 1e-6))
 
-    def in_front(self, points: Array, slack: float = 0.0) -> npt.NDArray[np.bool_]:
+    def in_front(self, points: FloatArray, slack: float = 0.0) -> BoolArray:
         """Whether World points (n, 3) are in the picture, and not behind the surface as it was last
         drawn. slack : m, by which they may be behind it"""
         width, height = self._canvas.size

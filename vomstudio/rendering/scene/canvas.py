@@ -10,19 +10,17 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 from vtkmodules.vtkCommonCore import vtkCommand, vtkFloatArray, vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkRecti
 from vtkmodules.vtkCommonMath import vtkMatrix4x4
 from vtkmodules.vtkRenderingCore import vtkActor, vtkLight, vtkRenderer, vtkRenderWindow
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderWindow, vtkTextureObject
 
+from vomstudio.core.arrays import ByteArray, Float32Array, FloatArray
 from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.scene.dirty_region import Spot
 from vomstudio.rendering.scene.offscreen_buffers import Buffers
 from vomstudio.rendering.view.camera import Eye
-
-Array = npt.NDArray[np.float64]
 
 # One flat neutral: a gradient costs a software renderer 12 ms in every frame.
 BACKGROUND = (0.36, 0.375, 0.39)
@@ -45,7 +43,7 @@ class Canvas:
 
     def __init__(self) -> None:
         self.size = (1, 1)
-        self.origin: Array | None = None
+        self.origin: FloatArray | None = None
         self.software = True
         self.texture_limit = SOFTWARE_TEXTURE_SIDE
         self.whole_texture_side: int | None = SOFTWARE_WHOLE_SIDE
@@ -58,7 +56,7 @@ class Canvas:
         self._before_chosen: Callable[[], None] | None = None
         self._pixels = vtkUnsignedCharArray()
         self._depths = vtkFloatArray()
-        self._depth: npt.NDArray[np.float32] | None = None
+        self._depth: Float32Array | None = None
 
     # -- life
 
@@ -144,11 +142,11 @@ class Canvas:
     # -- what is drawn
 
     @property
-    def start(self) -> Array:
+    def start(self) -> FloatArray:
         """(3,) World, the origin, or zeros while there is none."""
         return np.zeros(3) if self.origin is None else self.origin
 
-    def placement(self, to_world: Array, origin: Array) -> vtkMatrix4x4:
+    def placement(self, to_world: FloatArray, origin: FloatArray) -> vtkMatrix4x4:
         """Where VTK has to put what is given in a file's frame, less an origin of its own."""
         values = to_world.copy()
         values[:3, 3] = to_world[:3, :3] @ origin + to_world[:3, 3] - self.start
@@ -240,13 +238,13 @@ class Canvas:
 
     # -- what was drawn
 
-    def pixels(self) -> npt.NDArray[np.uint8]:
+    def pixels(self) -> ByteArray:
         """(height, width, 4) of the last picture, first row at the bottom; valid until the next."""
         width, height = self.size
         self.window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, self._pixels, 0)
         return np.asarray(vtk_data.array_of(self._pixels), np.uint8).reshape(height, width, 4)
 
-    def depth(self) -> npt.NDArray[np.float32]:
+    def depth(self) -> Float32Array:
         """(height, width) of the last picture with features, 0 at the near plane to 1 at the far
         one; read once for each."""
         if self._depth is None:
@@ -256,7 +254,7 @@ class Canvas:
             self._depth = depths.reshape(height, width)
         return self._depth
 
-    def surface_depth(self) -> npt.NDArray[np.float32]:
+    def surface_depth(self) -> Float32Array:
         """As `depth`, of the models alone where they have been kept aside: what is drawn over them
         hides nothing of them."""
         shown = self.depth()

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPlane, vtkPlaneCollection
 from vtkmodules.vtkRenderingCore import vtkActor
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.view.clipping import FACES, ClipBox
-
-Array = npt.NDArray[np.float64]
 
 
 class ClipPlanes:
@@ -23,7 +21,7 @@ class ClipPlanes:
         self._planes = [vtkPlane() for _ in FACES]
         self._cutting: list[int] = []
 
-    def place(self, models: Iterable[Array], origin: Array) -> bool:
+    def place(self, models: Iterable[FloatArray], origin: FloatArray) -> bool:
         """Bring the planes to the faces of the box; whether `cut` cuts with others now.
 
         Models are cut only by those that they cross: a software renderer takes a third longer with

@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.rendering.scene.appearance import Appearance
 from vomstudio.rendering.scene.camera_layer import CameraLayer
 from vomstudio.rendering.scene.clip_planes import ClipPlanes
 from vomstudio.rendering.scene.feature_layer import FeatureLayer
 from vomstudio.rendering.scene.model_scene import ModelScene
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -29,11 +27,11 @@ class Contents:
     def visible(self) -> list[ModelScene]:
         return [model for model in self.models.values() if model.visible]
 
-    def corners(self, *, close: bool = False) -> Array:
+    def corners(self, *, close: bool = False) -> FloatArray:
         """(n, 3) World corners of the visible models; see `ModelScene.corners_world`."""
         some = [model.corners_world(close=close) for model in self.visible()]
         return np.concatenate([np.zeros((0, 3)), *some])
 
-    def corners_over(self) -> Array:
+    def corners_over(self) -> FloatArray:
         """(n, 3) World corners of what is drawn over the models."""
         return np.concatenate([self.features.corners(), self.cameras.corners()])

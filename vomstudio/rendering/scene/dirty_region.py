@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.rendering.view.camera import Eye
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -44,7 +42,7 @@ class Spot:
         return Spot(left, bottom, right, top)
 
 
-def spot_of(points: Array, eye: Eye, size: tuple[int, int]) -> Spot | None:
+def spot_of(points: FloatArray, eye: Eye, size: tuple[int, int]) -> Spot | None:
     """Where the lines between World points (n, 3) may be seen, which need not be in the picture;
     None where they may be anywhere, since some lie behind the viewer."""
     off = points - eye.position
@@ -65,7 +63,7 @@ def spot_of(points: Array, eye: Eye, size: tuple[int, int]) -> Spot | None:
     return Spot(left, bottom, right, top)
 
 
-def seen_in(spot: Spot, boxes: Array, eye: Eye, size: tuple[int, int]) -> npt.NDArray[np.bool_]:
+def seen_in(spot: Spot, boxes: FloatArray, eye: Eye, size: tuple[int, int]) -> BoolArray:
     """Whether boxes (n, 2, 3), lowest and highest corner in World, may be seen in a spot: true of
     all that are, and of a few that are not. False for a box of NaN."""
     width, height = size

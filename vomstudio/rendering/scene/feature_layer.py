@@ -6,17 +6,15 @@ from collections.abc import Callable, Mapping
 from itertools import count
 
 import numpy as np
-import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPlaneCollection, vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkMapper, vtkPolyDataMapper, vtkRenderer
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.scene.area_layer import AreaLayer, Pixel
 from vomstudio.rendering.scene.feature_runs import FeatureRuns, Runs, lines_of, spots
 from vomstudio.rendering.view.drawing import FeatureDrawing
 from vomstudio.studio.tools.interaction_types import Area
-
-Array = npt.NDArray[np.float64]
 
 LINE_WIDTH = 3.0
 SELECTED_WIDTH = 5.0
@@ -51,9 +49,9 @@ class FeatureLayer:
         self.selected: frozenset[str] = frozenset()
         self.areas = AreaLayer()
         self.scale = 1.0
-        self._origin: Array = np.zeros(3)
+        self._origin: FloatArray = np.zeros(3)
         self._runs = FeatureRuns()
-        self._corners: Array = np.zeros((0, 3))
+        self._corners: FloatArray = np.zeros((0, 3))
         self.thin = False
         self._stale = True
         self._changed: list[FeatureDrawing] = []
@@ -63,7 +61,7 @@ class FeatureLayer:
         self._numbers: dict[str, int] = {}
         self._next = count()
 
-    def changed(self) -> Array | None:
+    def changed(self) -> FloatArray | None:
         """(n, 3) World points of what has come or gone since the features were drawn last, the
         selection and what is being painted aside; None where that may be anything."""
         if self._stale or not self.areas.only_emphasis:
@@ -106,7 +104,7 @@ class FeatureLayer:
             (emphasis if selected else renderer).AddActor(actor)
         self._stale = True
 
-    def set_origin(self, origin: Array) -> None:
+    def set_origin(self, origin: FloatArray) -> None:
         self._origin = origin
         self._runs.set_origin(origin)
         self.areas.set_origin(origin)
@@ -162,14 +160,14 @@ class FeatureLayer:
         """Of all lines that are shown."""
         return self._runs.points
 
-    def corners(self) -> Array:
+    def corners(self) -> FloatArray:
         """(8, 3) World corners of all drawings, or none."""
         return self._corners
 
     def refresh(
         self,
         pixel: Pixel | None = None,
-        wanted: Callable[[Array], npt.NDArray[np.bool_]] | None = None,
+        wanted: Callable[[FloatArray], BoolArray] | None = None,
     ) -> None:
         """Bring the actors up to date; called before every drawing of the layer. pixel: metres of
         a device pixel at a place in World. wanted : of boxes (n, 2, 3) in World, which features are

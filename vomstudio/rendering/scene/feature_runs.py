@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from itertools import compress
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, ByteArray, Float32Array, FloatArray, IntArray
 from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.scene.area_layer import area_box
 from vomstudio.rendering.view.drawing import FeatureDrawing
 
-Array = npt.NDArray[np.float64]
 _BLOCK = 128
 
 
@@ -21,12 +20,14 @@ _BLOCK = 128
 class Runs:
     """points : (n, 3) float32 off the origin; sizes : (m,) points of each run; colors : (n, 3)"""
 
-    points: npt.NDArray[np.float32]
-    sizes: npt.NDArray[np.int64]
-    colors: npt.NDArray[np.uint8]
+    points: Float32Array
+    sizes: IntArray
+    colors: ByteArray
 
     @classmethod
-    def of(cls, runs: list[Array], colors: list[tuple[float, float, float]], origin: Array) -> Runs:
+    def of(
+        cls, runs: list[FloatArray], colors: list[tuple[float, float, float]], origin: FloatArray
+    ) -> Runs:
         """Runs (k, 3) in World, each in one colour."""
         sizes = np.array([len(run) for run in runs], np.int64)
         points = np.concatenate([np.zeros((0, 3)), *runs]) - origin
@@ -54,8 +55,8 @@ class _Made:
     shown: list[FeatureDrawing]
     lines: Runs
     discs: Runs
-    boxes: Array
-    box: Array
+    boxes: FloatArray
+    box: FloatArray
 
 
 class FeatureRuns:
@@ -63,12 +64,12 @@ class FeatureRuns:
     thousands leaves the arrays of all other blocks as they are."""
 
     def __init__(self) -> None:
-        self._origin: Array = np.zeros(3)
+        self._origin: FloatArray = np.zeros(3)
         self._blocks: list[dict[str, FeatureDrawing]] = []
         self._home: dict[str, int] = {}
         self._made: dict[int, _Made] = {}
 
-    def set_origin(self, origin: Array) -> None:
+    def set_origin(self, origin: FloatArray) -> None:
         """(3,) World, what points are counted from."""
         self._origin = origin
         self._made.clear()
@@ -105,7 +106,7 @@ class FeatureRuns:
         """Of the visible ones."""
         return Runs.joined(made.discs for made in self._all())
 
-    def some(self, wanted: Callable[[Array], npt.NDArray[np.bool_]]) -> tuple[Runs, Runs]:
+    def some(self, wanted: Callable[[FloatArray], BoolArray]) -> tuple[Runs, Runs]:
         """Lines and discs of the visible ones whose boxes are wanted, in the order of all. wanted :
         of boxes (n, 2, 3), lowest and highest World corner, which"""
         made = self._all()
@@ -114,7 +115,7 @@ class FeatureRuns:
         found = list(compress(every, wanted(boxes).tolist()))
         return lines_of(found, self._origin), discs_of(found, self._origin)
 
-    def box(self) -> Array:
+    def box(self) -> FloatArray:
         """(2, 3) lowest and highest World corner of what is visible, (0, 3) where nothing is."""
         boxes = np.concatenate([np.zeros((0, 3)), *(made.box for made in self._all())])
         return boxes if not len(boxes) else np.stack([boxes.min(axis=0), boxes.max(axis=0)])
@@ -138,7 +139,7 @@ class FeatureRuns:
         )
 
 
-def spots(drawing: FeatureDrawing) -> Array:
+def spots(drawing: FeatureDrawing) -> FloatArray:
     """(n, 3) World points of the line and the disc of a drawing."""
     line = np.asarray(drawing.line, float).reshape(-1, 3)
     if drawing.disc is None:
@@ -146,7 +147,7 @@ def spots(drawing: FeatureDrawing) -> Array:
     return np.concatenate([line, np.asarray(drawing.disc, float)])
 
 
-def _boxes_of(runs: list[Array]) -> Array:
+def _boxes_of(runs: list[FloatArray]) -> FloatArray:
     """(n, 2, 3) lowest and highest corner of each run of points; NaN without points."""
     boxes = np.full((len(runs), 2, 3), np.nan)
     sizes = np.array([len(run) for run in runs], np.int64)
@@ -161,17 +162,17 @@ def _boxes_of(runs: list[Array]) -> Array:
     return boxes
 
 
-def lines_of(shown: list[FeatureDrawing], origin: Array) -> Runs:
+def lines_of(shown: list[FeatureDrawing], origin: FloatArray) -> Runs:
     """The lines of drawings, of at least two points."""
     lines = [(np.asarray(d.line, float).reshape(-1, 3), d.color) for d in shown]
     return _runs([(line, color) for line, color in lines if len(line) >= 2], origin)
 
 
-def discs_of(shown: list[FeatureDrawing], origin: Array) -> Runs:
+def discs_of(shown: list[FeatureDrawing], origin: FloatArray) -> Runs:
     """The discs of drawings, of at least three corners."""
     rings = [(np.asarray(d.disc, float), d.color) for d in shown if d.disc is not None]
     return _runs([(ring, color) for ring, color in rings if len(ring) >= 3], origin)
 
 
-def _runs(parts: list[tuple[Array, tuple[float, float, float]]], origin: Array) -> Runs:
+def _runs(parts: list[tuple[FloatArray, tuple[float, float, float]]], origin: FloatArray) -> Runs:
     return Runs.of([points for points, _ in parts], [color for _, color in parts], origin)

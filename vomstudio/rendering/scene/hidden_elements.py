@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
+from vomstudio.core.arrays import BoolArray, IntegerArray
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.scene.model_scene import ModelScene, Part
 
-Mask = npt.NDArray[np.bool_]
 
-
-def hide(model: ModelScene, hidden: Mask | None) -> None:
+def hide(model: ModelScene, hidden: BoolArray | None) -> None:
     """hidden : (n,) which faces or points; None for none"""
     before, model.hidden = model.hidden, hidden
     for number, part in enumerate(model.parts):
@@ -28,7 +26,7 @@ def hide_newest(model: ModelScene) -> None:
         _dress(model, len(model.parts) - 1, model.parts[-1], None)
 
 
-def _dress(model: ModelScene, number: int, part: Part, before: Mask | None) -> None:
+def _dress(model: ModelScene, number: int, part: Part, before: BoolArray | None) -> None:
     data = part.actor.GetMapper().GetInput()
     assert isinstance(data, vtkPolyData)
     if isinstance(model.data, Mesh):
@@ -54,7 +52,7 @@ def _dress(model: ModelScene, number: int, part: Part, before: Mask | None) -> N
     part.uploaded = False
 
 
-def _none_of(ids: npt.NDArray[np.integer], mask: Mask | None) -> bool:
+def _none_of(ids: IntegerArray, mask: BoolArray | None) -> bool:
     return mask is None or not mask[ids].any()
 
 

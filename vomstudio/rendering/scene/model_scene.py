@@ -6,11 +6,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 from vtkmodules.vtkCommonCore import vtkDataArray
 from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
 from vtkmodules.vtkRenderingCore import vtkActor
 
+from vomstudio.core.arrays import BoolArray, FloatArray, Int32Array, IntegerArray
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.streaming.octree import Piece, StreamedCloud
@@ -18,16 +18,14 @@ from vomstudio.rendering.prepare.events import FieldReady, NodeStream
 from vomstudio.rendering.scene.gpu_textures import Skin
 from vomstudio.rendering.view.spatial_blocks import FaceChunk, PointChunk
 
-Array = npt.NDArray[np.float64]
-
 
 @dataclass(eq=False)
 class Part:
     """One actor of a model and what is known about drawing it."""
 
     actor: vtkActor
-    low: Array
-    high: Array
+    low: FloatArray
+    high: FloatArray
     elements: int
     material: int = -1
     density: float = 0.0
@@ -38,13 +36,13 @@ class Part:
     uploaded: bool = False
     weight: float = 1.0
     """Cost of drawing an element, against one of least cost."""
-    rows: npt.NDArray[np.integer] = field(default_factory=lambda: np.zeros(0, np.int32))
+    rows: IntegerArray = field(default_factory=lambda: np.zeros(0, np.int32))
     """The model's vertices or points that are drawn, in order."""
     own: vtkDataArray | None = None
     """Its own colours while those of a field are shown."""
     tinted: bool = False
     """The colours of a field are shown."""
-    whole: npt.NDArray[np.int32] | None = None
+    whole: Int32Array | None = None
     """Of a stand-in, all its triangles, while some may be left out."""
     row: int = -1
     """Of a node of a cloud."""
@@ -58,11 +56,11 @@ class ModelScene:
 
     model_id: str
     data: Mesh | PointCloud
-    origin: Array
-    low: Array
-    high: Array
-    to_world: Array
-    from_world: Array
+    origin: FloatArray
+    low: FloatArray
+    high: FloatArray
+    to_world: FloatArray
+    from_world: FloatArray
     visible: bool = True
     parts: list[Part] = field(default_factory=list)
     proxies: list[Part] = field(default_factory=list)
@@ -79,11 +77,11 @@ class ModelScene:
     """All of these are there."""
     chunks_done: bool = False
     textures_done: bool = False
-    hidden: npt.NDArray[np.bool_] | None = None
+    hidden: BoolArray | None = None
     """Which faces or points are not drawn and not picked."""
     field: FieldReady | None = None
     """The field's colours that the model has been given."""
-    _boxes: tuple[Array, Array] | None = None
+    _boxes: tuple[FloatArray, FloatArray] | None = None
 
     def drop(self, rows: Iterable[int]) -> list[Part]:
         """Forget nodes of a cloud; their parts."""
@@ -95,7 +93,7 @@ class ModelScene:
         self._boxes = None
         return dropped
 
-    def chunk_boxes(self) -> tuple[Array, Array]:
+    def chunk_boxes(self) -> tuple[FloatArray, FloatArray]:
         """Corners (n, 3), (n, 3) of the chunks' boxes in the local frame."""
         if self._boxes is None or len(self._boxes[0]) != len(self.parts):
             self._boxes = (
@@ -104,7 +102,7 @@ class ModelScene:
             )
         return self._boxes
 
-    def corners_world(self, *, close: bool = False) -> Array:
+    def corners_world(self, *, close: bool = False) -> FloatArray:
         """(n, 3) corners in World of the model's box, or (close) of the boxes of its chunks once
         they are there, which lie nearer to the surface."""
         low, high = self.low[None], self.high[None]

@@ -11,10 +11,10 @@ from collections.abc import Iterable
 from typing import Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 from vtkmodules.vtkCommonCore import mutable
 from vtkmodules.vtkCommonDataModel import vtkStaticCellLocator
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.geometry.boxes import box_hit, box_range
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -28,7 +28,6 @@ from vomstudio.rendering.view.spatial_blocks import (
 )
 from vomstudio.studio.tools.interaction_types import Hit
 
-Array = npt.NDArray[np.float64]
 Triple = tuple[float, float, float]
 
 CLOUD_REACH_PIXELS = 6.0
@@ -43,19 +42,19 @@ class Pickable(Protocol):
 
     model_id: str
     data: Mesh | PointCloud
-    origin: Array
-    low: Array
-    high: Array
-    to_world: Array
-    from_world: Array
+    origin: FloatArray
+    low: FloatArray
+    high: FloatArray
+    to_world: FloatArray
+    from_world: FloatArray
     locators: list[vtkStaticCellLocator]
     face_chunks: list[FaceChunk]
     point_chunks: list[PointChunk]
-    hidden: npt.NDArray[np.bool_] | None
+    hidden: BoolArray | None
 
-    def chunk_boxes(self) -> tuple[Array, Array]: ...
+    def chunk_boxes(self) -> tuple[FloatArray, FloatArray]: ...
 
-    def corners_world(self) -> Array: ...
+    def corners_world(self) -> FloatArray: ...
 
 
 def pick_front(
@@ -87,8 +86,8 @@ def pick_front(
 
 def pick_model(
     model: Pickable,
-    origin: Array,
-    direction: Array,
+    origin: FloatArray,
+    direction: FloatArray,
     radius: float,
     spread: float,
     box: ClipBox | None = None,
@@ -122,7 +121,7 @@ def pick_model(
 
 
 def _pick_mesh(
-    model: Pickable, mesh: Mesh, start: Array, heading: Array, limits: Limits | None
+    model: Pickable, mesh: Mesh, start: FloatArray, heading: FloatArray, limits: Limits | None
 ) -> Hit | None:
     between = (0.0, np.inf) if limits is None else (limits.first, limits.last)
     face = (
@@ -166,7 +165,7 @@ def _dot(a: Triple, b: Triple) -> float:
 
 
 def _locate(
-    model: Pickable, start: Array, heading: Array, between: tuple[float, float]
+    model: Pickable, start: FloatArray, heading: FloatArray, between: tuple[float, float]
 ) -> int | None:
     """Row of the first face between two depths, through the locators of the chunks whose boxes the
     ray meets."""
@@ -206,8 +205,8 @@ def _locate(
 def _pick_cloud(
     model: Pickable,
     cloud: PointCloud,
-    start: Array,
-    heading: Array,
+    start: FloatArray,
+    heading: FloatArray,
     radius: float,
     spread: float,
     limits: Limits | None,

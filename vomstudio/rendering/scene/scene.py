@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
-import numpy.typing as npt
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401 - registers the drawing classes
 
+from vomstudio.core.arrays import BoolArray, FloatArray, FloatingArray
 from vomstudio.extraction.selection.visible_region import Looking
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -31,8 +31,6 @@ from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.drawing import PREVIEW, FeatureDrawing
 from vomstudio.studio.tools.interaction_types import Hit
-
-Array = npt.NDArray[np.float64]
 
 
 class Scene:
@@ -96,7 +94,12 @@ class Scene:
     # -- models
 
     def add_model(
-        self, model_id: str, data: Mesh | PointCloud, to_world: Array, bounds: Array, origin: Array
+        self,
+        model_id: str,
+        data: Mesh | PointCloud,
+        to_world: FloatArray,
+        bounds: FloatArray,
+        origin: FloatArray,
     ) -> ModelScene:
         """Register a model that will be filled by `take`; bounds (2, 3) in its file frame."""
         self.remove_model(model_id)
@@ -132,7 +135,7 @@ class Scene:
         if not self.models:
             self.canvas.origin = None
 
-    def set_to_world(self, model_id: str, to_world: Array) -> None:
+    def set_to_world(self, model_id: str, to_world: FloatArray) -> None:
         """to_world : (4, 4) similarity from the file's frame to World"""
         model = self.models[model_id]
         model.to_world = np.array(to_world, np.float64)
@@ -147,16 +150,16 @@ class Scene:
         self.models[model_id].visible = visible
         self.picture.abandon()
 
-    def set_hidden(self, model_id: str, hidden: npt.NDArray[np.bool_] | None) -> None:
+    def set_hidden(self, model_id: str, hidden: BoolArray | None) -> None:
         """Draw and pick a model without these faces or points (n,); None for all of it."""
         hidden_elements.hide(self.models[model_id], hidden)
         self.picture.abandon()
 
-    def corners(self, *, close: bool = False) -> Array:
+    def corners(self, *, close: bool = False) -> FloatArray:
         """(n, 3) World corners of the visible models; see `ModelScene.corners_world`."""
         return self._contents.corners(close=close)
 
-    def everything(self) -> Array:
+    def everything(self) -> FloatArray:
         """(n, 3) World corners of the visible models or, without any, of the features; and of the
         cameras of photos."""
         corners = self.corners(close=True)
@@ -221,7 +224,7 @@ class Scene:
 
     # -- where VTK draws it
 
-    def set_origin(self, origin: npt.NDArray[np.floating]) -> None:
+    def set_origin(self, origin: FloatingArray) -> None:
         """(3,) World, from where VTK counts in its 32 bits."""
         place = self.canvas.origin = np.asarray(origin, np.float64)
         self.features.set_origin(place)
@@ -252,7 +255,7 @@ class Scene:
 
     # -- what is seen
 
-    def seen(self, points: Array, slack: float = 0.0) -> npt.NDArray[np.bool_]:
+    def seen(self, points: FloatArray, slack: float = 0.0) -> BoolArray:
         """Whether World points (n, 3) are not behind the surface as it was last drawn."""
         return self._sight.in_front(points, slack)
 

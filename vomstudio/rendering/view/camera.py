@@ -11,12 +11,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry.coordinate_limits import why_no_coordinate
 from vomstudio.geometry.vectors import wrap360
-
-Array = npt.NDArray[np.float64]
 
 VERTICAL_DEG = 89.0
 """Steeper than this a view counts as vertical and North points up in the image."""
@@ -51,33 +49,33 @@ class Eye:
     half_height : of the image in metres where orthographic, else the tangent of the half angle
     """
 
-    position: Array
-    right: Array
-    up: Array
-    direction: Array
+    position: FloatArray
+    right: FloatArray
+    up: FloatArray
+    direction: FloatArray
     near: float
     far: float
     half_height: float
     orthographic: bool
 
-    def depth(self, points: Array) -> Array:
+    def depth(self, points: FloatArray) -> FloatArray:
         """Metres along the view direction, (n,)."""
         return (points - self.position) @ self.direction
 
-    def depth_from_buffer(self, z: Array) -> Array:
+    def depth_from_buffer(self, z: FloatArray) -> FloatArray:
         """Metres along the view direction of depth-buffer values 0..1."""
         if self.orthographic:
             return self.near + z * (self.far - self.near)
         return self.near * self.far / (self.far - z * (self.far - self.near))
 
 
-def direction_vector(trend_deg: float, plunge_deg: float) -> Array:
+def direction_vector(trend_deg: float, plunge_deg: float) -> FloatArray:
     """Unit vector (East, North, Up) of a line; plunge is positive downwards."""
     t, p = math.radians(trend_deg), math.radians(plunge_deg)
     return np.array([math.sin(t) * math.cos(p), math.cos(t) * math.cos(p), -math.sin(p)])
 
 
-def view_frame(trend_deg: float, plunge_deg: float) -> Array:
+def view_frame(trend_deg: float, plunge_deg: float) -> FloatArray:
     """Rows right, up, direction of a view: Up projected is image up, North where the view is
     within 1 degree of vertical (CONVENTIONS, view direction)."""
     direction = direction_vector(trend_deg, plunge_deg)
@@ -87,7 +85,7 @@ def view_frame(trend_deg: float, plunge_deg: float) -> Array:
     return np.stack([np.cross(direction, up), up, direction])
 
 
-def turntable_frame(heading_deg: float, plunge_deg: float) -> Array:
+def turntable_frame(heading_deg: float, plunge_deg: float) -> FloatArray:
     """Rows right, up, direction without roll; continuous through the vertical, where the heading
     alone tells how the image is turned."""
     t, p = math.radians(heading_deg), math.radians(plunge_deg)
@@ -96,12 +94,12 @@ def turntable_frame(heading_deg: float, plunge_deg: float) -> Array:
     return np.stack([np.cross(direction, up), up, direction])
 
 
-def rotation(axis: Array, angle_deg: float) -> Array:
+def rotation(axis: FloatArray, angle_deg: float) -> FloatArray:
     """3 x 3 matrix turning by angle_deg about a unit axis, right-handed."""
     a = math.radians(angle_deg)
     x, y, z = axis
     k = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    turn: Array = np.eye(3) + math.sin(a) * k + (1.0 - math.cos(a)) * (k @ k)
+    turn: FloatArray = np.eye(3) + math.sin(a) * k + (1.0 - math.cos(a)) * (k @ k)
     return turn
 
 
@@ -114,16 +112,16 @@ class Camera:
     """
 
     def __init__(self) -> None:
-        self.position: Array = np.array([0.0, -10.0, 0.0])
-        self.frame: Array = view_frame(0.0, 0.0)
+        self.position: FloatArray = np.array([0.0, -10.0, 0.0])
+        self.frame: FloatArray = view_frame(0.0, 0.0)
         self.distance = 10.0
-        self.pivot: Array = np.zeros(3)
+        self.pivot: FloatArray = np.zeros(3)
         self.view_angle_deg = 30.0
         self.orthographic = False
 
     @property
-    def direction(self) -> Array:
-        direction: Array = self.frame[2]
+    def direction(self) -> FloatArray:
+        direction: FloatArray = self.frame[2]
         return direction
 
     @property
@@ -145,7 +143,7 @@ class Camera:
             return 0.0, plunge
         return wrap360(math.degrees(math.atan2(x, y))), plunge
 
-    def eye(self, corners: Array) -> Eye:
+    def eye(self, corners: FloatArray) -> Eye:
         """The eye with a depth range that holds `corners` (n, 3) World (n may be 0), as far as a
         depth buffer of 24 bits can tell depths apart at the pivot: another model thousands of
         kilometres away, as in another frame, must not swallow what is looked at.
@@ -176,7 +174,9 @@ class Camera:
         right, up, direction = self.frame
         return Eye(position, right, up, direction, nearest, farthest, half, self.orthographic)
 
-    def project(self, points: Array, size: tuple[float, float]) -> tuple[Array, Array]:
+    def project(
+        self, points: FloatArray, size: tuple[float, float]
+    ) -> tuple[FloatArray, FloatArray]:
         """Pixels (n, 2) and depth (n,) in metres; pixels of points behind a perspective viewer
         are NaN."""
         q = (np.asarray(points, float).reshape(-1, 3) - self.position) @ self.frame.T
@@ -190,7 +190,7 @@ class Camera:
         pixels = np.stack([width / 2.0 + q[:, 0] * scale, height / 2.0 - q[:, 1] * scale], axis=1)
         return pixels, depth
 
-    def ray(self, x: float, y: float, size: tuple[float, float]) -> tuple[Array, Array]:
+    def ray(self, x: float, y: float, size: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
         """Origin and unit direction in World of the ray through a pixel."""
         width, height = size
         a = (x - width / 2.0) * 2.0 * self.tangent / height
@@ -201,7 +201,7 @@ class Camera:
         d = direction + a * right + b * up
         return self.position.copy(), d / np.linalg.norm(d)
 
-    def at_depth(self, x: float, y: float, size: tuple[float, float], depth: float) -> Array:
+    def at_depth(self, x: float, y: float, size: tuple[float, float], depth: float) -> FloatArray:
         """World point seen at a pixel at a depth along the view direction."""
         origin, d = self.ray(x, y, size)
         return origin + d * (depth - (origin - self.position) @ self.direction) / (
@@ -210,7 +210,7 @@ class Camera:
 
     # -- moves
 
-    def set_pivot(self, point: Array) -> None:
+    def set_pivot(self, point: FloatArray) -> None:
         """Orbit about `point`; the image does not change."""
         self.pivot = np.asarray(point, float).copy()
         depth = float((self.pivot - self.position) @ self.direction)
@@ -243,7 +243,7 @@ class Camera:
         new[1] = np.cross(new[0], new[2])
         self._turn_to(new)
 
-    def _turn_to(self, frame: Array) -> None:
+    def _turn_to(self, frame: FloatArray) -> None:
         # The pivot keeps its coordinates in the frame, hence its pixel.
         inside = self.frame @ (self.pivot - self.position)
         self.frame = frame
@@ -253,7 +253,7 @@ class Camera:
         """Look along a direction, the pivot staying in its pixel."""
         self._turn_to(view_frame(trend_deg, plunge_deg))
 
-    def zoom(self, factor: float, about: Array) -> None:
+    def zoom(self, factor: float, about: FloatArray) -> None:
         """Shrink (factor < 1) the distance to `about`, which keeps its pixel."""
         about = np.asarray(about, float)
         distance = self.distance * factor
@@ -268,7 +268,7 @@ class Camera:
         right, up, _ = self.frame
         self.position = self.position - dx * step * right + dy * step * up
 
-    def fit(self, points: Array, size: tuple[float, float]) -> None:
+    def fit(self, points: FloatArray, size: tuple[float, float]) -> None:
         """Keep the direction, show all `points` (n, 3) and put the pivot at their middle."""
         points = np.asarray(points, float).reshape(-1, 3)
         points = points[np.isfinite(points).all(axis=1)]

@@ -6,13 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.geometry.boxes import EDGES, FACES, ClipBox
 
 __all__ = ["EDGES", "FACES", "ClipBox", "Limits", "along_axis", "limits_for"]
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,15 +23,15 @@ class Limits:
 
     first: float
     last: float
-    inside: Callable[[Array], npt.NDArray[np.bool_]]
+    inside: Callable[[FloatArray], BoolArray]
 
 
 def limits_for(
     box: ClipBox,
-    origin: Array,
-    direction: Array,
-    to_world: Array,
-    model_origin: Array,
+    origin: FloatArray,
+    direction: FloatArray,
+    to_world: FloatArray,
+    model_origin: FloatArray,
     reach: float = 0.0,
 ) -> Limits | None:
     """Limits of a World ray for a model; None where the ray does not come within `reach` of the
@@ -43,13 +41,15 @@ def limits_for(
         return None
     scale = float(np.cbrt(abs(np.linalg.det(to_world[:3, :3])))) or 1.0
 
-    def inside(local: Array) -> npt.NDArray[np.bool_]:
+    def inside(local: FloatArray) -> BoolArray:
         return box.holds((local + model_origin) @ to_world[:3, :3].T + to_world[:3, 3])
 
     return Limits(stretch[0] / scale, stretch[1] / scale, inside)
 
 
-def along_axis(origin: Array, direction: Array, through: Array, axis: int) -> float | None:
+def along_axis(
+    origin: FloatArray, direction: FloatArray, through: FloatArray, axis: int
+) -> float | None:
     """Coordinate of the point of an axis-parallel line that is nearest to a ray; None where the
     ray runs along it."""
     along = np.zeros(3)

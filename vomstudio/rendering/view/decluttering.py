@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
+
+from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 
 CELL = 4
 """Pixels per cell of the occupancy grid."""
@@ -49,7 +50,7 @@ class LabelGrid:
         first, last, mask = self._cells(x, y, width, height)
         return not any(row & mask for row in self._rows[first:last])
 
-    def taken(self, boxes: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+    def taken(self, boxes: FloatArray) -> BoolArray:
         """Whether rectangles (n, 4) of x, y, width and height collide, or leave the image: `take`
         would refuse each of them now, and ever after."""
         x, y, width, height = boxes.T
@@ -80,12 +81,12 @@ class LabelGrid:
 
 def place_labels(
     grid: LabelGrid,
-    anchors: npt.NDArray[np.float64],
-    sizes: npt.NDArray[np.float64],
-    order: npt.NDArray[np.int64],
+    anchors: FloatArray,
+    sizes: FloatArray,
+    order: IntArray,
     gap: float = 7.0,
-    corners: npt.NDArray[np.int64] | None = None,
-    clear: npt.NDArray[np.float64] | None = None,
+    corners: IntArray | None = None,
+    clear: FloatArray | None = None,
 ) -> dict[int, tuple[float, float]]:
     """Top left corners of the labels that fit, tried in `order` beside their anchors (n, 2).
 
@@ -133,10 +134,10 @@ def place_labels(
 
 def _spots(
     grid: LabelGrid,
-    anchors: npt.NDArray[np.float64],
-    sizes: npt.NDArray[np.float64],
+    anchors: FloatArray,
+    sizes: FloatArray,
     gap: float,
-) -> npt.NDArray[np.float64]:
+) -> FloatArray:
     """(n, 6, 4) the places at which each label is tried: x, y, width, height."""
     x, y = anchors.T
     width, height = sizes.T
@@ -152,12 +153,12 @@ def _spots(
 
 
 def by_importance(
-    selected: npt.NDArray[np.bool_],
-    kept: npt.NDArray[np.bool_],
-    extents: npt.NDArray[np.float64],
+    selected: BoolArray,
+    kept: BoolArray,
+    extents: FloatArray,
     *,
     moving: bool,
-) -> npt.NDArray[np.int64]:
+) -> IntArray:
     """The order in which labels or symbols (n,) get their places: the selected ones, then the
     larger features. Those shown last stay before all others while the view moves, and before those
     that are not much larger when it rests: what comes and goes at every step cannot be read."""

@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-import numpy.typing as npt
-
+from vomstudio.core.arrays import FloatArray
 from vomstudio.studio.tools.interaction_types import Area
 
 SymbolKind = Literal["plane", "overturned", "vertical", "horizontal", "line", "disc"]
@@ -31,9 +29,9 @@ class Symbol:
     """
 
     kind: SymbolKind
-    place: npt.NDArray[np.float64]
-    along: npt.NDArray[np.float64]
-    across: npt.NDArray[np.float64]
+    place: FloatArray
+    along: FloatArray
+    across: FloatArray
     text: str
     extent: float
 
@@ -55,11 +53,11 @@ class FeatureDrawing:
     """
 
     id: str
-    line: npt.NDArray[np.float64]
-    disc: npt.NDArray[np.float64] | None
+    line: FloatArray
+    disc: FloatArray | None
     color: tuple[float, float, float]
     label: str
-    anchor: npt.NDArray[np.float64]
+    anchor: FloatArray
     visible: bool = True
     area: Area | None = None
     symbol: Symbol | None = None

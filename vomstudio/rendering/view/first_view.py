@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry import transform
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
@@ -15,10 +15,8 @@ _STEEPEST_DEG = 60.0
 # Under this share of all face area the sides cancel out: the model has no one exposed side.
 _ONE_SIDED = 0.2
 
-Array = npt.NDArray[np.float64]
 
-
-def first_view(data: Mesh | PointCloud, to_world: Array) -> tuple[float, float]:
+def first_view(data: Mesh | PointCloud, to_world: FloatArray) -> tuple[float, float]:
     """Trend and plunge, in degrees, of a view onto the exposed side of a model.
 
     A mesh is faced against the sum of its face normals; a cloud, whose side is not known, across
@@ -36,7 +34,7 @@ def first_view(data: Mesh | PointCloud, to_world: Array) -> tuple[float, float]:
     return trend, float(np.clip(plunge, 0.0, _STEEPEST_DEG))
 
 
-def _mesh_side(mesh: Mesh) -> Array | None:
+def _mesh_side(mesh: Mesh) -> FloatArray | None:
     step = max(1, len(mesh.faces) // _SAMPLE)
     corners = mesh.vertices[mesh.faces[::step]]
     doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -47,7 +45,7 @@ def _mesh_side(mesh: Mesh) -> Array | None:
     return np.asarray(total / length)
 
 
-def _thin_direction(points: Array) -> Array | None:
+def _thin_direction(points: FloatArray) -> FloatArray | None:
     sample = points[:: max(1, len(points) // _SAMPLE)]
     if len(sample) < 3:
         return None

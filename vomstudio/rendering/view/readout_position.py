@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from vomstudio.core.arrays import BoolArray, FloatArray
+
 Size = tuple[float, float]
 Box = tuple[float, float, float, float]
 """x, y of the top left corner, width, height."""
@@ -29,7 +29,7 @@ _BESIDE = 6
 _GRID = 16
 
 
-def _nothing() -> Array:
+def _nothing() -> FloatArray:
     return np.zeros((0, 2))
 
 
@@ -44,13 +44,13 @@ class Picked:
     clear : half the width of the brush round the cursor
     """
 
-    line: Array
+    line: FloatArray
     cursor: tuple[float, float]
-    rubber: Array | None = None
-    dots: Array = field(default_factory=_nothing)
+    rubber: FloatArray | None = None
+    dots: FloatArray = field(default_factory=_nothing)
     clear: float = 0.0
 
-    def segments(self) -> Array:
+    def segments(self) -> FloatArray:
         """(s, 4) x, y of both ends of all lines that are drawn."""
         line = np.asarray(self.line, float).reshape(-1, 2)
         if self.rubber is not None and len(line):
@@ -58,12 +58,12 @@ class Picked:
         found = np.hstack([line[:-1], line[1:]]) if len(line) > 1 else np.zeros((0, 4))
         return np.asarray(found[np.isfinite(found).all(axis=1)])
 
-    def points(self) -> Array:
+    def points(self) -> FloatArray:
         """(p, 2) vertices and dots that are in front of the viewer."""
         both = np.vstack([np.asarray(self.line, float).reshape(-1, 2), self.dots.reshape(-1, 2)])
         return np.asarray(both[np.isfinite(both).all(axis=1)])
 
-    def onwards(self) -> Array:
+    def onwards(self) -> FloatArray:
         """(0 or 1, 4) where the line goes on if it keeps its direction: what is picked next."""
         line = np.asarray(self.line, float).reshape(-1, 2)
         if not len(line) or not np.isfinite(line[-1]).all():
@@ -146,12 +146,22 @@ def _places(size: Size, view: Size, picked: Picked) -> list[Box]:
     far_x, far_y = width - EDGE - wide, height - EDGE - high
     mid_x, mid_y = (width - wide) / 2.0, (height - high) / 2.0
     corners = [
-        (right, under), (right, over), (left, under), (left, over), (middle, below),
+        (right, under),
+        (right, over),
+        (left, under),
+        (left, over),
+        (middle, below),
         (middle, above),
         # Compass and scale bar stand in the lower corners: those come last.
-        (EDGE, EDGE), (far_x, EDGE), (mid_x, EDGE), (EDGE, mid_y), (far_x, mid_y),
-        (mid_x, far_y), (EDGE, far_y), (far_x, far_y),
-    ]  # fmt: skip
+        (EDGE, EDGE),
+        (far_x, EDGE),
+        (mid_x, EDGE),
+        (EDGE, mid_y),
+        (far_x, mid_y),
+        (mid_x, far_y),
+        (EDGE, far_y),
+        (far_x, far_y),
+    ]
     return [(max(EDGE, min(a, far_x)), max(EDGE, min(b, far_y)), wide, high) for a, b in corners]
 
 
@@ -176,13 +186,13 @@ def _covered(box: Box, picked: Picked, margin: float) -> float:
     return cost
 
 
-def _inside(box: Box, points: Array, margin: float) -> npt.NDArray[np.bool_]:
+def _inside(box: Box, points: FloatArray, margin: float) -> BoolArray:
     x, y, wide, high = box
     low, top = np.array([x, y]) - margin, np.array([x + wide, y + high]) + margin
     return np.asarray(((points > low) & (points < top)).all(axis=1))
 
 
-def _lengths_in(box: Box, segments: Array) -> Array:
+def _lengths_in(box: Box, segments: FloatArray) -> FloatArray:
     """(s,) length of each segment inside a box, after Liang and Barsky (1984, *ACM Trans. Graph.*
     3, 1)."""
     x, y, wide, high = box

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, ByteArray, FloatArray, IntArray
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.field_style import (
@@ -54,9 +54,6 @@ PIECE = 1 << 19
 MOST_CATEGORIES = 12
 MOST_LABELS = 65_535
 
-Float = npt.NDArray[np.float64]
-Colors = npt.NDArray[np.uint8]
-Rows = npt.NDArray[np.integer]
 
 # ASPRS, LAS specification 1.4 R15, table 17.
 LAS_CLASSES: dict[int, tuple[str, str]] = {
@@ -85,9 +82,19 @@ LAS_CLASSES: dict[int, tuple[str, str]] = {
     22: (to_translate("temporal exclusion"), "#35978f"),
 }
 OTHER_COLORS = (
-    "#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#8c564b",
-    "#bcbd22", "#9467bd", "#17becf", "#e377c2",
-)  # fmt: skip
+    "#e69f00",
+    "#56b4e9",
+    "#009e73",
+    "#f0e442",
+    "#0072b2",
+    "#d55e00",
+    "#cc79a7",
+    "#8c564b",
+    "#bcbd22",
+    "#9467bd",
+    "#17becf",
+    "#e377c2",
+)
 
 # As `extraction.exposure` counts them.
 _NAMED: dict[str, tuple[tuple[str, str], ...]] = {
@@ -139,13 +146,13 @@ class Scale:
     kind: Kind
     low: float
     high: float
-    table: Colors
+    table: ByteArray
     categories: tuple[Category, ...] = ()
     below: bool = False
     above: bool = False
     missing: bool = False
 
-    def colors(self, values: npt.NDArray[Any]) -> Colors:
+    def colors(self, values: AnyArray) -> ByteArray:
         """(n, 3) for values (n,)."""
         values = np.asarray(values, np.float64)
         known = np.isfinite(values)
@@ -231,8 +238,8 @@ def _plain(name: str) -> str:
 
 
 def reader(
-    data: Mesh | PointCloud, name: str, to_world: Float
-) -> tuple[int, Callable[[Any], npt.NDArray[Any]]]:
+    data: Mesh | PointCloud, name: str, to_world: FloatArray
+) -> tuple[int, Callable[[Any], AnyArray]]:
     """How many values there are, and what gives those of some rows or of a slice."""
     points = data.vertices if isinstance(data, Mesh) else data.points
     if name == ELEVATION:
@@ -250,7 +257,7 @@ def _pieces(count: int) -> Iterator[slice]:
 def make_scale(
     data: Mesh | PointCloud,
     style: FieldStyle,
-    to_world: Float,
+    to_world: FloatArray,
     check: Callable[[], None] = lambda: None,
 ) -> Scale:
     """The scale of a field; `check` is called now and then and may raise to stop it."""
@@ -274,8 +281,9 @@ def make_scale(
     if codes is not None:
         categories = tuple(_categories(style.name, codes))
         table = np.array([c.rgb for c in categories], np.uint8)
-        return Scale(title, "", "categories", math.nan, math.nan, table, categories, False, False,
-                     missing)  # fmt: skip
+        return Scale(
+            title, "", "categories", math.nan, math.nan, table, categories, False, False, missing
+        )
     kind = _kind(style.name, lowest, highest)
     rows = np.unique(np.linspace(0, count - 1, min(count, SAMPLE)).astype(np.int64))
     some = np.asarray(read(rows), np.float64)
@@ -307,7 +315,7 @@ def _kind(name: str, lowest: float, highest: float) -> Kind:
     return "diverging" if signed else "sequential"
 
 
-def _range(kind: Kind, style: FieldStyle, sample: Float) -> tuple[float, float]:
+def _range(kind: Kind, style: FieldStyle, sample: FloatArray) -> tuple[float, float]:
     if kind == "cyclic":
         return 0.0, 360.0
     first, last = np.percentile(sample, np.clip(style.percentiles, 0.0, 100.0))
@@ -327,7 +335,7 @@ def _range(kind: Kind, style: FieldStyle, sample: Float) -> tuple[float, float]:
 
 def _codes(
     data: Mesh | PointCloud, name: str, lowest: float, highest: float, check: Callable[[], None]
-) -> npt.NDArray[np.int64] | None:
+) -> IntArray | None:
     """The codes that occur, where a field's values are codes."""
     plain = _plain(name)
     if name == ELEVATION or "intensity" in plain:
@@ -353,7 +361,7 @@ def _codes(
     return codes if len(codes) <= most else None
 
 
-def _categories(name: str, codes: npt.NDArray[np.int64]) -> Iterator[Category]:
+def _categories(name: str, codes: IntArray) -> Iterator[Category]:
     las = "class" in _plain(name)
     own = _NAMED.get(_plain(name).partition(",")[0], ())
     # The others keep their colours where one of so many pieces is gone.
@@ -377,7 +385,7 @@ def _rgb(color: str) -> tuple[int, int, int]:
     return red, green, blue
 
 
-def map_table(name: str) -> Colors:
+def map_table(name: str) -> ByteArray:
     """(256, 3) uint8 of one of matplotlib's maps."""
     from matplotlib import colormaps
 

@@ -12,19 +12,23 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import (
+    BoolArray,
+    Float32Array,
+    FloatArray,
+    Int32Array,
+    IntArray,
+    IntegerArray,
+    UInt32Array,
+)
 from vomstudio.geometry.boxes import box_range, boxes_hit
 
 FACES_PER_BLOCK = 64
 POINTS_PER_BLOCK = 128
 
-Float32 = npt.NDArray[np.float32]
-Float = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
 
-
-def spread_bits(v: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
+def spread_bits(v: UInt32Array) -> UInt32Array:
     """Ten bits of v with two zero bits between neighbours."""
     v = (v | (v << np.uint32(16))) & np.uint32(0x030000FF)
     v = (v | (v << np.uint32(8))) & np.uint32(0x0300F00F)
@@ -32,7 +36,7 @@ def spread_bits(v: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
     return (v | (v << np.uint32(2))) & np.uint32(0x09249249)
 
 
-def morton(points: Float32, low: Float32, size: float) -> npt.NDArray[np.uint32]:
+def morton(points: Float32Array, low: Float32Array, size: float) -> UInt32Array:
     """Place of each point (n, 3) along a Z-shaped curve through a cube of 1024 cells a side."""
     scale = np.float32(1023.0 / max(size, 1e-30))
     code = np.zeros(len(points), np.uint32)
@@ -44,8 +48,8 @@ def morton(points: Float32, low: Float32, size: float) -> npt.NDArray[np.uint32]
 
 
 def ray_triangles(
-    origin: Float, direction: Float, a: Float, b: Float, c: Float
-) -> tuple[Float, Float, Float, npt.NDArray[np.bool_]]:
+    origin: FloatArray, direction: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
     """Moeller-Trumbore for one ray and n triangles: t, u, v (n,) and whether it hits ahead.
 
     The position is a + u (b - a) + v (c - a). Tomas Moeller and Ben Trumbore, Fast, minimum
@@ -74,19 +78,19 @@ class Blocks:
     low, high : (b, 3) float64 corners of each run
     """
 
-    low: Float
-    high: Float
+    low: FloatArray
+    high: FloatArray
     per_block: int
     count: int
 
-    def elements(self, hit: npt.NDArray[np.bool_]) -> Index:
+    def elements(self, hit: BoolArray) -> IntArray:
         """Element numbers inside the chunk of the blocks marked in `hit`."""
         first = np.flatnonzero(hit) * self.per_block
         rows = (first[:, None] + np.arange(self.per_block)).ravel()
         return rows[rows < self.count]
 
 
-def block_boxes(low: Float32, high: Float32, per_block: int) -> Blocks:
+def block_boxes(low: Float32Array, high: Float32Array, per_block: int) -> Blocks:
     """Blocks of elements whose own corners are `low` and `high` (n, 3)."""
     starts = np.arange(0, len(low), per_block)
     return Blocks(
@@ -105,10 +109,10 @@ class FaceChunk:
     face_ids : (m,) rows of the model's faces; vertex_ids : (k,) rows of its vertices
     """
 
-    points: Float32
-    faces: npt.NDArray[np.int32]
-    face_ids: npt.NDArray[np.integer]
-    vertex_ids: npt.NDArray[np.integer]
+    points: Float32Array
+    faces: Int32Array
+    face_ids: IntegerArray
+    vertex_ids: IntegerArray
     blocks: Blocks
     material: int
 
@@ -117,8 +121,8 @@ class FaceChunk:
 class PointChunk:
     """A run of neighbouring points; point_ids : (k,) rows of the cloud's points."""
 
-    points: Float32
-    point_ids: npt.NDArray[np.integer]
+    points: Float32Array
+    point_ids: IntegerArray
     blocks: Blocks
 
     def spacing(self) -> float:
@@ -130,10 +134,10 @@ class PointChunk:
 
 def first_face(
     chunks: list[FaceChunk],
-    origin: Float,
-    direction: Float,
+    origin: FloatArray,
+    direction: FloatArray,
     between: tuple[float, float] = (0.0, np.inf),
-    hidden: npt.NDArray[np.bool_] | None = None,
+    hidden: BoolArray | None = None,
 ) -> int | None:
     """Row of the front-most face that a local ray hits between two depths, or None. hidden : which
     of the model's faces are not there"""
@@ -162,15 +166,15 @@ def first_face(
 
 def points_near_ray(
     chunks: list[PointChunk],
-    boxes: tuple[Float, Float],
-    origin: Float,
-    direction: Float,
+    boxes: tuple[FloatArray, FloatArray],
+    origin: FloatArray,
+    direction: FloatArray,
     radius: float,
     spread: float,
     thickness: float = np.inf,
-    counts: Callable[[Float], npt.NDArray[np.bool_]] | None = None,
-    hidden: npt.NDArray[np.bool_] | None = None,
-) -> tuple[Index, Float, Float]:
+    counts: Callable[[FloatArray], BoolArray] | None = None,
+    hidden: BoolArray | None = None,
+) -> tuple[IntArray, FloatArray, FloatArray]:
     """Points within radius + spread * depth of a local ray.
 
     boxes : corners (n, 3), (n, 3) of the chunks

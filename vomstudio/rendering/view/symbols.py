@@ -12,12 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.drawing import Symbol, SymbolKind
-
-Array = npt.NDArray[np.float64]
 
 HALF = 18.0
 """Pixels of half a strike line."""
@@ -31,7 +29,7 @@ _END_ON = 0.02
 _HOOK = 5.5
 
 
-def _arc(centre: float, radius: float, start_deg: float, end_deg: float, steps: int) -> Array:
+def _arc(centre: float, radius: float, start_deg: float, end_deg: float, steps: int) -> FloatArray:
     turn = np.radians(np.linspace(start_deg, end_deg, steps + 1))
     points = np.stack([centre + radius * np.cos(turn), radius * np.sin(turn)], axis=1)
     return np.stack([points[:-1], points[1:]], axis=1)
@@ -39,7 +37,7 @@ def _arc(centre: float, radius: float, start_deg: float, end_deg: float, steps: 
 
 _STRIKE = np.array([[[-HALF, 0.0], [HALF, 0.0]]])
 _DOWN = np.array([[[0.0, 0.0], [0.0, TICK]]])
-_SHAPES: dict[SymbolKind, Array] = {
+_SHAPES: dict[SymbolKind, FloatArray] = {
     "plane": np.concatenate([_STRIKE, _DOWN]),
     # The hook comes from the other side of the strike line and turns into the tick.
     "overturned": np.concatenate([_STRIKE, _DOWN, _arc(-_HOOK, _HOOK, -180.0, 0.0, 8)]),
@@ -76,13 +74,13 @@ class Signs:
     """
 
     kinds: tuple[SymbolKind, ...]
-    pixels: Array
-    depth: Array
-    metres: Array
-    along: Array
-    across: Array
+    pixels: FloatArray
+    depth: FloatArray
+    metres: FloatArray
+    along: FloatArray
+    across: FloatArray
 
-    def strokes(self, rows: Sequence[int]) -> tuple[Array, npt.NDArray[np.int64]]:
+    def strokes(self, rows: Sequence[int]) -> tuple[FloatArray, IntArray]:
         """(s, 2, 2) ends of the strokes of some of the symbols, and to which each belongs."""
         parts, owners = [], []
         chosen = np.asarray(rows, dtype=np.int64)
@@ -99,7 +97,7 @@ class Signs:
             return np.zeros((0, 2, 2)), np.zeros(0, np.int64)
         return np.concatenate(parts), np.concatenate(owners)
 
-    def numbers(self) -> Array:
+    def numbers(self) -> FloatArray:
         """(n, 2) centres of the numbers; NaN for symbols that have none."""
         result = np.full((len(self.kinds), 2), np.nan)
         for kind, (u, v) in _NUMBER.items():
@@ -122,7 +120,7 @@ class SymbolSet:
         self._lines = np.array([k == "line" for k in self.kinds], np.bool_)
 
     def signs(
-        self, camera: Camera, size: tuple[float, float], places: Array | None = None
+        self, camera: Camera, size: tuple[float, float], places: FloatArray | None = None
     ) -> Signs:
         """Where and how the symbols are seen by a camera whose image has `size`, in pixels.
 
@@ -138,7 +136,7 @@ class SymbolSet:
         if not camera.orthographic:
             slant = (away @ camera.frame[:2].T) / front[:, None]
 
-        def seen(vectors: Array) -> Array:
+        def seen(vectors: FloatArray) -> FloatArray:
             """(n, 2) what one pixel's length along unit vectors (n, 3) is on the screen."""
             flat = vectors @ camera.frame[:2].T - slant * (vectors @ camera.direction)[:, None]
             return flat * [1.0, -1.0]
@@ -152,12 +150,12 @@ class SymbolSet:
         return Signs(self.kinds, pixels, depth, metres, along, across)
 
 
-def _stacked(vectors: Sequence[Array]) -> Array:
+def _stacked(vectors: Sequence[FloatArray]) -> FloatArray:
     # A tenth of the time that NumPy takes for a list of arrays.
     return np.concatenate([np.zeros(0), *vectors]).reshape(-1, 3)
 
 
-def _at_least(vectors: Array, least: float, instead: Array) -> Array:
+def _at_least(vectors: FloatArray, least: float, instead: FloatArray) -> FloatArray:
     """Vectors (n, 2) no shorter than `least`; end on they have no direction and get `instead`."""
     long = np.hypot(*vectors.T)[:, None]
     grown = np.where(long < _END_ON, least * instead, vectors * (least / np.maximum(long, 1e-12)))
@@ -167,7 +165,7 @@ def _at_least(vectors: Array, least: float, instead: Array) -> Array:
 def symbol_of_plane(
     dip_direction_deg: float,
     dip_deg: float,
-    place: Array,
+    place: FloatArray,
     extent: float,
     *,
     overturned: bool = False,
@@ -184,7 +182,7 @@ def symbol_of_plane(
     return Symbol(kind, np.asarray(place, float), strike, down, text, extent)
 
 
-def symbol_of_line(trend_deg: float, plunge_deg: float, place: Array, extent: float) -> Symbol:
+def symbol_of_line(trend_deg: float, plunge_deg: float, place: FloatArray, extent: float) -> Symbol:
     t, p = np.radians(trend_deg), np.radians(plunge_deg)
     direction = np.array([np.sin(t) * np.cos(p), np.cos(t) * np.cos(p), -np.sin(p)])
     return Symbol(
@@ -192,6 +190,6 @@ def symbol_of_line(trend_deg: float, plunge_deg: float, place: Array, extent: fl
     )
 
 
-def small_disc(place: Array, extent: float) -> Symbol:
+def small_disc(place: FloatArray, extent: float) -> Symbol:
     """Stands for a disc that is too small on the screen, where its attitude cannot be seen."""
     return Symbol("disc", np.asarray(place, float), np.zeros(3), np.zeros(3), "", extent)

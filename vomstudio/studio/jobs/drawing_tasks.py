@@ -14,9 +14,7 @@ from vomstudio.studio.jobs.job import Job, Lane
 from vomstudio.studio.jobs.placed_model import StandingModel, read_standing
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
+    from vomstudio.core.arrays import FloatArray
     from vomstudio.products.ortho.back_projection import Brought, Sidecar
 
 Point = tuple[float, float, float]
@@ -142,7 +140,7 @@ def collect_lines(
     names: Iterable[str],
     sidecar: Sidecar,
     warnings: Iterable[Finding],
-    to_file: npt.NDArray[np.float64] | None = None,
+    to_file: FloatArray | None = None,
 ) -> DrawnLines:
     """Return lines that were brought back as plain data.
 

@@ -77,9 +77,11 @@ def _propose(order: TracesOrder, progress: Progress) -> FoundTraces:
     if network is not None:
         file = Path(network)
         data = wearing_edges(
-            data, spacing, lambda pictures, out: write_edges(file, pictures, out, progress),
+            data,
+            spacing,
+            lambda pictures, out: write_edges(file, pictures, out, progress),
             order.out.with_suffix(""),
-        )  # fmt: skip
+        )
     surface = SurfaceGraph(data)
     found = propose_traces(
         surface,

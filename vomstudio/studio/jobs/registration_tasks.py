@@ -15,13 +15,11 @@ from vomstudio.studio.jobs.model_tasks import ExportedModel
 from vomstudio.studio.jobs.placed_model import StandingModel, in_world, read_standing
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
+    from vomstudio.core.arrays import BoolArray, FloatArray
     from vomstudio.core.findings import Finding
     from vomstudio.io.control.observation_tables import Pairs
 
-    Array = npt.NDArray[np.float64]
+    Array = FloatArray
 
 Point = tuple[float, float, float]
 
@@ -108,11 +106,15 @@ def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
             start = with_scale(start, stands.scale, points.mean(axis=0))
     flags, about_stable = _stable(there, asked, progress)
     fitted = fit_to_reference(
-        points, there, start, spacing=(spacing * start.scale, its_spacing), scale=asked.scale,
+        points,
+        there,
+        start,
+        spacing=(spacing * start.scale, its_spacing),
+        scale=asked.scale,
         stable=flags,
         scale_error=None if registration is None else registration.scale_error,
         progress=progress,
-    )  # fmt: skip
+    )
     evidence.reference = fitted.observation
     placed = with_warnings(register(evidence), (*about_stable, *fitted.warnings))
     if not placed.known.all:
@@ -139,7 +141,7 @@ def _pairs(points: tuple[HomologousPoint, ...]) -> Pairs:
 
 def _stable(
     there: Array, order: FitOrder, progress: Progress
-) -> tuple[npt.NDArray[np.bool_] | None, tuple[Finding, ...]]:
+) -> tuple[BoolArray | None, tuple[Finding, ...]]:
     """Return which of the points (n, 3) of the reference count, None for all, and messages."""
     import numpy as np
 
@@ -199,10 +201,12 @@ def _compare(asked: CompareOrder, progress: Progress) -> ComparedModels:
     names = (asked.model.name, asked.benchmark.name)
     said = crs_findings(asked.model.crs, asked.benchmark.crs, names)
     found = compare(
-        in_world(asked.model, progress), in_world(asked.benchmark, progress),
-        radius_m=asked.options.m3c2_m, registration_error_m=asked.options.registration_error_m,
+        in_world(asked.model, progress),
+        in_world(asked.benchmark, progress),
+        radius_m=asked.options.m3c2_m,
+        registration_error_m=asked.options.registration_error_m,
         progress=progress,
-    )  # fmt: skip
+    )
     asked.out.parent.mkdir(parents=True, exist_ok=True)
     arrays: dict[str, Any] = found.as_fields()
     with atomic_write(asked.out, True) as temporary, temporary.open("wb") as file:
@@ -242,9 +246,14 @@ def _export(asked: ComparisonExport, progress: Progress) -> ExportedModel:
     if registration is not None:
         registration = change_file_frame(registration, asked.model.to_world)
     said = write_model(
-        data, asked.model.crs, asked.out, force=True, inputs=inputs, progress=progress,
+        data,
+        asked.model.crs,
+        asked.out,
+        force=True,
+        inputs=inputs,
+        progress=progress,
         registration=registration,
-    )  # fmt: skip
+    )
     return ExportedModel(tuple(said))
 
 

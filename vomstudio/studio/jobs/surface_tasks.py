@@ -17,13 +17,11 @@ from vomstudio.studio.jobs.job import Job, Lane
 from vomstudio.studio.jobs.placed_model import StandingModel, in_world
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
+    from vomstudio.core.arrays import FloatArray, GenericArray
     from vomstudio.extraction.facets import Facets
     from vomstudio.extraction.local_parts import Part
 
-    Arrays = dict[str, npt.NDArray[np.generic]]
+    Arrays = dict[str, GenericArray]
 
 _PART = to_translate("Use a smaller part of the model, or close other programs.")
 
@@ -194,10 +192,18 @@ def _find(asked: FacetsOrder, progress: Progress) -> FoundFacets:
     np.savez(asked.out, **arrays)
     seen = found.exposure
     return FoundFacets(
-        len(found.facets), found.of, found.reach, found.min_points, seen.near_planar_share,
-        seen.coverage, seen.exposed_m2, seen.vegetation_share, seen.debris_share,
-        found.warnings, asked.out,
-    )  # fmt: skip
+        len(found.facets),
+        found.of,
+        found.reach,
+        found.min_points,
+        seen.near_planar_share,
+        seen.coverage,
+        seen.exposed_m2,
+        seen.vegetation_share,
+        seen.debris_share,
+        found.warnings,
+        asked.out,
+    )
 
 
 def _facet_arrays(found: Facets, part: Part, count: int, to_world: Any) -> Arrays:
@@ -244,7 +250,7 @@ def _facet_arrays(found: Facets, part: Part, count: int, to_world: Any) -> Array
     }
 
 
-def _corners(part: Part, element: str, rows: Any) -> npt.NDArray[np.float64]:
+def _corners(part: Part, element: str, rows: Any) -> FloatArray:
     """(k, 3) points of some faces or points, each once."""
     import numpy as np
 

@@ -8,8 +8,8 @@ from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry import transform
 from vomstudio.geometry.frames import Frame
 from vomstudio.geometry.matrices import Point
@@ -25,8 +25,6 @@ from vomstudio.registration.level_evidence import KnownDirection
 from vomstudio.registration.results import Known, Placed
 from vomstudio.registration.similarity import jacobian
 from vomstudio.studio.placing.known_planes import OnModel, miss_deg
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -73,13 +71,13 @@ def placed_by_known(
     pairs: Pairs,
     lines: Sequence[KnownLine],
     model: Model,
-    extent: Array | None,
+    extent: FloatArray | None,
     north_doubt_deg: float = 0.0,
     compass: CompassTable | None = None,
     turned_deg: float = 0.0,
     *,
     north_sigma_stated: bool = False,
-    photo_up: Array | None = None,
+    photo_up: FloatArray | None = None,
     keep_scale: bool = False,
     click_sigma_m: float | None = None,
     resolution: float | None = None,
@@ -115,7 +113,7 @@ def placed_by_known(
     return replace(placed, matrix=placed.matrix @ stands, scale=scale)
 
 
-def up_of(model: Model) -> Array | None:
+def up_of(model: Model) -> FloatArray | None:
     """(3,) What points up in the frame of a model's file, as it stands; None where nobody knows."""
     if not model.frame.has_up:
         return None
@@ -123,7 +121,7 @@ def up_of(model: Model) -> Array | None:
     return np.asarray(stands[2, :3] / transform.scale_of(stands), np.float64)
 
 
-def photo_up(path: Path) -> Array | None:
+def photo_up(path: Path) -> FloatArray | None:
     """(3,) What was up as photos were held, in the file of a model that was made of them here.
 
     None if it was made otherwise, or registered. Such a model is turned so that z is up as they
@@ -132,7 +130,7 @@ def photo_up(path: Path) -> Array | None:
     return np.array([0.0, 0.0, 1.0]) if scale_known(path) is False else None
 
 
-def _moved(evidence: Evidence, by: Array) -> Evidence:
+def _moved(evidence: Evidence, by: FloatArray) -> Evidence:
     """The same of a model that stands as a 4 x 4 similarity puts it."""
 
     def there(place: Point) -> Point:
@@ -234,7 +232,7 @@ def frame_after(placed: Placed, model: Model, crs: str | None) -> Frame:
     return Frame("scaled" if known.scale else "undeclared", level=known.vertical)
 
 
-def covariance_after(placed: Placed, before: Registration | None) -> Array:
+def covariance_after(placed: Placed, before: Registration | None) -> FloatArray:
     """(7, 7) of the placement; of what it leaves free that of the registration before, which stays
     in force there."""
     total = np.array(placed.covariance, np.float64)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
@@ -23,8 +23,6 @@ from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Model, OnAModel, Record, get_feature
 from vomstudio.registration.results import Placed
 
-Array = npt.NDArray[np.float64]
-
 MOST_DEG = 90.0
 """An error that is larger says nothing of a direction."""
 _WITH_ERROR = re.compile(r"\s*(?:±|\+\s*/?\s*[-–−])\s*")
@@ -37,7 +35,7 @@ class OnModel:
     """What a reading is of, as the model shows it. direction : (3,) in the frame of the model's
     file, the normal of a plane; sigma_deg : its own error there, one sigma, None where not known"""
 
-    direction: Array
+    direction: FloatArray
     sigma_deg: float | None
 
 
@@ -59,7 +57,7 @@ def directions_of(
     return found
 
 
-def _direction(measured: Measurement, plane: bool) -> Array | None:
+def _direction(measured: Measurement, plane: bool) -> FloatArray | None:
     """(3,) World."""
     if not plane:
         return None if measured.line is None else np.asarray(measured.line.vector(), np.float64)
@@ -115,10 +113,13 @@ def miss_deg(line: KnownLine, seen: OnModel, placed: Placed, turned_deg: float) 
     """The angle between what was read and what the placed model shows, 0 to 90 degrees. turned_deg
     : added to the azimuth that was read"""
     one = CompassTable(
-        (line.name,), np.array([line.kind == "plane"]),
-        np.array([(line.value or 0.0) + turned_deg]), np.array([line.inclination_deg or 0.0]),
-        seen.direction[None], np.array([np.nan]),
-    )  # fmt: skip
+        (line.name,),
+        np.array([line.kind == "plane"]),
+        np.array([(line.value or 0.0) + turned_deg]),
+        np.array([line.inclination_deg or 0.0]),
+        seen.direction[None],
+        np.array([np.nan]),
+    )
     there = placed_direction(seen, placed)
     cosine = abs(float(one.vectors()[0] @ there))
     # An angle that is nearly nought is lost in its cosine.
@@ -126,7 +127,7 @@ def miss_deg(line: KnownLine, seen: OnModel, placed: Placed, turned_deg: float) 
     return float(np.degrees(np.arctan2(across, cosine)))
 
 
-def placed_direction(seen: OnModel, placed: Placed) -> Array:
+def placed_direction(seen: OnModel, placed: Placed) -> FloatArray:
     """(3,) World, a unit vector."""
     turn = np.asarray(placed.matrix)[:3, :3] / placed.scale
     return np.asarray(turn @ seen.direction, np.float64)
@@ -205,10 +206,17 @@ def reading_of(
 ) -> KnownLine:
     """The record of a reading of a feature. others : names that are taken"""
     return KnownLine(
-        new_id("reading"), _name(feature.name, set(others)), kind_read(measured),
-        feature.model_id, feature.model_hash, (), typed.azimuth_deg, typed.sigma_deg,
-        inclination_deg=typed.inclination_deg, feature_id=feature.id,
-    )  # fmt: skip
+        new_id("reading"),
+        _name(feature.name, set(others)),
+        kind_read(measured),
+        feature.model_id,
+        feature.model_hash,
+        (),
+        typed.azimuth_deg,
+        typed.sigma_deg,
+        inclination_deg=typed.inclination_deg,
+        feature_id=feature.id,
+    )
 
 
 def kind_read(measured: Measurement) -> ReadKind:
@@ -219,6 +227,7 @@ def kind_read(measured: Measurement) -> ReadKind:
 def _name(name: str, taken: set[str]) -> str:
     """That of the feature, which a geologist knows; a number where it was read before."""
     return next(
-        each for n in range(1, len(taken) + 2)
+        each
+        for n in range(1, len(taken) + 2)
         if (each := name if n == 1 else f"{name} ({n})") not in taken
-    )  # fmt: skip
+    )

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-import numpy.typing as npt
-
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry import transform
 from vomstudio.geometry.registrations import ReadNorth
 from vomstudio.io.control.observation_tables import Pairs
@@ -17,7 +15,6 @@ from vomstudio.registration.north import (
 )
 from vomstudio.registration.register_options import RegisterOptions
 
-Array = npt.NDArray[np.float64]
 _SAME_DEG = 1e-9
 AS_READ = ReadNorth("grid")
 """Where nothing was said."""
@@ -40,7 +37,7 @@ def north_of(compass: Compass, known: North) -> tuple[ReadNorth, str]:
 def known_of(
     compass: Compass,
     model: Model,
-    bounds: Array | None,
+    bounds: FloatArray | None,
     pairs: Pairs,
     crs: str | None,
 ) -> North:

@@ -6,9 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
@@ -30,8 +28,6 @@ from vomstudio.registration.overlap import crs_findings, refuse_apart
 from vomstudio.registration.results import Placed
 from vomstudio.registration.surface_points import points_of
 from vomstudio.studio.world_models import WorldModel, read_in_world
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,18 +126,29 @@ def fit_model(
         flags, stable_m, more = _stable(target_points, target, Path(stable), progress)
         messages += more
     fitted = fit_to_reference(
-        points, target_points, start, spacing=(spacing * start.scale, target_spacing), scale=scale,
-        stable=flags, scale_error=stands.scale_error, progress=progress,
-    )  # fmt: skip
+        points,
+        target_points,
+        start,
+        spacing=(spacing * start.scale, target_spacing),
+        scale=scale,
+        stable=flags,
+        scale_error=stands.scale_error,
+        progress=progress,
+    )
     return ReferenceFit(
-        names[1], fitted, crs if crs is not None else target.crs, stable_m, scale,
-        (*messages, *fitted.warnings), target.registration,
-    )  # fmt: skip
+        names[1],
+        fitted,
+        crs if crs is not None else target.crs,
+        stable_m,
+        scale,
+        (*messages, *fitted.warnings),
+        target.registration,
+    )
 
 
 def _stable(
-    points: Array, target: WorldModel, path: Path, progress: Progress
-) -> tuple[npt.NDArray[np.bool_], float | None, list[Finding]]:
+    points: FloatArray, target: WorldModel, path: Path, progress: Progress
+) -> tuple[BoolArray, float | None, list[Finding]]:
     names = (tr("The mask"), tr("the reference"))
     messages: list[Finding]
     if path.suffix.lower() in POLYGONS:

@@ -27,8 +27,7 @@ from vomstudio.registration.register_options import BESIDE, RegisterOptions
 from vomstudio.studio.placing.known_lines import photo_up
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
+    from vomstudio.core.arrays import FloatArray
     from vomstudio.io.control.attitude_tables import AttitudeTable
     from vomstudio.io.control.observation_tables import Positions
     from vomstudio.io.models.reader import LoadedModel
@@ -232,13 +231,13 @@ def _solved(evidence: Evidence, loaded: LoadedModel | None) -> Placed:
     return register(evidence, None if loaded is None else _extent(loaded))
 
 
-def _extent(loaded: LoadedModel) -> npt.NDArray[np.float64]:
+def _extent(loaded: LoadedModel) -> FloatArray:
     from vomstudio.registration.surface_points import some_points
 
     return some_points(loaded.data)
 
 
-def _up(loaded: LoadedModel) -> npt.NDArray[np.float64] | None:
+def _up(loaded: LoadedModel) -> FloatArray | None:
     """Return the up direction (3,) of the model, None if neither file nor format states it."""
     from vomstudio.io.models.frames import frame_of_file
 

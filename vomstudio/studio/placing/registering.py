@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
@@ -108,7 +108,7 @@ def pairs_of(points: Sequence[ControlPoint]) -> Pairs:
 
 def expected(
     points: Sequence[ControlPoint], placed: Placed | None, model: Model
-) -> dict[str, npt.NDArray[np.float64]]:
+) -> dict[str, FloatArray]:
     """Where points that have not been found should be, by a placement, or, without one, by two
     points of a model whose vertical is known: (3,) in World as the model stands at present, by id.
     """
@@ -123,7 +123,7 @@ def expected(
     return {p.id: place for p, place in zip(left, there, strict=True)}
 
 
-def _by_two(points: Sequence[ControlPoint], model: Model) -> npt.NDArray[np.float64] | None:
+def _by_two(points: Sequence[ControlPoint], model: Model) -> FloatArray | None:
     """4 x 4 from the coordinates of the points to the model as it stands: a turn about the
     vertical, a scale and a shift, which two points determine that are not one above the other."""
     pairs = pairs_of(points)
@@ -144,17 +144,17 @@ def _by_two(points: Sequence[ControlPoint], model: Model) -> npt.NDArray[np.floa
 
 def placed_by_points(
     pairs: Pairs,
-    bounds: npt.NDArray[np.float64] | None,
+    bounds: FloatArray | None,
     model: Model,
     crs: str | None,
-    extent: npt.NDArray[np.float64] | None = None,
+    extent: FloatArray | None = None,
     lines: Sequence[KnownLine] = (),
     north_doubt_deg: float = 0.0,
     compass: CompassTable | None = None,
     turned_deg: float = 0.0,
     *,
     north_sigma_stated: bool = False,
-    photo_up: npt.NDArray[np.float64] | None = None,
+    photo_up: FloatArray | None = None,
     keep_scale: bool = False,
     click_sigma_m: float | None = None,
     resolution: float | None = None,
@@ -186,10 +186,19 @@ def placed_by_points(
         placed = register(evidence, extent)
     else:
         placed = placed_by_known(
-            pairs, lines, model, extent, north_doubt_deg, compass, turned_deg,
-            north_sigma_stated=north_sigma_stated, photo_up=photo_up, keep_scale=keep_scale,
-            click_sigma_m=click_sigma_m, resolution=resolution,
-        )  # fmt: skip
+            pairs,
+            lines,
+            model,
+            extent,
+            north_doubt_deg,
+            compass,
+            turned_deg,
+            north_sigma_stated=north_sigma_stated,
+            photo_up=photo_up,
+            keep_scale=keep_scale,
+            click_sigma_m=click_sigma_m,
+            resolution=resolution,
+        )
     if not len(pairs.labels):
         return placed
     findings = check_area(pairs.world, crs)
@@ -338,7 +347,7 @@ def sets_turned_deg(
     measured : the features of `records` as they lie after it. The name of a set is that of its
     feature type, with its own.
     """
-    poles: dict[str, list[npt.NDArray[np.float64]]] = {}
+    poles: dict[str, list[FloatArray]] = {}
     for id_, figures in measured.items():
         feature = records.get(id_)
         if (
@@ -371,7 +380,7 @@ def sets_turned_finding(turned: Mapping[str, float]) -> Finding | None:
     return Finding("registration.sets-turned", sets=said) if said else None
 
 
-def _turn(before: Model, after: Model) -> npt.NDArray[np.float64]:
+def _turn(before: Model, after: Model) -> FloatArray:
     """(3, 3) the rotation between two placements."""
     first, second = (transform.matrix(m.to_world) for m in (before, after))
     return np.asarray(

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.signals import Signal
 from vomstudio.geology.coverage.cells import CellGrid, Exposed, exposed_faces, exposed_points
 from vomstudio.geology.coverage.face_coverage import LookedAt, looked_at
@@ -27,7 +27,6 @@ from vomstudio.studio.background import Background
 from vomstudio.studio.models import Models
 from vomstudio.studio.projects import Projects
 
-Array = npt.NDArray[np.float64]
 Records = Mapping[str, Record]
 
 
@@ -51,7 +50,9 @@ def exposed_of(
     return exposed_points(file_grid(grid), points, resolution or 0.0)
 
 
-def lines_on(records: Records, measured: Mapping[str, Measurement], model_id: str) -> list[Array]:
+def lines_on(
+    records: Records, measured: Mapping[str, Measurement], model_id: str
+) -> list[FloatArray]:
     """(k, 3) World of what was picked on a model: lines along their vertices, patches at their
     middle."""
     found = []
@@ -70,7 +71,7 @@ def lines_on(records: Records, measured: Mapping[str, Measurement], model_id: st
 
 
 def share_of(
-    grid: FaceGrid, model: Model | None, exposed: Exposed, lines: Iterable[Array]
+    grid: FaceGrid, model: Model | None, exposed: Exposed, lines: Iterable[FloatArray]
 ) -> LookedAt:
     """lines : as of `lines_on`"""
     in_world = world_grid(grid, model)

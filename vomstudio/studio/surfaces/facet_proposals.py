@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import Float32Array, FloatArray, Int32Array
 from vomstudio.core.files.arrays import open_arrays
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.words import tr
@@ -75,9 +75,9 @@ class Proposals:
     told: FoundFacets
     patches: tuple[Patch, ...]
     measured: tuple[Measurement, ...]
-    label: npt.NDArray[np.int32]
-    covers: npt.NDArray[np.int32]
-    exposed_m2: npt.NDArray[np.float64]
+    label: Int32Array
+    covers: Int32Array
+    exposed_m2: FloatArray
     whole: bool
 
     def share(self, rows: Collection[int]) -> float | None:
@@ -101,8 +101,10 @@ class Proposals:
             said.append(tr("at least {area:g} m²", area=of.min_area_m2))
         if of.min_coplanarity is not None:
             said.append(tr("coplanarity at least {value:g}", value=of.min_coplanarity))
-        return tr("Facet that the program proposed ({limits}) and that was accepted.",
-                  limits=", ".join(said))  # fmt: skip
+        return tr(
+            "Facet that the program proposed ({limits}) and that was accepted.",
+            limits=", ".join(said),
+        )
 
 
 class FacetProposals(ProposalQueue[Proposals]):
@@ -207,9 +209,7 @@ class FacetProposals(ProposalQueue[Proposals]):
         if self.proposals is not None:
             self._as_before(self.proposals.model_id)
 
-    def _show_painted(
-        self, model_id: str, painted: npt.NDArray[np.float32], style: FieldStyle
-    ) -> None:
+    def _show_painted(self, model_id: str, painted: Float32Array, style: FieldStyle) -> None:
         self._unpaint(model_id)
         opened = self._models.open[model_id]
         if opened.give_fields({style.name: painted}):
@@ -285,10 +285,16 @@ class FacetProposals(ProposalQueue[Proposals]):
         """Reopen facets whose patch an edit removed, and close those whose patch it restored."""
         if self._kept.keys().isdisjoint(edit.after):
             return
-        gone = {self._kept[id_] for id_, record in edit.after.items()
-                if id_ in self._kept and record is None}  # fmt: skip
-        back = {self._kept[id_] for id_, record in edit.after.items()
-                if id_ in self._kept and record is not None}  # fmt: skip
+        gone = {
+            self._kept[id_]
+            for id_, record in edit.after.items()
+            if id_ in self._kept and record is None
+        }
+        back = {
+            self._kept[id_]
+            for id_, record in edit.after.items()
+            if id_ in self._kept and record is not None
+        }
         if gone <= self.open and back <= self.accepted:
             return
         self.open = (self.open | gone) - back
@@ -315,23 +321,45 @@ def _proposals(
         ring = of["outline"][of["outline_cuts"][i] : of["outline_cuts"][i + 1]]
         patches.append(
             Patch(
-                f"facet-{i}", "", type_id, model.id, model.content_hash,
+                f"facet-{i}",
+                "",
+                type_id,
+                model.id,
+                model.content_hash,
                 "face" if told.element == "face" else "point",
-                runs_of(rows), int(of["n"][i]), _triple(of["mean"][i]),
-                (_triple(of["scatter"][i][0]), _triple(of["scatter"][i][1]),
-                 _triple(of["scatter"][i][2])),
-                float(of["n_effective"][i]), tuple(_triple(p) for p in ring),
+                runs_of(rows),
+                int(of["n"][i]),
+                _triple(of["mean"][i]),
+                (
+                    _triple(of["scatter"][i][0]),
+                    _triple(of["scatter"][i][1]),
+                    _triple(of["scatter"][i][2]),
+                ),
+                float(of["n_effective"][i]),
+                tuple(_triple(p) for p in ring),
                 float(of["area"][i]) if told.element == "face" else None,
-                float(of["resolution"][i]), rule=SURROUNDINGS_RULE,
-                level_gap=float(of["level_gap"][i]) or None, bent=bool(of["bent"][i]),
+                float(of["resolution"][i]),
+                rule=SURROUNDINGS_RULE,
+                level_gap=float(of["level_gap"][i]) or None,
+                bent=bool(of["bent"][i]),
                 bend_deg=float(of["bend_deg"][i]) or None,
             )
-        )  # fmt: skip
+        )
     measured = measure_all(records, patches, thresholds)
     return Proposals(
-        model.id, model.to_world, model, limits_of(records, thresholds), options, told,
-        tuple(patches), tuple(measured), of["label"], of["covers"], of["exposed_m2"], whole,
-    )  # fmt: skip
+        model.id,
+        model.to_world,
+        model,
+        limits_of(records, thresholds),
+        options,
+        told,
+        tuple(patches),
+        tuple(measured),
+        of["label"],
+        of["covers"],
+        of["exposed_m2"],
+        whole,
+    )
 
 
 def _value(by: str, row: int, measured: Measurement) -> float:
@@ -343,5 +371,5 @@ def _value(by: str, row: int, measured: Measurement) -> float:
     return 90.0 if error is None else error
 
 
-def _triple(x: npt.NDArray[np.float64]) -> tuple[float, float, float]:
+def _triple(x: FloatArray) -> tuple[float, float, float]:
     return float(x[0]), float(x[1]), float(x[2])

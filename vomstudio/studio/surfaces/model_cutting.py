@@ -7,8 +7,8 @@ from itertools import count
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.streaming.octree import StreamedCloud
@@ -20,15 +20,13 @@ from vomstudio.studio.notices import Notices
 from vomstudio.studio.projects import Projects
 from vomstudio.studio.running_jobs import Jobs
 
-Mask = npt.NDArray[np.bool_]
-
 
 class ModelCutting:
     def __init__(self, projects: Projects, models: Models, jobs: Jobs, notices: Notices) -> None:
         self._projects, self._models = projects, models
         self._jobs, self._notices = jobs, notices
 
-    def cut(self, model_id: str, mask: Mask) -> None:
+    def cut(self, model_id: str, mask: BoolArray) -> None:
         """A model of the chosen faces or points (n,), in the project's folder and where the
         original is, with its textures, colours and fields."""
         model = get(self._projects.records, model_id, Model)
@@ -49,9 +47,15 @@ class ModelCutting:
         bits = Path(file.name)
         folder = project.folder / "models"
         order = ModelCut(
-            path, project.cache, model.content_hash, bits, opened.crs, folder, name,
+            path,
+            project.cache,
+            model.content_hash,
+            bits,
+            opened.crs,
+            folder,
+            name,
             model.registration,
-        )  # fmt: skip
+        )
 
         def done(cut: CutModel) -> None:
             bits.unlink(missing_ok=True)

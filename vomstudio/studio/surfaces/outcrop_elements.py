@@ -6,9 +6,7 @@ import contextlib
 from collections.abc import Callable, Mapping
 from functools import partial
 
-import numpy as np
-import numpy.typing as npt
-
+from vomstudio.core.arrays import BoolArray
 from vomstudio.core.findings import Finding, finding_of
 from vomstudio.core.signals import Signal
 from vomstudio.extraction.selection.neighbours import Neighbours, neighbours_of
@@ -26,8 +24,6 @@ from vomstudio.studio.visibility import Visibility
 
 _KEPT = "hidden_elements"
 _NEIGHBOURS = "neighbours"
-
-Mask = npt.NDArray[np.bool_]
 
 
 class OutcropElements:
@@ -51,7 +47,7 @@ class OutcropElements:
         self.hidden_changed: Signal[str] = Signal()
         self._projects, self._models, self._visibility = projects, models, visibility
         self._background, self._cutting = background, cutting
-        self._hidden: dict[str, Mask] = {}
+        self._hidden: dict[str, BoolArray] = {}
         self._known: tuple[OpenModel, Neighbours | Finding] | None = None
         self._pending: tuple[OpenModel, Callable[[], None]] | None = None
 
@@ -98,10 +94,10 @@ class OutcropElements:
                 pending[1]()
 
     # --- what is hidden -----------------------------------------------------------------------
-    def hidden(self, model_id: str) -> Mask | None:
+    def hidden(self, model_id: str) -> BoolArray | None:
         return self._hidden.get(model_id)
 
-    def hide(self, model_id: str, hidden: Mask | None) -> None:
+    def hide(self, model_id: str, hidden: BoolArray | None) -> None:
         if hidden is None or not hidden.any():
             if self._hidden.pop(model_id, None) is None:
                 return
@@ -111,11 +107,11 @@ class OutcropElements:
         self._projects.keep_view(_KEPT, {id_: each for id_, each in words.items() if each})
         self.hidden_changed.emit(model_id)
 
-    def all_hidden(self) -> dict[str, Mask]:
+    def all_hidden(self) -> dict[str, BoolArray]:
         """What is hidden of each model of which anything is."""
         return dict(self._hidden)
 
-    def hide_all(self, hidden: Mapping[str, Mask]) -> None:
+    def hide_all(self, hidden: Mapping[str, BoolArray]) -> None:
         """Hide this and nothing else; of models that are open and still have so many elements."""
         for model_id in {*self._hidden, *hidden}:
             mask, data = hidden.get(model_id), self.data(model_id)
@@ -144,7 +140,7 @@ class OutcropElements:
             self.hidden_changed.emit(model_id)
 
     # --- cutting out --------------------------------------------------------------------------
-    def cut_out(self, model_id: str, mask: Mask) -> None:
+    def cut_out(self, model_id: str, mask: BoolArray) -> None:
         self._cutting.cut(model_id, mask)
 
     def forget(self) -> None:

@@ -8,8 +8,8 @@ from hashlib import sha256
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import GenericArray
 from vomstudio.core.files.arrays import open_arrays
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -60,7 +60,7 @@ _STYLES: dict[str, dict[str, Any]] = {
     EXPECTED: {"low": 0.0, "high": 15.0},
 }
 
-Arrays = dict[str, npt.NDArray[np.generic]]
+Arrays = dict[str, GenericArray]
 FieldsResult = tuple[Arrays, tuple[Finding, ...]]
 
 
@@ -248,11 +248,15 @@ class SurfaceFields(ModelWork):
                 return arrays
 
         self._submit(
-            MAP_MEASURABLE, MeasurableOrder(standing, (x, y, z), options, out),
-            tr("Where planes of {plane} could be measured on {model}", model=record.name,
-               plane=format_plane(plane)),
+            MAP_MEASURABLE,
+            MeasurableOrder(standing, (x, y, z), options, out),
+            tr(
+                "Where planes of {plane} could be measured on {model}",
+                model=record.name,
+                plane=format_plane(plane),
+            ),
             lambda mapped: self._deliver(model_id, shown, lambda: (read(), mapped.findings)),
-        )  # fmt: skip
+        )
 
     def _ask_distances(self, model_id: str, shown: Shown) -> None:
         model, other_model = self._model(model_id), self._model(shown.wanted.of)
@@ -268,10 +272,11 @@ class SurfaceFields(ModelWork):
                 return {shown.name: found["distance_m"].astype(np.float32)}, ()
 
         self._submit(
-            COMPARE_MODELS, CompareOrder(standing, other, CompareOptions(), out),
+            COMPARE_MODELS,
+            CompareOrder(standing, other, CompareOptions(), out),
             tr("Distances from {model} to {other}", model=standing.name, other=other.name),
             lambda _: self._deliver(model_id, shown, read),
-        )  # fmt: skip
+        )
 
     def _ask_plane(self, model_id: str, shown: Shown) -> None:
         plane, record = shown.rests_on, self._projects.records[model_id]
@@ -380,7 +385,7 @@ class SurfaceFields(ModelWork):
         )
 
 
-def statistics(values: npt.NDArray[np.generic]) -> Mapping[str, float] | None:
+def statistics(values: GenericArray) -> Mapping[str, float] | None:
     """Median, and the ends between which nine tenths of the values lie; None without any."""
     known = np.asarray(values[:: max(1, len(values) // 200_000)], np.float64)
     known = known[np.isfinite(known)]
@@ -390,6 +395,6 @@ def statistics(values: npt.NDArray[np.generic]) -> Mapping[str, float] | None:
     return {"low": float(low), "median": float(median), "high": float(high)}
 
 
-def values_of(opened: OpenModel, name: str) -> npt.NDArray[np.generic] | None:
+def values_of(opened: OpenModel, name: str) -> GenericArray | None:
     """Of a field of an open model."""
     return opened.data.fields.get(name)

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.files.arrays import open_arrays
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
@@ -34,7 +34,6 @@ from vomstudio.studio.surfaces.model_jobs import ProposalQueue
 from vomstudio.studio.tools.tool_context import Tool
 from vomstudio.studio.tools.trace import TraceTool
 
-Array = npt.NDArray[np.float64]
 T = TypeVar("T")
 
 _BESIDE = 3.0
@@ -51,7 +50,7 @@ class ProposedLine:
     `extraction.proposals.traces.Proposal`"""
 
     trace: Trace
-    points: Array
+    points: FloatArray
     measured: Measurement
     length_m: float
     evidence: float
@@ -112,7 +111,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         self._trace_ids: dict[int, str] = {}
         self._rejected: set[int] = set()
         # As long as the program runs, whatever is looked for next: lines in the files' frames.
-        self._never: dict[str, list[Array]] = {}
+        self._never: dict[str, list[FloatArray]] = {}
         self._open_before: frozenset[int] = frozenset()
         tools.changed.connect(self._look)
 
@@ -158,7 +157,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         )
         self._submit(PROPOSE_TRACES, order, tr("Traces of {model}", model=record.name), judge)
 
-    def _known(self, model_id: str) -> list[Array]:
+    def _known(self, model_id: str) -> list[FloatArray]:
         """Lines that need not be proposed, in the frame of the model's file."""
         traces = [t for t in self._projects.of(Trace) if t.model_id == model_id]
         picked = [np.asarray(t.vertices, np.float64).reshape(-1, 3) for t in traces]
@@ -179,11 +178,14 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         note = tr("{found}, and that was accepted.", found=proposals.provenance)
         traces = {
             row: replace(
-                proposals.lines[row].trace, id=new_id("trace"), type_id=type_id,
-                set_name=set_name, notes=note,
+                proposals.lines[row].trace,
+                id=new_id("trace"),
+                type_id=type_id,
+                set_name=set_name,
+                notes=note,
             )
             for row in chosen
-        }  # fmt: skip
+        }
         before = dict(self._trace_ids)
         # Its own edit is no news to those that listen.
         self._trace_ids.update({row: trace.id for row, trace in traces.items()})
@@ -270,7 +272,7 @@ def _proposed(
     model: Model,
     options: ProposalOptions,
     told: FoundTraces,
-    known: list[Array],
+    known: list[FloatArray],
     records: dict[str, Any],
     thresholds: Thresholds,
 ) -> ProposedLines:
@@ -293,24 +295,33 @@ def _proposed(
         resolution, normal = float(of["resolution"][row]), of["outcrop_normal"][row]
         traces.append(
             Trace(
-                f"proposal-{row}", "", kinds[0].id if kinds else "", model.id, model.content_hash,
+                f"proposal-{row}",
+                "",
+                kinds[0].id if kinds else "",
+                model.id,
+                model.content_hash,
                 tuple(_triple(p) for p in lines[row]),
                 resolution=resolution if np.isfinite(resolution) else None,
                 outcrop_normal=_triple(normal) if np.isfinite(normal).all() else None,
-                rule=SURROUNDINGS_RULE, axis="auto",
+                rule=SURROUNDINGS_RULE,
+                axis="auto",
             )
-        )  # fmt: skip
+        )
         rows.append(row)
     measured = measure_all(records, traces, thresholds)
     found = [
         ProposedLine(
-            trace, transform.apply(model.to_world, lines[row]), figures,
-            float(of["length_m"][row]), float(of["evidence"][row]), float(of["doubt"][row]),
+            trace,
+            transform.apply(model.to_world, lines[row]),
+            figures,
+            float(of["length_m"][row]),
+            float(of["evidence"][row]),
+            float(of["doubt"][row]),
         )
         for row, trace, figures in zip(rows, traces, measured, strict=True)
-    ]  # fmt: skip
+    ]
     return ProposedLines(model.id, model.to_world, options, told, tuple(found), sum(beside))
 
 
-def _triple(x: Array) -> Point:
+def _triple(x: FloatArray) -> Point:
     return float(x[0]), float(x[1]), float(x[2])

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from vomstudio.core.errors import VomError
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
@@ -38,12 +38,12 @@ class Stroke:
     model: Model
     surface: PaintSurface
     removes: bool
-    chosen: npt.NDArray[np.bool_]
+    chosen: BoolArray
     scale: float
-    origin: npt.NDArray[np.float64]
+    origin: FloatArray
     resolution: float | None
     quick: bool
-    touched: list[npt.NDArray[np.float32]] = field(default_factory=list)
+    touched: list[Float32Array] = field(default_factory=list)
     stride: int = 1
     count: int = 0
     measured: int = 0
@@ -84,11 +84,11 @@ class Stroke:
             local_corners(self.surface.corners(ids[:: self.stride]), self.model, self.origin)
         )
 
-    def ids(self) -> npt.NDArray[np.int64]:
+    def ids(self) -> IntArray:
         """(k,) indices of the faces or points in the patch now."""
         return np.flatnonzero(self.chosen)
 
-    def figures(self, ids: npt.NDArray[np.int64], *, whole: bool) -> dict[str, Any]:
+    def figures(self, ids: IntArray, *, whole: bool) -> dict[str, Any]:
         """The fields of a patch that follow from its ids, by name; `whole` with those that only a
         record needs."""
         if whole:
@@ -120,7 +120,7 @@ class Stroke:
         return Area(self.origin, self.touched[0], np.zeros((0, 2, 3), np.float32))
 
 
-def record_figures(surface: PaintSurface, ids: npt.NDArray[np.int64]) -> dict[str, Any]:
+def record_figures(surface: PaintSurface, ids: IntArray) -> dict[str, Any]:
     """The fields of a patch that follow from the ids (k,) of its faces or points, by name."""
     points, weights = surface.weighted(ids)
     known = moments(points, weights)
@@ -137,8 +137,8 @@ def record_figures(surface: PaintSurface, ids: npt.NDArray[np.int64]) -> dict[st
 
 def _moments_and_area(
     surface: PaintSurface,
-    ids: npt.NDArray[np.int64],
-    points: npt.NDArray[np.float64],
+    ids: IntArray,
+    points: FloatArray,
     known: Moments,
 ) -> dict[str, Any]:
     normal = np.linalg.eigh(np.asarray(known.scatter))[1][:, 0]

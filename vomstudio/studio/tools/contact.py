@@ -80,9 +80,14 @@ class ContactTool(FollowingTool[Contact]):
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Contact:
         return Contact(
-            new_id("contact"), "", self.next.type_id, model.id, model.content_hash, vertices,
+            new_id("contact"),
+            "",
+            self.next.type_id,
+            model.id,
+            model.content_hash,
+            vertices,
             self.next.set_name,
-        )  # fmt: skip
+        )
 
     def _look(self) -> None:
         assert self._feature is not None
@@ -110,9 +115,14 @@ class ContactTool(FollowingTool[Contact]):
 
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Contact:
         read = Contact(
-            str(state["contact_id"]), "", type_of_draft(self._context, state, self.next.type_id),
-            str(state["model_id"]), str(state["model_hash"]), vertices, str(state["set_name"]),
-        )  # fmt: skip
+            str(state["contact_id"]),
+            "",
+            type_of_draft(self._context, state, self.next.type_id),
+            str(state["model_id"]),
+            str(state["model_hash"]),
+            vertices,
+            str(state["set_name"]),
+        )
         self.next = NextContact(read.type_id, read.set_name)
         return read
 

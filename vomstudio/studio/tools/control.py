@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
@@ -28,8 +28,6 @@ from vomstudio.studio.tools.interaction_types import (
 from vomstudio.studio.tools.tool_context import ToolContext
 from vomstudio.studio.tools.tool_entry import NothingOpen, ToolEntry
 
-Array = npt.NDArray[np.float64]
-
 
 class ControlTool(NothingOpen):
     """Every click is an edit of its own; nothing stays unfinished. The point that the next click
@@ -43,7 +41,7 @@ class ControlTool(NothingOpen):
         self._context = context
         self._current = ""
         self._active = False
-        self._expected: Mapping[str, Array] = {}
+        self._expected: Mapping[str, FloatArray] = {}
         self._radius = 0.0
 
     # --- state -------------------------------------------------------------------------------
@@ -67,7 +65,7 @@ class ControlTool(NothingOpen):
         self._show()
         self._context.tool_changed()
 
-    def expect(self, places: Mapping[str, Array], radius: float) -> None:
+    def expect(self, places: Mapping[str, FloatArray], radius: float) -> None:
         """Where points that have not been found should be: (3,) World, by id. radius : m, of the
         ring that is drawn there."""
         self._expected, self._radius = places, radius

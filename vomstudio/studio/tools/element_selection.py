@@ -8,12 +8,10 @@ from collections.abc import Mapping
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, ByteArray, IntArray
 from vomstudio.core.words import to_translate
 
-Mask = npt.NDArray[np.bool_]
-Ints = npt.NDArray[np.int64]
 Combine = Literal["new", "add", "subtract", "intersect"]
 
 COMBINATIONS: dict[Combine, str] = {
@@ -27,7 +25,7 @@ _LONGEST = 4_000_000
 """Letters of a draft; what takes more is not worth the journal's room."""
 
 
-def combined(before: Mask, found: Mask, how: Combine) -> Mask:
+def combined(before: BoolArray, found: BoolArray, how: Combine) -> BoolArray:
     """Of what was chosen before and what has been found now."""
     if how == "new":
         return found
@@ -44,10 +42,10 @@ class ChosenElements:
 
     def __init__(self, model_id: str, size: int) -> None:
         self.model_id = model_id
-        self.mask: Mask = np.zeros(size, np.bool_)
+        self.mask: BoolArray = np.zeros(size, np.bool_)
         self.count = 0
-        self._steps: list[tuple[str, npt.NDArray[np.uint8]]] = []
-        self._ahead: list[tuple[str, npt.NDArray[np.uint8]]] = []
+        self._steps: list[tuple[str, ByteArray]] = []
+        self._ahead: list[tuple[str, ByteArray]] = []
 
     @property
     def last_step(self) -> str | None:
@@ -59,11 +57,11 @@ class ChosenElements:
         """What the step was that was taken back last; None where there is none."""
         return self._ahead[-1][0] if self._ahead else None
 
-    def ids(self) -> Ints:
+    def ids(self) -> IntArray:
         """(k,) of the chosen ones, sorted."""
         return np.flatnonzero(self.mask)
 
-    def change(self, mask: Mask, step: str) -> bool:
+    def change(self, mask: BoolArray, step: str) -> bool:
         """Choose these and no others; False where these are chosen already."""
         if np.array_equal(mask, self.mask):
             return False
@@ -72,12 +70,12 @@ class ChosenElements:
         self._take(mask)
         return True
 
-    def change_last(self, mask: Mask) -> None:
+    def change_last(self, mask: BoolArray) -> None:
         """Have the last step lead to these."""
         self._ahead = []
         self._take(mask)
 
-    def before_last(self) -> Mask:
+    def before_last(self) -> BoolArray:
         """(n,) what was chosen before the last step."""
         return self._unpacked(self._steps[-1][1])
 
@@ -103,10 +101,10 @@ class ChosenElements:
         """What was taken back is not done again."""
         self._ahead = []
 
-    def _take(self, mask: Mask) -> None:
+    def _take(self, mask: BoolArray) -> None:
         self.mask, self.count = mask, int(np.count_nonzero(mask))
 
-    def _unpacked(self, bits: npt.NDArray[np.uint8]) -> Mask:
+    def _unpacked(self, bits: ByteArray) -> BoolArray:
         return np.unpackbits(bits, count=len(self.mask)).view(np.bool_)
 
     # --- as a draft --------------------------------------------------------------------------
@@ -124,13 +122,13 @@ class ChosenElements:
         return made
 
 
-def mask_to_dict(mask: Mask) -> dict[str, Any] | None:
+def mask_to_dict(mask: BoolArray) -> dict[str, Any] | None:
     """What `mask_from_dict` reads, as plain data; None where it would be too long."""
     bits = base64.b64encode(zlib.compress(np.packbits(mask).tobytes(), 1)).decode()
     return None if len(bits) > _LONGEST else {"size": len(mask), "bits": bits}
 
 
-def mask_from_dict(values: Mapping[str, Any]) -> Mask:
+def mask_from_dict(values: Mapping[str, Any]) -> BoolArray:
     """Raises KeyError, TypeError or ValueError where it is none."""
     size = int(values["size"])
     unpack = zlib.decompressobj()

@@ -12,14 +12,12 @@ from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
 from vomstudio.extraction.path_costs import OF_COLOURS
 from vomstudio.studio.tools.interaction_types import Point
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,14 +32,14 @@ class Way:
     final : False for a way to the cursor, in which other photos had no say yet
     """
 
-    points: Array
+    points: FloatArray
     photo: str = ""
     voters: tuple[str, ...] = ()
     judged: int = 0
     confirmed: int = 0
     warnings: tuple[Finding, ...] = ()
     final: bool = True
-    costs: Array | None = None
+    costs: FloatArray | None = None
 
 
 Answer = Callable[[Way | Finding], None]
@@ -90,7 +88,7 @@ class FollowedLine:
         finder: PathFinder,
         found: Callable[[], None],
         said: Callable[[Finding], None],
-        rank: Callable[[str, Array, Sequence[Point], str], Rank],
+        rank: Callable[[str, FloatArray, Sequence[Point], str], Rank],
     ) -> None:
         self._finder, self._found, self._said, self._rank = finder, found, said, rank
         self.cost: str | None = None
@@ -118,7 +116,7 @@ class FollowedLine:
         keys = (self._key(model_id, a, b, by) for a, b in pairwise(way_points))
         return [way for key in keys if (way := self._legs.get(key)) is not None]
 
-    def path(self, model_id: str, way_points: Sequence[Point], *, live: bool = False) -> Array:
+    def path(self, model_id: str, way_points: Sequence[Point], *, live: bool = False) -> FloatArray:
         """(n, 3) through the way-points, straight where a leg is not known yet, which is asked for.
 
         live : a way-point is being dragged: of the legs that are missing only the last one comes
@@ -171,8 +169,11 @@ class FollowedLine:
         waiting = False
         for number, cost in enumerate(costs):
             legs = [self._leg(model_id, a, b, cost, live=False) for a, b in pairwise(way_points)]
-            known = [self._has(self._key(model_id, a, b, cost)) for a, b in pairwise(way_points)
-                     if a != b]  # fmt: skip
+            known = [
+                self._has(self._key(model_id, a, b, cost))
+                for a, b in pairwise(way_points)
+                if a != b
+            ]
             waiting = waiting or not all(known)
             if any(leg is not None for leg in legs):
                 rank = self._rank(model_id, _joined(way_points, legs), way_points, cost)
@@ -188,7 +189,7 @@ class FollowedLine:
         of_photos = tuple(cost for cost in costs if cost in OF_COLOURS)
         return of_photos if seen and of_photos else costs
 
-    def leg(self, model_id: str, one: Point, other: Point, *, live: bool) -> Array | None:
+    def leg(self, model_id: str, one: Point, other: Point, *, live: bool) -> FloatArray | None:
         """The path between two places; None while it is searched for, and where there is none."""
         if self.cost is None:
             return None
@@ -196,7 +197,7 @@ class FollowedLine:
 
     def _leg(
         self, model_id: str, one: Point, other: Point, cost: str, *, live: bool
-    ) -> Array | None:
+    ) -> FloatArray | None:
         if one == other:
             return None
         key = self._key(model_id, one, other, cost)
@@ -234,8 +235,12 @@ class FollowedLine:
         costs = [self.by(model_id)]
         if self.cost == AUTO:
             costs = list(self._candidates(model_id, way_points))
-        keys = (self._key(model_id, a, b, cost)
-                for cost in costs for a, b in pairwise(way_points) if a != b)  # fmt: skip
+        keys = (
+            self._key(model_id, a, b, cost)
+            for cost in costs
+            for a, b in pairwise(way_points)
+            if a != b
+        )
         return any(not self._has(key) for key in keys)
 
     def forget(self) -> None:
@@ -268,7 +273,7 @@ class FollowedLine:
         return self.cost != AUTO or key[1] == self._finder.costs(key[0])[0]
 
 
-def _joined(way_points: Sequence[Point], legs: Sequence[Array | None]) -> Array:
+def _joined(way_points: Sequence[Point], legs: Sequence[FloatArray | None]) -> FloatArray:
     """(n, 3) one line of the legs, straight where there is none."""
     parts = [
         np.array(ends) if leg is None else leg
@@ -278,7 +283,7 @@ def _joined(way_points: Sequence[Point], legs: Sequence[Array | None]) -> Array:
     return np.asarray(line[_new_places(line)])
 
 
-def _new_places(line: Array) -> npt.NDArray[np.bool_]:
+def _new_places(line: FloatArray) -> BoolArray:
     """(n,) where a point is not the one before once more."""
     return np.append(True, (np.diff(line, axis=0) != 0.0).any(axis=1))
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr, tr_n
 from vomstudio.geometry import transform
 from vomstudio.geometry.matrices import IDENTITY, Point
@@ -20,8 +20,6 @@ from vomstudio.studio.tools.polyline import PolylineTool, points_text
 from vomstudio.studio.tools.tool_context import ToolContext
 
 F = TypeVar("F", bound=Picked)
-
-Floats = npt.NDArray[np.float64]
 
 
 class FollowingTool(PolylineTool[F]):
@@ -60,7 +58,7 @@ class FollowingTool(PolylineTool[F]):
         return self._line.by(self._feature.model_id)
 
     def _rank(
-        self, model_id: str, points: Floats, way_points: Sequence[Point], cost: str
+        self, model_id: str, points: FloatArray, way_points: Sequence[Point], cost: str
     ) -> tuple[int, float]:
         """By which lines (n, 3) in a model's file frame are ordered."""
         from vomstudio.extraction.best_cost import rank_of
@@ -300,7 +298,7 @@ class FollowingTool(PolylineTool[F]):
         return super().restore(state)
 
     # --- what is seen ------------------------------------------------------------------------
-    def _drawn(self) -> tuple[Floats | None, Floats | None]:
+    def _drawn(self) -> tuple[FloatArray | None, FloatArray | None]:
         feature, model = self._feature, self._model()
         if feature is None or model is None or not self.followed:
             return None, None

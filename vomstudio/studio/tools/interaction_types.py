@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
+    from vomstudio.core.arrays import Float32Array, FloatArray
 
 Point = tuple[float, float, float]
 MAX_CLICK_PX = 4.0
@@ -97,9 +96,9 @@ class Area:
     border : (b, 2, 3) float32 edges around it, World minus `origin`
     """
 
-    origin: npt.NDArray[np.float64]
-    corners: npt.NDArray[np.float32]
-    border: npt.NDArray[np.float32]
+    origin: FloatArray
+    corners: Float32Array
+    border: Float32Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,9 +109,9 @@ class BrushRing:
     removes : the brush erases
     """
 
-    centre: npt.NDArray[np.float64]
+    centre: FloatArray
     radius: float
-    normal: npt.NDArray[np.float64] | None
+    normal: FloatArray | None
     removes: bool = False
 
 
@@ -150,18 +149,18 @@ class Preview:
     outline : the shape that is being drawn around what will be chosen, or None
     """
 
-    line: npt.NDArray[np.float64]
-    rubber: npt.NDArray[np.float64] | None = None
-    patch: npt.NDArray[np.float64] | None = None
+    line: FloatArray
+    rubber: FloatArray | None = None
+    patch: FloatArray | None = None
     marked: int | None = None
     color: tuple[float, float, float] = (0.9, 0.6, 0.0)
     reading: tuple[str, ...] = ()
     verdict: str | None = None
     brush: BrushRing | None = None
     area: Area | None = None
-    path: npt.NDArray[np.float64] | None = None
-    ahead: npt.NDArray[np.float64] | None = None
-    doubtful: tuple[npt.NDArray[np.float64], ...] = ()
+    path: FloatArray | None = None
+    ahead: FloatArray | None = None
+    doubtful: tuple[FloatArray, ...] = ()
     outline: Outline | None = None
 
 

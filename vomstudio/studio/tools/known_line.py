@@ -116,9 +116,13 @@ class KnownLineTool(PolylineTool[KnownLine]):
             raise ValueError(state["kind"])
         self.next_kind = kind
         return KnownLine(
-            str(state[f"{self.name}_id"]), "", kind, str(state["model_id"]),
-            str(state["model_hash"]), vertices,
-        )  # fmt: skip
+            str(state[f"{self.name}_id"]),
+            "",
+            kind,
+            str(state["model_id"]),
+            str(state["model_hash"]),
+            vertices,
+        )
 
     # --- what is seen ------------------------------------------------------------------------
     def _color(self) -> str:

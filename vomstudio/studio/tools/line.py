@@ -8,8 +8,8 @@ from textwrap import wrap
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
@@ -158,7 +158,7 @@ class LineTool(PolylineTool[Lineation]):
             self._feature = replace(self._feature, resolution=resolution)
         super()._look()
 
-    def _patch(self) -> npt.NDArray[np.float64] | None:
+    def _patch(self) -> FloatArray | None:
         """A piece of the plane that the line is laid into."""
         plane = plane_of(self._context, self._feature.plane_id if self._feature else "")
         fit = self.measurement.line_fit if self.measurement else None

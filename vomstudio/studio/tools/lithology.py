@@ -93,9 +93,13 @@ class LithologyTool(FollowingTool[Lithology]):
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Lithology:
         return Lithology(
-            new_id("lithology"), "", model.id, model.content_hash, vertices,
+            new_id("lithology"),
+            "",
+            model.id,
+            model.content_hash,
+            vertices,
             self.next_lithology,
-        )  # fmt: skip
+        )
 
     def _look(self) -> None:
         """Ask the surface for the area, and measure; not while a corner is being dragged."""
@@ -164,9 +168,13 @@ class LithologyTool(FollowingTool[Lithology]):
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Lithology:
         self.next_lithology = str(state["lithology"])
         return Lithology(
-            str(state["lithology_id"]), "", str(state["model_id"]), str(state["model_hash"]),
-            vertices, self.next_lithology,
-        )  # fmt: skip
+            str(state["lithology_id"]),
+            "",
+            str(state["model_id"]),
+            str(state["model_hash"]),
+            vertices,
+            self.next_lithology,
+        )
 
     # --- what is seen ------------------------------------------------------------------------
     def _color(self) -> str:

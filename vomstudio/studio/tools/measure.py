@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
@@ -177,7 +177,7 @@ class MeasureTool(PolylineTool[Dimension]):
     def _closed(self) -> bool:
         return self.kind == "area" and len(self.vertices) > 2
 
-    def _patch(self) -> npt.NDArray[np.float64] | None:
+    def _patch(self) -> FloatArray | None:
         """The plane that a thickness is measured across, through its base."""
         plane = plane_of(self._context, self.plane_id) if self.kind == "thickness" else None
         measured = self._live()

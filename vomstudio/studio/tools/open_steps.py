@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import VomError
 from vomstudio.geometry.matrices import Point
 from vomstudio.project.measurement import Measurement
@@ -183,7 +183,7 @@ class SteppedFeature(Generic[F]):
         self._context.tool_changed()
 
 
-def _nearest_segment(line: npt.NDArray[np.float64], position: npt.NDArray[np.float64]) -> int:
+def _nearest_segment(line: FloatArray, position: FloatArray) -> int:
     """Index of the segment of a line (k, 3) that is nearest to a position (3,)."""
     start, step = line[:-1], np.diff(line, axis=0)
     length = np.maximum((step**2).sum(axis=1), 1e-300)

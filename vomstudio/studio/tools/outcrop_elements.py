@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
-import numpy as np
-import numpy.typing as npt
+from vomstudio.core.arrays import BoolArray
 
 if TYPE_CHECKING:
     from vomstudio.core.findings import Finding
@@ -14,8 +13,6 @@ if TYPE_CHECKING:
     from vomstudio.extraction.selection.visible_region import Looking
     from vomstudio.geometry.cloud import PointCloud
     from vomstudio.geometry.mesh import Mesh
-
-Mask = npt.NDArray[np.bool_]
 
 
 class OutcropElements(Protocol):
@@ -39,11 +36,11 @@ class OutcropElements(Protocol):
         None while it is built in the background, after which `then` is called.
         """
 
-    def hidden(self, model_id: str) -> Mask | None:
+    def hidden(self, model_id: str) -> BoolArray | None:
         """(n,) which are hidden; None where none is."""
 
-    def hide(self, model_id: str, hidden: Mask | None) -> None:
+    def hide(self, model_id: str, hidden: BoolArray | None) -> None:
         """Hide these and show all others; None shows everything."""
 
-    def cut_out(self, model_id: str, mask: Mask) -> None:
+    def cut_out(self, model_id: str, mask: BoolArray) -> None:
         """Make a model of these, with their textures, in the background; the original stays."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import Float32Array, FloatArray, IntArray
 from vomstudio.geometry import transform
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.geometry.patches import ids_of
@@ -18,16 +18,14 @@ MOST_FILLED = 120_000
 MOST_BORDERED = 30_000
 
 
-def known_ids(patch: Painted, count: int) -> npt.NDArray[np.int64]:
+def known_ids(patch: Painted, count: int) -> IntArray:
     """(k,) indices of a patch's faces or points, without those that a model with `count` of them
     does not have."""
     ids = ids_of(patch.runs)
     return ids[ids < count]
 
 
-def local_corners(
-    corners: npt.NDArray[np.float64], model: Model, origin: npt.NDArray[np.float64]
-) -> npt.NDArray[np.float32]:
+def local_corners(corners: FloatArray, model: Model, origin: FloatArray) -> Float32Array:
     """Points (k, 3) or (k, 3, 3) of a model's file frame, in World minus `origin`."""
     rows = transform.matrix(model.to_world)
     near = transform.apply(transform.invert(rows), [origin])[0]
@@ -58,9 +56,7 @@ def area_of(patch: Painted, model: Model, surface: PaintSurface) -> Area | None:
     )
 
 
-def enclosed_area(
-    ring: npt.NDArray[np.float64], model: Model, surface: PaintSurface
-) -> Area | None:
+def enclosed_area(ring: FloatArray, model: Model, surface: PaintSurface) -> Area | None:
     """What an outline (n, 3) in the model's file frame encloses, without a border; None where that
     is not known, as of points."""
     corners = surface.part_inside(ring)
@@ -71,7 +67,7 @@ def enclosed_area(
     return Area(origin, local_corners(corners, model, origin), none)
 
 
-def chosen_area(ids: npt.NDArray[np.int64], model: Model, surface: PaintSurface) -> Area:
+def chosen_area(ids: IntArray, model: Model, surface: PaintSurface) -> Area:
     """Faces or points as they are drawn while they are being chosen: at once, however many. Of
     many faces there are dots, of all but few no border."""
     border = np.zeros((0, 2, 3))
@@ -87,5 +83,5 @@ def chosen_area(ids: npt.NDArray[np.int64], model: Model, surface: PaintSurface)
     return Area(origin, local_corners(corners, model, origin), local_corners(border, model, origin))
 
 
-def _some(ids: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+def _some(ids: IntArray) -> IntArray:
     return ids[:: max(1, len(ids) // DOTS)]

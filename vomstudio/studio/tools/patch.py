@@ -434,8 +434,20 @@ class PatchTool(NoSteps):
         )
 
 
-_PAINTED = ("runs", "n", "mean", "scatter", "n_effective", "outline", "area", "resolution",
-            "rule", "level_gap", "bent", "bend_deg")  # fmt: skip
+_PAINTED = (
+    "runs",
+    "n",
+    "mean",
+    "scatter",
+    "n_effective",
+    "outline",
+    "area",
+    "resolution",
+    "rule",
+    "level_gap",
+    "bent",
+    "bend_deg",
+)
 
 
 def new_patch(context: ToolContext, model: Model, element: Literal["face", "point"]) -> Patch:

@@ -12,8 +12,8 @@ from dataclasses import replace
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import DocumentError, VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr_n
@@ -36,7 +36,6 @@ from vomstudio.studio.tools.tool_context import ToolContext
 
 F = TypeVar("F", bound=Picked)
 
-Floats = npt.NDArray[np.float64]
 BLANK_COLOR = "#e69f00"
 
 
@@ -80,14 +79,14 @@ class PolylineTool(SteppedFeature[F]):
         """Lines of text beside the cursor."""
         raise NotImplementedError
 
-    def _patch(self) -> Floats | None:
+    def _patch(self) -> FloatArray | None:
         return None
 
-    def _drawn(self) -> tuple[Floats | None, Floats | None]:
+    def _drawn(self) -> tuple[FloatArray | None, FloatArray | None]:
         """World lines that are drawn for the straight pieces and for the rubber band."""
         return None, None
 
-    def _marked_stretches(self, path: Floats | None) -> tuple[Floats, ...]:
+    def _marked_stretches(self, path: FloatArray | None) -> tuple[FloatArray, ...]:
         """World lines (k, 3), parts of what is drawn, that may not belong to the feature."""
         return ()
 

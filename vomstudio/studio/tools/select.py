@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vomstudio.core.arrays import BoolArray
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
@@ -20,7 +21,7 @@ from vomstudio.geometry import transform
 from vomstudio.project import edits
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Model, get
-from vomstudio.studio.tools.element_selection import ChosenElements, Combine, Mask, combined
+from vomstudio.studio.tools.element_selection import ChosenElements, Combine, combined
 from vomstudio.studio.tools.growth import Growth, Seed
 from vomstudio.studio.tools.interaction_types import Button, Discarded, Pointer, PointerEvent
 from vomstudio.studio.tools.screen_shape import DrawnShape
@@ -248,7 +249,7 @@ class SelectTool:
             return [id_ for id_ in shown if id_ == self.chosen.model_id]
         return shown
 
-    def take(self, model_id: str, found: Mask, how: Combine, step: str) -> None:
+    def take(self, model_id: str, found: BoolArray, how: Combine, step: str) -> None:
         """Choose what has been found on a model. step : in words, as undo names it"""
         chosen = self._chosen
         if chosen is None or chosen.model_id != model_id or len(chosen.mask) != len(found):
@@ -437,7 +438,7 @@ def inside(
     model_ids: list[str],
     *,
     through: bool,
-) -> dict[str, Mask]:
+) -> dict[str, BoolArray]:
     """By model, what lies inside of a shape."""
     filled = looking.filled(shape.ring())
     elements, found = context.elements, {}

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from vomstudio.core.arrays import BoolArray
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -13,7 +14,7 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.patches import ids_of
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.records import Model, get
-from vomstudio.studio.tools.element_selection import ChosenElements, Combine, Mask
+from vomstudio.studio.tools.element_selection import ChosenElements, Combine
 from vomstudio.studio.tools.interaction_types import Discarded
 from vomstudio.studio.tools.tool_context import ToolContext
 
@@ -32,7 +33,7 @@ class Chooser(Protocol):
     @property
     def chosen(self) -> ChosenElements | None: ...
 
-    def take(self, model_id: str, found: Mask, how: Combine, step: str) -> None: ...
+    def take(self, model_id: str, found: BoolArray, how: Combine, step: str) -> None: ...
 
 
 class SelectChanges:
@@ -42,7 +43,7 @@ class SelectChanges:
         self._tool, self._context = tool, context
         self._colours: tuple[object, ElementColours] | None = None
 
-    def _only(self, chosen: ChosenElements, mask: Mask, step: str) -> None:
+    def _only(self, chosen: ChosenElements, mask: BoolArray, step: str) -> None:
         self._tool.take(chosen.model_id, mask, "new", step)
 
     # --- all at once -------------------------------------------------------------------------

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from vomstudio.core.arrays import BoolArray
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import FeatureType, Model, get
 from vomstudio.studio.tools.brush_stroke import record_figures
-from vomstudio.studio.tools.element_selection import ChosenElements, Mask
+from vomstudio.studio.tools.element_selection import ChosenElements
 from vomstudio.studio.tools.interaction_types import Area, Preview
 from vomstudio.studio.tools.painted_area import chosen_area
 from vomstudio.studio.tools.patch import new_patch
@@ -27,8 +28,8 @@ class SelectPreview:
 
     def __init__(self, context: ToolContext) -> None:
         self._context = context
-        self._area: tuple[Mask, Area | None] | None = None
-        self._live: tuple[Mask, Measurement | None] | None = None
+        self._area: tuple[BoolArray, Area | None] | None = None
+        self._live: tuple[BoolArray, Measurement | None] | None = None
 
     def forget(self) -> None:
         """Nothing is chosen any more."""

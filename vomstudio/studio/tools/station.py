@@ -57,9 +57,15 @@ class StationTool(PolylineTool[Station]):
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> Station:
         return Station(
-            new_id("station"), "", model.id, model.content_hash, vertices[:1],
-            self.next.what, self.next.number, self.next.photo,
-        )  # fmt: skip
+            new_id("station"),
+            "",
+            model.id,
+            model.content_hash,
+            vertices[:1],
+            self.next.what,
+            self.next.number,
+            self.next.photo,
+        )
 
     def _begin(self, hit: Hit) -> None:
         super()._begin(hit)
@@ -92,9 +98,15 @@ class StationTool(PolylineTool[Station]):
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Station:
         what = {known: known for known, _ in WHATS}[state["what"]]
         return Station(
-            str(state["station_id"]), "", str(state["model_id"]), str(state["model_hash"]),
-            vertices[:1], what, str(state["number"]), str(state["photo"]),
-        )  # fmt: skip
+            str(state["station_id"]),
+            "",
+            str(state["model_id"]),
+            str(state["model_hash"]),
+            vertices[:1],
+            what,
+            str(state["number"]),
+            str(state["photo"]),
+        )
 
     # --- what is seen ------------------------------------------------------------------------
     def _color(self) -> str:

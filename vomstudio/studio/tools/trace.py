@@ -167,9 +167,12 @@ class TraceTool(FollowingTool[Trace]):
                 self._feature, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE
             )
             whole = replace(
-                whole, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE,
+                whole,
+                resolution=resolution,
+                outcrop_normal=normal,
+                rule=SURROUNDINGS_RULE,
                 doubtful=self._stretches,
-            )  # fmt: skip
+            )
         if not self.followed:
             super()._look()
             return

@@ -10,13 +10,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from PySide6.QtCore import QObject
 from PySide6.QtGui import QImage
 
+from vomstudio.core.arrays import AnyArray, ByteArray, FloatArray
 from vomstudio.core.errors import InputError, VomError
 from vomstudio.core.files.arrays import open_arrays
 from vomstudio.core.files.regular import is_regular
@@ -47,8 +47,7 @@ from vomstudio.ui.common.studio import Studio
 LONG_SIDE = 3200
 _KEPT = 4
 
-Array = npt.NDArray[np.float64]
-Arrays = dict[str, npt.NDArray[Any]]
+Arrays = dict[str, AnyArray]
 
 
 @dataclass(eq=False)
@@ -65,11 +64,11 @@ class ShownPhoto:
     orientation: int
     problem: str = ""
 
-    def upright_points(self, pixels: npt.ArrayLike) -> Array:
+    def upright_points(self, pixels: npt.ArrayLike) -> FloatArray:
         """Pixels (n, 2) of the upright picture, from pixels (n, 2) as stored."""
         return upright_pixels(pixels, self.orientation, self.width, self.height)
 
-    def upright_vectors(self, vectors: npt.ArrayLike) -> Array:
+    def upright_vectors(self, vectors: npt.ArrayLike) -> FloatArray:
         """Vectors (n, 2) as stored, turned with the picture."""
         zero = upright_pixels([[0.0, 0.0]], self.orientation, self.width, self.height)
         return self.upright_points(vectors) - zero
@@ -83,7 +82,7 @@ class ShownPhoto:
         return Picture(self.name, self.image, size, self.problem)
 
 
-def to_image(pixels: npt.NDArray[np.uint8]) -> QImage:
+def to_image(pixels: ByteArray) -> QImage:
     """A picture with its own memory of (h, w, 3) red, green and blue."""
     pixels = np.ascontiguousarray(pixels)
     height, width = pixels.shape[:2]

@@ -175,9 +175,16 @@ class DepthPage(QWidget):
             return Scale(tr("Confidence"), "", "sequential", 0.0, 1.0, table)
         facts = self._facts
         return Scale(
-            tr("Depth"), self.unit, "sequential", facts.low, facts.high, table,
-            below=True, above=True, missing=facts.coverage < 1.0,
-        )  # fmt: skip
+            tr("Depth"),
+            self.unit,
+            "sequential",
+            facts.low,
+            facts.high,
+            table,
+            below=True,
+            above=True,
+            missing=facts.coverage < 1.0,
+        )
 
     def _hovered(self, place: tuple[int, float, float] | None) -> None:
         words = ""

@@ -29,14 +29,28 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
         return None if some else Finding("planes.none")
 
     return [
-        Command("fit_figure", tr("Figure of plane s&hapes…"), lambda: _figure(studio, parent),
-                "chart-scatter-plot", (),
-                tr("Coplanarity by collinearity of the selected planes, else of all."), why_not),
-        Command("copy_fit", tr("Copy &fits as command…"), lambda: copy_fit(studio, parent),
-                "console", (),
-                tr("Keep the points of the selected traces, else of all, as a table, and copy the "
-                   "command that fits their planes."), why_not),
-    ]  # fmt: skip
+        Command(
+            "fit_figure",
+            tr("Figure of plane s&hapes…"),
+            lambda: _figure(studio, parent),
+            "chart-scatter-plot",
+            (),
+            tr("Coplanarity by collinearity of the selected planes, else of all."),
+            why_not,
+        ),
+        Command(
+            "copy_fit",
+            tr("Copy &fits as command…"),
+            lambda: copy_fit(studio, parent),
+            "console",
+            (),
+            tr(
+                "Keep the points of the selected traces, else of all, as a table, and copy the "
+                "command that fits their planes."
+            ),
+            why_not,
+        ),
+    ]
 
 
 def fitted(studio: Studio) -> Sequence[Picked]:

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
 from vomstudio.geology.common_rotation_errors import Turns
-from vomstudio.geology.orientation import Array
 from vomstudio.products.net.contents import MARKERS, OKABE_ITO, NetSet
 from vomstudio.project.kind import NetLook
 from vomstudio.project.kinds import KINDS, kind_of
@@ -85,7 +85,7 @@ def sets_of(
     return result
 
 
-def _slips(measured: Sequence[Measurement]) -> Array | None:
+def _slips(measured: Sequence[Measurement]) -> FloatArray | None:
     """(n, 3) movements of the hanging walls along these lines, as far as they are known."""
     slips = [m.slip_vector() for m in measured]
     if all(slip is None for slip in slips):

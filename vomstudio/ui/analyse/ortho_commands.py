@@ -26,8 +26,13 @@ def commands(
             dialog.open()
 
     return [
-        Command("orthophoto", tr("&Orthophoto along this view…"), ask,
-                "camera-metering-matrix", "Ctrl+P",
-                tr("A true-to-scale picture of the model along the present view, as GeoTIFF."),
-                view.why_not),
-    ]  # fmt: skip
+        Command(
+            "orthophoto",
+            tr("&Orthophoto along this view…"),
+            ask,
+            "camera-metering-matrix",
+            "Ctrl+P",
+            tr("A true-to-scale picture of the model along the present view, as GeoTIFF."),
+            view.why_not,
+        ),
+    ]

@@ -278,9 +278,11 @@ class OrthoDialog(QDialog):
         line, seen = self._direction, self._seen
         parts, domain = self.interpretation.drawn, self.domain.currentData()
         options = OrthoOptions(
-            trend_deg=line.trend_deg, plunge_deg=line.plunge_deg, gsd_m=gsd,
+            trend_deg=line.trend_deg,
+            plunge_deg=line.plunge_deg,
+            gsd_m=gsd,
             flip=self.flip.isChecked(),
-        )  # fmt: skip
+        )
         sheet = self._sheet_of(out)
         drawing = OrthoDrawing(
             sheet=None if sheet is None else str(sheet),

@@ -36,13 +36,12 @@ _PREVIEWED = 5_000
 _LIMITS = (
     ("good_confidence95_deg", "error", to_translate("Error of a good plane, at most"), "°"),
     ("poor_confidence95_deg", "error", to_translate("Error of a poor plane, more than"), "°"),
-    ("least_extent_over_resolution", "error",
-     to_translate("Extent over resolution, at least"), ""),
+    ("least_extent_over_resolution", "error", to_translate("Extent over resolution, at least"), ""),
     ("least_coplanarity", "shape", to_translate("Coplanarity, at least"), ""),
     ("most_collinearity", "shape", to_translate("Collinearity, at most"), ""),
     ("extent_over_resolution", "shape", to_translate("Extent over resolution, at least"), ""),
     ("surface_effect_deg", "", to_translate("Trace along the outcrop face, within"), "°"),
-)  # fmt: skip
+)
 
 _SAYS = {
     "error": to_translate(
@@ -62,9 +61,13 @@ def command(studio: Studio, dialogs: OpenDialogs, parent: QWidget) -> Command:
         dialogs.show(ProfileDialog, lambda: ProfileDialog(parent, studio))
 
     return Command(
-        "verdict_profile", tr("Verdict &profile…"), show, "scale-balance", (),
+        "verdict_profile",
+        tr("Verdict &profile…"),
+        show,
+        "scale-balance",
+        (),
         tr("Choose the limits by which planes are called good, doubtful or poor."),
-    )  # fmt: skip
+    )
 
 
 class ProfileDialog(QDialog):

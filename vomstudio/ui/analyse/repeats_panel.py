@@ -75,9 +75,12 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
     def _connect(self) -> None:
         studio = self._studio
         for button, run in (
-            (self.begin, self._begin), (self.name, self._name), (self.look, self._look),
-            (self.skip, self._round.skip), (self.stop, self._round.stop),
-        ):  # fmt: skip
+            (self.begin, self._begin),
+            (self.name, self._name),
+            (self.look, self._look),
+            (self.skip, self._round.skip),
+            (self.stop, self._round.stop),
+        ):
             button.clicked.connect(lambda _=False, run=run: self._run(run))
         self.share.textChanged.connect(lambda _: self._refresh())
         studio.project_opened.connect(self._soon)
@@ -121,11 +124,14 @@ class RepeatsPanel(AnalysisPanel[OrientationTable, TableRepeats]):
             )
             done = len(self._round.chosen) - len(self._round.waiting)
             self.offered.setText(
-                tr("{number} of {all}: pick the {type} in the ring again ({kind}).",
-                   number=done + 1, all=len(self._round.chosen),
-                   type="" if type_ is None else type_.name.lower(),
-                   kind=tr(kind_of(feature).title).lower())
-            )  # fmt: skip
+                tr(
+                    "{number} of {all}: pick the {type} in the ring again ({kind}).",
+                    number=done + 1,
+                    all=len(self._round.chosen),
+                    type="" if type_ is None else type_.name.lower(),
+                    kind=tr(kind_of(feature).title).lower(),
+                )
+            )
             self._look()
         self._refresh()
 
@@ -219,21 +225,31 @@ def figures_html(found: TableRepeats, names: dict[str, str]) -> str:
     if found.spread is not None:
         own = found.spread
         lines = [
-            (tr("95 % of a pick, by repeats"),
-             f"{own.error95_deg:.1f}° ({own.error95_low_deg:.1f} – {own.error95_high_deg:.1f}°)"),
+            (
+                tr("95 % of a pick, by repeats"),
+                f"{own.error95_deg:.1f}° ({own.error95_low_deg:.1f} – {own.error95_high_deg:.1f}°)",
+            ),
             (tr("95 % as stated"), _degrees(found.stated95_deg)),
             (tr("Median angle of a pair"), _degrees(found.median_angle_deg)),
-        ]  # fmt: skip
+        ]
     if found.test is not None:
-        lines.append((tr("Within the stated errors"),
-                      tr("{within} of {count}", within=found.test.within95,
-                         count=found.test.n)))  # fmt: skip
+        lines.append(
+            (
+                tr("Within the stated errors"),
+                tr("{within} of {count}", within=found.test.within95, count=found.test.n),
+            )
+        )
     lines += [
-        (own.name or tr("not named"),
-         tr("{error}, repeats: {count}", error=_degrees(own.spread.error95_deg),
-            count=own.spread.n))
+        (
+            own.name or tr("not named"),
+            tr(
+                "{error}, repeats: {count}",
+                error=_degrees(own.spread.error95_deg),
+                count=own.spread.n,
+            ),
+        )
         for own in found.interpreters
-    ]  # fmt: skip
+    ]
     table = "".join(
         f"<tr><td style='padding:1px 8px 1px 4px'>{escape(a)}</td>"
         f"<td style='padding:1px 2px'>{escape(b)}</td></tr>"

@@ -18,8 +18,7 @@ from vomstudio.project.repeated_features import firsts
 from vomstudio.ui.common.studio import Studio
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
+    from vomstudio.core.arrays import FloatArray
     from vomstudio.geology.common_rotation_errors import Turns
     from vomstudio.geology.sets.proposals import ProposedSet, SetProposal
     from vomstudio.ui.analyse.net_sets import Groups
@@ -38,8 +37,8 @@ class Candidates:
     """
 
     ids: tuple[str, ...]
-    poles: npt.NDArray[np.float64]
-    places: npt.NDArray[np.float64]
+    poles: FloatArray
+    places: FloatArray
     turns: Turns
     taken: frozenset[str]
     remarks: tuple[Finding, ...]
@@ -141,9 +140,7 @@ def candidates(studio: Studio, choice: Choice, *, replacing: bool) -> Candidates
     return Candidates(ids, poles, places, turns, frozenset(taken), tuple(remarks), replacing)
 
 
-def _places(
-    studio: Studio, features: Sequence[Typed]
-) -> tuple[npt.NDArray[np.float64], list[Finding]]:
+def _places(studio: Studio, features: Sequence[Typed]) -> tuple[FloatArray, list[Finding]]:
     """(n, 3) the middles of features in World, NaN where there is none in metres, and what there is
     to say about it."""
     places = np.full((len(features), 3), np.nan)

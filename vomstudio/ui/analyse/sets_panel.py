@@ -85,9 +85,11 @@ class SetsPanel(QWidget):
         self.seeds.returnPressed.connect(self.propose)
         self.also = QCheckBox(tr("Also those that have a set"))
         self.also.setToolTip(
-            tr("Accepting then gives all of these planes new sets, and takes the set from those "
-               "that are in none of the new ones.")
-        )  # fmt: skip
+            tr(
+                "Accepting then gives all of these planes new sets, and takes the set from those "
+                "that are in none of the new ones."
+            )
+        )
         self.also.clicked.connect(lambda _: self._again())
         self.start = QPushButton(theme.icon("scatter-plot-outline"), tr("Propose"))
         self.start.clicked.connect(lambda _: self.propose())
@@ -105,14 +107,21 @@ class SetsPanel(QWidget):
 
     def _make_table(self) -> None:
         heads = (
-            (tr("Set"), tr("Click twice to type another name. Sets of one name become one set; "
-                           "without a name a set is not taken over.")),
+            (
+                tr("Set"),
+                tr(
+                    "Click twice to type another name. Sets of one name become one set; "
+                    "without a name a set is not taken over."
+                ),
+            ),
             ("n", tr("Planes in the set.")),
             (tr("Mean"), tr("Mean plane after Fisher, ± its 95 % error with the registration.")),
             ("κ", tr("Fisher's concentration: the larger, the more alike.")),
-            (tr("Spacing"), tr("Mean gap along the mean normal, as if each plane reached past all "
-                               "others.")),
-        )  # fmt: skip
+            (
+                tr("Spacing"),
+                tr("Mean gap along the mean normal, as if each plane reached past all others."),
+            ),
+        )
         self.table = QTableWidget(0, len(heads))
         self.table.setObjectName("sets_table")
         self.table.setAccessibleName(tr("Proposed sets"))
@@ -299,9 +308,12 @@ class SetsPanel(QWidget):
             return
         words = option_words(self._options)
         copy_with_table(
-            self, self._studio, "planes.csv", made.of.ids,
+            self,
+            self._studio,
+            "planes.csv",
+            made.of.ids,
             lambda path: ["sets", path, *words, ("-o", beside(path, "csv")), "--force"],
-        )  # fmt: skip
+        )
 
     def _show_count(self) -> None:
         self.count.setEnabled(not self.seeds.text().strip())

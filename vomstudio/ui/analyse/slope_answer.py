@@ -64,7 +64,8 @@ def words_of(face: SlopeFace, table: Path) -> Words:
     """The command that says the same of this table."""
     plane = face.plane
     return [
-        "slope", table,
+        "slope",
+        table,
         ("--face", f"{plane.dip_direction_deg:.10g}/{plane.dip_deg:.10g}"),
         *option_words(face.options),
-    ]  # fmt: skip
+    ]

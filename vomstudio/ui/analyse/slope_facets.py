@@ -38,11 +38,13 @@ if TYPE_CHECKING:
 _MODES = (
     ("planar", to_translate("Planar"), to_translate("Planar sliding, % of planes")),
     ("wedge", to_translate("Wedge"), to_translate("Wedge sliding, % of intersections")),
-    ("flexural_toppling", to_translate("Flexural"),
-     to_translate("Flexural toppling, % of planes")),
-    ("direct_toppling", to_translate("Direct"),
-     to_translate("Direct toppling, % of intersections")),
-)  # fmt: skip
+    ("flexural_toppling", to_translate("Flexural"), to_translate("Flexural toppling, % of planes")),
+    (
+        "direct_toppling",
+        to_translate("Direct"),
+        to_translate("Direct toppling, % of intersections"),
+    ),
+)
 """Name, as the head of a column, and with what is counted."""
 _LEAST_HEIGHT = 110
 
@@ -98,11 +100,12 @@ def facets_words(result: FacetsAnswer, planes: Path) -> Words:
     """The command that says the same of these tables."""
     q = result.question
     return [
-        "slope", planes,
+        "slope",
+        planes,
         ("--facets", facets_file(planes)),
         *option_words(q.options),
         ("-o", planes.with_name(f"{planes.stem}_result.csv")),
-    ]  # fmt: skip
+    ]
 
 
 class FacetSlopesView(QWidget):

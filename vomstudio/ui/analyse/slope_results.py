@@ -41,9 +41,11 @@ _HEADS = (
     (to_translate("Critical"), to_translate("How many lie in the critical zone.")),
     (to_translate("Of"), to_translate("All planes, or all intersections of two planes.")),
     (to_translate("Share"), to_translate("Critical of all.")),
-    (to_translate("Expected"),
-     to_translate("The share to be expected with each plane's own error.")),
-)  # fmt: skip
+    (
+        to_translate("Expected"),
+        to_translate("The share to be expected with each plane's own error."),
+    ),
+)
 _LIST_HEIGHT = 90
 _LIST_WIDTH = 145
 _NO_LIMIT = 16_777_215

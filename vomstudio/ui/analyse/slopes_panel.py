@@ -127,9 +127,12 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
         form.addRow(tr("Slope"), _row(self.at, self.face, self.take, wide=self.face))
         fields, labels = self.angles.fields, self.angles.labels
         angles = _row(
-            fields["friction_deg"], labels["lateral_deg"], fields["lateral_deg"], self.limits,
+            fields["friction_deg"],
+            labels["lateral_deg"],
+            fields["lateral_deg"],
+            self.limits,
             wide=self.limits,
-        )  # fmt: skip
+        )
         form.addRow(labels["friction_deg"], angles)
         column = narrow_column(self)
         column.addLayout(form)
@@ -235,9 +238,14 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             raise InputError(Finding("action.no-proposals"))
         rows = sorted(studio.facets.open | studio.facets.accepted)
         return FacetsQuestion(
-            dict(studio.records), *planes, proposals, rows,
-            opened.data, model.to_world, self._options(),
-        )  # fmt: skip
+            dict(studio.records),
+            *planes,
+            proposals,
+            rows,
+            opened.data,
+            model.to_world,
+            self._options(),
+        )
 
     def _at_chosen(self, *_: object) -> None:
         if not self._at_facets:
@@ -330,9 +338,12 @@ class SlopesPanel(AnalysisPanel[SlopeQuestion | FacetsQuestion, SlopeAnswer | Fa
             return
         question = self.face_result.question
         copy_with_table(
-            self, self._studio, "slope-planes.csv", [f.id for f in question.features],
+            self,
+            self._studio,
+            "slope-planes.csv",
+            [f.id for f in question.features],
             partial(words_of, question.face),
-        )  # fmt: skip
+        )
 
     def _copy_facets(self, result: FacetsAnswer) -> None:
         """The table of the facets comes beside that of the planes."""

@@ -35,11 +35,13 @@ def fold_rows(axis: FoldAxis, planes: FoldPlanes, notation: str) -> Rows:
     """Beta and the verdict with what it rests on. planes : of which it is"""
     rows = [
         (tr("Planes used"), _planes_used(planes)),
-        (tr("Verdict"), tr("{verdict}; view along beta valid: {valid}", verdict=axis.verdict,
-                           valid=axis.valid)),
+        (
+            tr("Verdict"),
+            tr("{verdict}; view along beta valid: {valid}", verdict=axis.verdict, valid=axis.valid),
+        ),
         (tr("Beta"), _axis_within(axis)),
         (tr("Pi-plane"), format_plane(axis.pi_plane, notation, 0)),
-    ]  # fmt: skip
+    ]
     if axis.limbs is not None:
         limbs = axis.limbs
         first, second = (

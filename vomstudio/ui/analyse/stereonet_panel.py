@@ -285,12 +285,22 @@ class StereonetPanel(QWidget):
         shown = self.contents().fold is not None and not choice.selected
         fold = choice.which if shown else None
         copy_with_table(
-            self, self._studio, "net.csv", ids,
+            self,
+            self._studio,
+            "net.csv",
+            ids,
             lambda path: net_words(
-                path, self.wishes, self.view.projection, contours.method, contours.contouring,
-                notation, style, self._source.colors_of(ids, style), fold,
+                path,
+                self.wishes,
+                self.view.projection,
+                contours.method,
+                contours.contouring,
+                notation,
+                style,
+                self._source.colors_of(ids, style),
+                fold,
             ),
-        )  # fmt: skip
+        )
 
     def for_print(self) -> NetContents | RoseContents:
         """The contents for a printed figure: with a title, and without selection."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
 from vomstudio.geology.slip import SENSES
 from vomstudio.geometry.units import area_text, length_text
@@ -43,7 +43,7 @@ def slip_names() -> dict[str, str]:
     return {code: tr(name) for code, name in dict(SENSES).items()}
 
 
-def drawn_points(measured: Measurement) -> npt.NDArray[np.float64]:
+def drawn_points(measured: Measurement) -> FloatArray:
     """(n, 3) World points that show how far a feature reaches."""
     fit = measured.fit
     if fit is None or fit.extent is None or len(measured.points) > 1:

@@ -6,26 +6,26 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.rendering.qt.painting import PANEL, TEXT, system_font
 
-Array = npt.NDArray[np.float64]
-
-Painter = Callable[[QPainter, QRectF, Callable[[Array], Array], float], None]
+Painter = Callable[[QPainter, QRectF, Callable[[FloatArray], FloatArray], float], None]
 """Draws over a pane: painter, the pane, its pixels to screen, screen pixels for one of them."""
 
 
-def inside(box: QRectF, at: Array) -> npt.NDArray[np.bool_]:
+def inside(box: QRectF, at: FloatArray) -> BoolArray:
     """Which points (n, 2) of the screen lie in a box."""
     x, y = at[:, 0], at[:, 1]
     across, down = (x >= box.left()) & (x <= box.right()), (y >= box.top()) & (y <= box.bottom())
     return np.asarray(across & down)
 
 
-def nothing(painter: QPainter, box: QRectF, place: Callable[[Array], Array], zoom: float) -> None:
+def nothing(
+    painter: QPainter, box: QRectF, place: Callable[[FloatArray], FloatArray], zoom: float
+) -> None:
     return
 
 
@@ -36,11 +36,11 @@ def _premultiplied(color: QColor) -> int:
     return alpha << 24 | red << 16 | green << 8 | blue
 
 
-def dots(places: Array, color: QColor, size: float) -> Painter:
+def dots(places: FloatArray, color: QColor, size: float) -> Painter:
     """Marks at places (n, 2) of a picture."""
 
     def paint(
-        painter: QPainter, box: QRectF, on_screen: Callable[[Array], Array], zoom: float
+        painter: QPainter, box: QRectF, on_screen: Callable[[FloatArray], FloatArray], zoom: float
     ) -> None:
         ratio = painter.device().devicePixelRatioF()
         at = on_screen(places)
@@ -68,7 +68,7 @@ def both(*painters: Painter) -> Painter:
     """One after the other."""
 
     def paint(
-        painter: QPainter, box: QRectF, on_screen: Callable[[Array], Array], zoom: float
+        painter: QPainter, box: QRectF, on_screen: Callable[[FloatArray], FloatArray], zoom: float
     ) -> None:
         for each in painters:
             each(painter, box, on_screen, zoom)
@@ -76,12 +76,12 @@ def both(*painters: Painter) -> Painter:
     return paint
 
 
-def vectors(places: Array, offsets: Array, factor: float, color: QColor) -> Painter:
+def vectors(places: FloatArray, offsets: FloatArray, factor: float, color: QColor) -> Painter:
     """Lines from places (n, 2) along `offsets` (n, 2) times `factor`, each with a dot at its begin,
     and the length of a pixel at the bottom left."""
 
     def paint(
-        painter: QPainter, box: QRectF, on_screen: Callable[[Array], Array], zoom: float
+        painter: QPainter, box: QRectF, on_screen: Callable[[FloatArray], FloatArray], zoom: float
     ) -> None:
         ends = np.hstack([on_screen(places), on_screen(places + factor * offsets)])
         lines = [QLineF(*row) for row in ends.tolist()]

@@ -22,14 +22,12 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.rendering.qt import painting
 from vomstudio.rendering.qt.preview_painting import PreviewPainter
 from vomstudio.rendering.view.readout_position import ReadingPlace
 from vomstudio.studio.tools.interaction_types import Button, Pointer, Preview, is_click
 from vomstudio.ui.common.photo_images import Picture
-
-Array = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 
 HANDLE_PIXELS = 9.0
 LINE_PIXELS = 7.0
@@ -52,11 +50,11 @@ class Drawn:
     """
 
     id: str
-    pixels: Array
-    seen: Flags
+    pixels: FloatArray
+    seen: BoolArray
     color: tuple[float, float, float]
     label: str
-    anchor: Array | None
+    anchor: FloatArray | None
     pairs: bool = False
 
 
@@ -92,8 +90,8 @@ class PhotoCanvas(QWidget):
         self.setObjectName("photo_canvas")
         self.left_paints = False
         """The left button belongs to a brush; the others move the photo."""
-        self.look_through: Callable[[Array], tuple[Array, Flags]] | None = None
-        self.direction: Array = np.array([0.0, 0.0, 1.0])
+        self.look_through: Callable[[FloatArray], tuple[FloatArray, BoolArray]] | None = None
+        self.direction: FloatArray = np.array([0.0, 0.0, 1.0])
         """In World, of the photo's axis."""
         self.message = ""
         self._size = (1, 1)
@@ -106,8 +104,8 @@ class PhotoCanvas(QWidget):
         self._selected: frozenset[str] = frozenset()
         self._preview: Preview | None = None
         self._reading_place = ReadingPlace()
-        self._cross: Array | None = None
-        self._spot: Array | None = None
+        self._cross: FloatArray | None = None
+        self._spot: FloatArray | None = None
         self._cursor: QPointF | None = None
         self._press: QPointF | None = None
         self._last = QPointF()
@@ -159,13 +157,13 @@ class PhotoCanvas(QWidget):
         self._preview = preview
         self.update()
 
-    def set_cross(self, pixel: Array | None) -> None:
+    def set_cross(self, pixel: FloatArray | None) -> None:
         """Where the cursor over the outcrop is in this photo."""
         if pixel is not None or self._cross is not None:
             self._cross = pixel
             self.update()
 
-    def set_spot(self, pixel: Array | None) -> None:
+    def set_spot(self, pixel: FloatArray | None) -> None:
         """The place that was asked for."""
         self._spot = pixel
         self.update()
@@ -182,7 +180,7 @@ class PhotoCanvas(QWidget):
         there = inverse.map(QPointF(at))
         return there.x(), there.y()
 
-    def screen_of(self, pixels: npt.ArrayLike) -> Array:
+    def screen_of(self, pixels: npt.ArrayLike) -> FloatArray:
         """(n, 2) of pixels (n, 2) of the stored photo."""
         m = self.to_screen
         x, y = np.asarray(pixels, np.float64).reshape(-1, 2).T
@@ -199,7 +197,7 @@ class PhotoCanvas(QWidget):
         )
         self._centre(QPointF(self._upright.width() / 2, self._upright.height() / 2))
 
-    def look_at(self, pixels: Array) -> None:
+    def look_at(self, pixels: FloatArray) -> None:
         """Bring pixels (n, 2) of the stored photo into sight, with room around them, no larger than
         one to one."""
         pixels = pixels[np.isfinite(pixels).all(axis=1)]
@@ -217,7 +215,7 @@ class PhotoCanvas(QWidget):
             self._scale = wanted
             self._centre(QPointF((x.min() + x.max()) / 2, (y.min() + y.max()) / 2))
 
-    def sees(self, pixels: Array) -> bool:
+    def sees(self, pixels: FloatArray) -> bool:
         """All of these pixels are within the widget."""
         on = self.screen_of(pixels)
         return bool(
@@ -317,7 +315,9 @@ class PhotoCanvas(QWidget):
                 taken.append(box)
                 painting.outlined_text(painter, x, y, drawn.label, font)
 
-    def _paint_cross(self, painter: QPainter, pixel: Array, size: float, color: QColor) -> None:
+    def _paint_cross(
+        self, painter: QPainter, pixel: FloatArray, size: float, color: QColor
+    ) -> None:
         x, y = self.screen_of(pixel)[0]
         if not (np.isfinite(x) and np.isfinite(y)):
             return
@@ -328,7 +328,7 @@ class PhotoCanvas(QWidget):
                 way = QPointF(dx, dy)
                 painter.drawLine(at + way * 3.0, at + way * size)
 
-    def _project(self, points: Array) -> tuple[Array, Flags]:
+    def _project(self, points: FloatArray) -> tuple[FloatArray, BoolArray]:
         assert self.look_through is not None
         pixels, seen = self.look_through(points)
         return self.screen_of(pixels), seen
@@ -462,10 +462,12 @@ class _Eye:
         self._canvas = canvas
 
     @property
-    def direction(self) -> Array:
+    def direction(self) -> FloatArray:
         return self._canvas.direction
 
-    def project(self, points: Array, size: tuple[float, float]) -> tuple[Array, Array]:
+    def project(
+        self, points: FloatArray, size: tuple[float, float]
+    ) -> tuple[FloatArray, FloatArray]:
         look = self._canvas.look_through
         assert look is not None
         pixels, _ = look(points)

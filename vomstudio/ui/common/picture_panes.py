@@ -23,10 +23,9 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from vomstudio.core.arrays import ByteArray, FloatArray, IndexArray, IntArray
 from vomstudio.rendering.qt.painting import DARK, PANEL, TEXT, system_font
 from vomstudio.ui.common.pane_painters import Painter, inside, nothing
-
-Array = npt.NDArray[np.float64]
 
 GROUND = QColor(46, 48, 52)
 GAP = 6.0
@@ -54,7 +53,7 @@ class _PaneView:
     """What a pane shows: the middle in pixels of its picture, and screen pixels for one of them;
     None for all of it."""
 
-    centre: Array | None = None
+    centre: FloatArray | None = None
     zoom: float = 1.0
 
 
@@ -63,11 +62,11 @@ class Links:
     """Lines from pane 0 to pane 1: places (m, 2) in either picture, a colour (m, 3) uint8 for each,
     and which of them are drawn; `faint` ones, in red, are drawn below."""
 
-    left: Array = field(default_factory=lambda: np.zeros((0, 2)))
-    right: Array = field(default_factory=lambda: np.zeros((0, 2)))
-    colors: npt.NDArray[np.uint8] = field(default_factory=lambda: np.zeros((0, 3), np.uint8))
-    drawn: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
-    faint: tuple[Array, Array] | None = None
+    left: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+    right: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+    colors: ByteArray = field(default_factory=lambda: np.zeros((0, 3), np.uint8))
+    drawn: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
+    faint: tuple[FloatArray, FloatArray] | None = None
 
 
 class PicturePanes(QWidget):
@@ -134,7 +133,7 @@ class PicturePanes(QWidget):
         """Where on the screen what is looked at lies."""
         return self.box(pane).center() - QPointF(self._reserve / 2, 0.0)
 
-    def _fit(self, pane: int) -> tuple[Array, float]:
+    def _fit(self, pane: int) -> tuple[FloatArray, float]:
         picture, box = self._pictures[pane], self.box(pane)
         wide, high = (1.0, 1.0) if picture is None else picture.size
         title = QFontMetricsF(system_font()).height() + 14.0
@@ -142,18 +141,18 @@ class PicturePanes(QWidget):
         zoom = min(across / max(wide, 1.0), max(box.height() - 2 * title, 20) / max(high, 1.0))
         return np.array([wide / 2, high / 2]), zoom
 
-    def _view(self, pane: int) -> tuple[Array, float]:
+    def _view(self, pane: int) -> tuple[FloatArray, float]:
         view = self._views[pane]
         return self._fit(pane) if view.centre is None else (view.centre, view.zoom)
 
-    def to_screen(self, pane: int, places: npt.ArrayLike) -> Array:
+    def to_screen(self, pane: int, places: npt.ArrayLike) -> FloatArray:
         """(n, 2) of places (n, 2) in a picture."""
         centre, zoom = self._view(pane)
         middle = self.middle(pane)
         points = np.asarray(places, np.float64).reshape(-1, 2)
         return (points - centre) * zoom + [middle.x(), middle.y()]
 
-    def to_picture(self, pane: int, at: QPointF) -> Array:
+    def to_picture(self, pane: int, at: QPointF) -> FloatArray:
         centre, zoom = self._view(pane)
         middle = self.middle(pane)
         return centre + np.array([at.x() - middle.x(), at.y() - middle.y()]) / zoom
@@ -300,7 +299,7 @@ class PicturePanes(QWidget):
                     if self.box(pane).contains(QPointF(*at)):
                         painter.drawEllipse(QPointF(*at), 7.0, 7.0)
 
-    def _lines(self, left: Array, right: Array) -> list[QLineF]:
+    def _lines(self, left: FloatArray, right: FloatArray) -> list[QLineF]:
         """Between places (n, 2) that both panes show; null lines for the others."""
         ends = np.hstack([self.to_screen(0, left), self.to_screen(1, right)])
         for pane, at in ((0, ends[:, :2]), (1, ends[:, 2:])):
@@ -390,8 +389,8 @@ class PicturePanes(QWidget):
 
 
 def _by_color(
-    colors: npt.NDArray[np.uint8],
-) -> Iterator[tuple[QColor, npt.NDArray[np.intp]]]:
+    colors: ByteArray,
+) -> Iterator[tuple[QColor, IndexArray]]:
     """Each colour of (n, 3) with the rows that have it, in order of the colours."""
     if len(colors):
         found, which = np.unique(colors, axis=0, return_inverse=True)

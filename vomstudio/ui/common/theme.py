@@ -31,9 +31,14 @@ from vomstudio.core.files.regular import read_small_text
 from vomstudio.core.words import to_translate
 
 _FRAMED = (
-    "QCheckBox", "QRadioButton", "QLineEdit", "QAbstractSpinBox", "QTreeView", "QTableView",
+    "QCheckBox",
+    "QRadioButton",
+    "QLineEdit",
+    "QAbstractSpinBox",
+    "QTreeView",
+    "QTableView",
     "QListView",
-)  # fmt: skip
+)
 _INSIDE = ("QHeaderView", "QScrollBar")
 """What lists have in them, which would take their colours."""
 _FRAMES = "#8f8f8f"

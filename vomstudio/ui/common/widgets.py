@@ -166,9 +166,14 @@ class ElidedLabel(Label):
         lines = (metrics.elidedText(x, elide, room.width()) for x in self.text().split("\n"))
         text = "\n".join(lines)
         self.style().drawItemText(
-            painter, room, int(self.alignment().value), self.palette(), self.isEnabled(), text,
+            painter,
+            room,
+            int(self.alignment().value),
+            self.palette(),
+            self.isEnabled(),
+            text,
             self.foregroundRole(),
-        )  # fmt: skip
+        )
 
 
 class Scrolling(QScrollArea):

@@ -93,13 +93,14 @@ class DrawingImport(QObject):
         studio.jobs.submit(
             READ_DRAWN_LINES,
             DrawingOrder(drawing, sidecar, standing),
-            title=tr("Bringing the lines of {file} to {model}", file=drawing.name,
-                     model=model.name),
+            title=tr(
+                "Bringing the lines of {file} to {model}", file=drawing.name, model=model.name
+            ),
             on_done=self._background.guard(
                 lambda found: self._to_traces(drawing, sidecar, model, found)
             ),
             on_failed=self._failed,
-        )  # fmt: skip
+        )
 
     def _to_traces(self, drawing: Path, sidecar: Path, model: Model, found: DrawnLines) -> None:
         studio = self._studio

@@ -18,13 +18,20 @@ if TYPE_CHECKING:
     from vomstudio.ui.interpret.types_dialog import TypesDialog
 
 PLANES_AS = (
-    ("planes_discs", to_translate("&Discs"), "discs",
-     to_translate("Each plane as a translucent disc of its feature's extent.")),
-    ("planes_symbols", to_translate("&Strike and dip symbols"), "symbols",
-     to_translate("Strike line with a tick and the dip; arrows down the plunge for lines.")),
-    ("planes_neither", to_translate("&None"), "neither",
-     to_translate("Traces and outlines only.")),
-)  # fmt: skip
+    (
+        "planes_discs",
+        to_translate("&Discs"),
+        "discs",
+        to_translate("Each plane as a translucent disc of its feature's extent."),
+    ),
+    (
+        "planes_symbols",
+        to_translate("&Strike and dip symbols"),
+        "symbols",
+        to_translate("Strike line with a tick and the dip; arrows down the plunge for lines."),
+    ),
+    ("planes_neither", to_translate("&None"), "neither", to_translate("Traces and outlines only.")),
+)
 
 
 def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
@@ -52,25 +59,63 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
         return lambda: studio.settings.planes_as == value
 
     table = [
-        Command("feature_types", tr("Feature &types…"), open_types, "shape-outline", (),
-                tr("Add, rename, colour and remove feature types: bedding, fault, joint …")),
-        Command("update_surroundings", tr("&Update earlier features"), surroundings.update,
-                None, (), tr("Measure the resolution and the outcrop face anew around features "
-                             "that were measured by an earlier rule."),
-                surroundings.why_not),
-        Command("show_chosen", tr("&Show"), lambda: studio.set_visible(chosen(), True),
-                "eye-outline", (),
-                tr("Show the selected features, in the outcrop and on the stereonet."),
-                none_chosen),
-        Command("hide_chosen", tr("&Hide"), lambda: studio.set_visible(chosen(), False),
-                "eye-off-outline", "Ctrl+H",
-                tr("Hide the selected features, in the outcrop and on the stereonet."),
-                none_chosen),
-        Command("show_only", tr("Show &only these"), lambda: studio.show_only(chosen()), None, (),
-                tr("Hide all features except the selected ones."), none_chosen),
-        Command("show_all", tr("Show &all"), studio.show_all, None, "Ctrl+Shift+H",
-                tr("Show all features, feature types and models."), nothing_hidden),
-    ]  # fmt: skip
+        Command(
+            "feature_types",
+            tr("Feature &types…"),
+            open_types,
+            "shape-outline",
+            (),
+            tr("Add, rename, colour and remove feature types: bedding, fault, joint …"),
+        ),
+        Command(
+            "update_surroundings",
+            tr("&Update earlier features"),
+            surroundings.update,
+            None,
+            (),
+            tr(
+                "Measure the resolution and the outcrop face anew around features "
+                "that were measured by an earlier rule."
+            ),
+            surroundings.why_not,
+        ),
+        Command(
+            "show_chosen",
+            tr("&Show"),
+            lambda: studio.set_visible(chosen(), True),
+            "eye-outline",
+            (),
+            tr("Show the selected features, in the outcrop and on the stereonet."),
+            none_chosen,
+        ),
+        Command(
+            "hide_chosen",
+            tr("&Hide"),
+            lambda: studio.set_visible(chosen(), False),
+            "eye-off-outline",
+            "Ctrl+H",
+            tr("Hide the selected features, in the outcrop and on the stereonet."),
+            none_chosen,
+        ),
+        Command(
+            "show_only",
+            tr("Show &only these"),
+            lambda: studio.show_only(chosen()),
+            None,
+            (),
+            tr("Hide all features except the selected ones."),
+            none_chosen,
+        ),
+        Command(
+            "show_all",
+            tr("Show &all"),
+            studio.show_all,
+            None,
+            "Ctrl+Shift+H",
+            tr("Show all features, feature types and models."),
+            nothing_hidden,
+        ),
+    ]
     for name, text, value, tip in PLANES_AS:
         table.append(
             Command(name, tr(text), planes(value), None, (), tr(tip), checked=is_planes(value))

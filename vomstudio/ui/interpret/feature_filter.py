@@ -28,11 +28,28 @@ _WORDS = (
     of.OVERTURNED,
 )
 _FIGURES = (
-    of.DIP, of.DIP_DIRECTION, of.STRIKE, of.TREND, of.PLUNGE, slip_figures.RAKE, of.TOTAL,
-    of.MAX_CONFIDENCE, of.MIN_CONFIDENCE, of.DIP_ERROR, of.DIP_DIRECTION_ERROR, of.M, of.K,
-    of.COPLANARITY, of.COLLINEARITY, of.N_POINTS, of.EXTENT, of.AREA, of.EXTENT_OVER_RESOLUTION,
-    of.RMS, of.BEND,
-)  # fmt: skip
+    of.DIP,
+    of.DIP_DIRECTION,
+    of.STRIKE,
+    of.TREND,
+    of.PLUNGE,
+    slip_figures.RAKE,
+    of.TOTAL,
+    of.MAX_CONFIDENCE,
+    of.MIN_CONFIDENCE,
+    of.DIP_ERROR,
+    of.DIP_DIRECTION_ERROR,
+    of.M,
+    of.K,
+    of.COPLANARITY,
+    of.COLLINEARITY,
+    of.N_POINTS,
+    of.EXTENT,
+    of.AREA,
+    of.EXTENT_OVER_RESOLUTION,
+    of.RMS,
+    of.BEND,
+)
 
 
 def _listed(figures: Iterable[Figure]) -> str:

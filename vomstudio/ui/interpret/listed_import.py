@@ -56,9 +56,13 @@ class ListedImport(QObject):
             from vomstudio.project.imports.feature_lists import read_listed
 
             return read_listed(
-                path, shown, records, world_crs(shown.frame.crs, shown.frame.unit_m),
-                None if surface is None else surface.area_inside, bounds,
-            )  # fmt: skip
+                path,
+                shown,
+                records,
+                world_crs(shown.frame.crs, shown.frame.unit_m),
+                None if surface is None else surface.area_inside,
+                bounds,
+            )
 
         studio.info(Finding("file.reading", file=path.name))
         self._background.run(work, lambda found: self._arrived(shown, found), studio.fail)

@@ -133,9 +133,16 @@ class _Following:
 def _choose_tool(studio: Studio, entry: ToolEntry) -> Command:
     name = entry.name
     return Command(
-        name, tr(entry.label), lambda: studio.activate(name), entry.icon, entry.key, tr(entry.tip),
-        lambda: why_no_model(studio), in_viewport=True, checked=lambda: studio.tool_name == name,
-    )  # fmt: skip
+        name,
+        tr(entry.label),
+        lambda: studio.activate(name),
+        entry.icon,
+        entry.key,
+        tr(entry.tip),
+        lambda: why_no_model(studio),
+        in_viewport=True,
+        checked=lambda: studio.tool_name == name,
+    )
 
 
 def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Command]:
@@ -143,39 +150,111 @@ def commands(studio: Studio, directions: ViewPanel, docks: Docks) -> list[Comman
     picking, following = _OpenFeature(studio), _Following(studio)
 
     return [
-        Command("navigate", tr("&Navigate"), lambda: studio.activate("navigate"), "cursor-move",
-                "N", tr("Orbit, pan and zoom; click a feature to select it."), in_viewport=True,
-                checked=lambda: studio.tool_name == "navigate"),
+        Command(
+            "navigate",
+            tr("&Navigate"),
+            lambda: studio.activate("navigate"),
+            "cursor-move",
+            "N",
+            tr("Orbit, pan and zoom; click a feature to select it."),
+            in_viewport=True,
+            checked=lambda: studio.tool_name == "navigate",
+        ),
         *(_choose_tool(studio, entry) for entry in TOOLS),
-        Command("follow", tr("&Follow contacts"), following.toggle, "vector-curve", "Shift+T",
-                tr("A trace, contact line or outline follows the contact from click to click, or "
-                   "goes straight."),
-                following.why_not, in_viewport=True,
-                checked=lambda: following.tool.cost is not None),
-        Command("finish", tr("Finish"), studio.finish_tool, "check", ("Return", "Enter"),
-                tr("Finish the open feature and keep it."), picking.why_not_finish,
-                in_viewport=True),
-        Command("cancel", tr("Cancel"), studio.cancel_tool, "close", "Esc",
-                tr("Discard the open feature; a continued one stays as it was."),
-                picking.why_not_cancel, in_viewport=True),
-        Command("continue_trace", tr("Continue"), picking.continue_feature, "vector-polyline-plus",
-                (), tr("Continue the selected trace, line, area or measurement: add, move, insert "
-                       "or delete vertices."),
-                picking.why_not_continue),
-        Command("delete_vertex", tr("Delete vertex"), picking.delete_vertex,
-                "vector-polyline-remove", (),
-                tr("Delete the marked vertex of the open feature (Del in the viewport)."),
-                picking.why_no_vertex),
-        Command("delete_here", tr("Delete vertex or features"), picking.delete, None, "Del",
-                tr("Delete the marked vertex of the open feature, else the selected features."),
-                picking.why_not_delete, in_viewport=True),
-        Command("undo_click", tr("Undo last click"), picking.undo_click, None, "Backspace", "",
-                picking.why_nothing, in_viewport=True),
-        Command("along_beta", tr("Look along fold axis &beta"), directions.along_beta, None, "B",
-                tr("Orthographic view along the fold axis of the bedding."), directions.why_no_beta,
-                in_viewport=True),
-        Command("face_plane", tr("Face the &plane"), directions.face, None, "Shift+P",
-                tr("Orthographic view perpendicular to the selected plane."),
-                directions.why_no_plane, in_viewport=True),
+        Command(
+            "follow",
+            tr("&Follow contacts"),
+            following.toggle,
+            "vector-curve",
+            "Shift+T",
+            tr(
+                "A trace, contact line or outline follows the contact from click to click, or "
+                "goes straight."
+            ),
+            following.why_not,
+            in_viewport=True,
+            checked=lambda: following.tool.cost is not None,
+        ),
+        Command(
+            "finish",
+            tr("Finish"),
+            studio.finish_tool,
+            "check",
+            ("Return", "Enter"),
+            tr("Finish the open feature and keep it."),
+            picking.why_not_finish,
+            in_viewport=True,
+        ),
+        Command(
+            "cancel",
+            tr("Cancel"),
+            studio.cancel_tool,
+            "close",
+            "Esc",
+            tr("Discard the open feature; a continued one stays as it was."),
+            picking.why_not_cancel,
+            in_viewport=True,
+        ),
+        Command(
+            "continue_trace",
+            tr("Continue"),
+            picking.continue_feature,
+            "vector-polyline-plus",
+            (),
+            tr(
+                "Continue the selected trace, line, area or measurement: add, move, insert "
+                "or delete vertices."
+            ),
+            picking.why_not_continue,
+        ),
+        Command(
+            "delete_vertex",
+            tr("Delete vertex"),
+            picking.delete_vertex,
+            "vector-polyline-remove",
+            (),
+            tr("Delete the marked vertex of the open feature (Del in the viewport)."),
+            picking.why_no_vertex,
+        ),
+        Command(
+            "delete_here",
+            tr("Delete vertex or features"),
+            picking.delete,
+            None,
+            "Del",
+            tr("Delete the marked vertex of the open feature, else the selected features."),
+            picking.why_not_delete,
+            in_viewport=True,
+        ),
+        Command(
+            "undo_click",
+            tr("Undo last click"),
+            picking.undo_click,
+            None,
+            "Backspace",
+            "",
+            picking.why_nothing,
+            in_viewport=True,
+        ),
+        Command(
+            "along_beta",
+            tr("Look along fold axis &beta"),
+            directions.along_beta,
+            None,
+            "B",
+            tr("Orthographic view along the fold axis of the bedding."),
+            directions.why_no_beta,
+            in_viewport=True,
+        ),
+        Command(
+            "face_plane",
+            tr("Face the &plane"),
+            directions.face,
+            None,
+            "Shift+P",
+            tr("Orthographic view perpendicular to the selected plane."),
+            directions.why_no_plane,
+            in_viewport=True,
+        ),
         Command("show_stereonet", tr("Show &stereonet"), lambda: docks.bring_forward("stereonet")),
-    ]  # fmt: skip
+    ]

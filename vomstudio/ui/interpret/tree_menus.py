@@ -118,8 +118,9 @@ class TreeMenus(QObject):
             lambda: studio.attempt(edits.remove_type, kind.id),
         )
         menu.addSeparator()
-        menu.addAction(theme.icon("shape-outline"), tr("Feature &types…"),
-                       lambda: self._edit_type(kind.id))  # fmt: skip
+        menu.addAction(
+            theme.icon("shape-outline"), tr("Feature &types…"), lambda: self._edit_type(kind.id)
+        )
 
     def _change_kind(self, kind: FeatureType, field: str, value: str, *_: object) -> None:
         if getattr(kind, field) != value:

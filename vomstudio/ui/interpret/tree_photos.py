@@ -32,8 +32,17 @@ PHOTO = Qt.ItemDataRole.UserRole + 2
 """The name of a photo, on its row."""
 _AT_ONCE = 200
 """So many rows are made before the window gets its turn: they take some milliseconds."""
-_OFFERED = ("take_in_photos", "|", "make_settings", "make_model", "pause_model", "|",
-            "show_alignment", "show_tie_points", "open_report")  # fmt: skip
+_OFFERED = (
+    "take_in_photos",
+    "|",
+    "make_settings",
+    "make_model",
+    "pause_model",
+    "|",
+    "show_alignment",
+    "show_tie_points",
+    "open_report",
+)
 """What the panel of photos offers for the set that it shows."""
 _SHOWN = (PhotoSet, Reconstruction, ImageMark, MarkedPoint, Mask)
 
@@ -269,9 +278,10 @@ class TreePhotos(QObject):
             partial(self._opening.open_in, record, photo),
         )
         menu.addAction(
-            theme.icon("image-multiple-outline"), tr("Show in the &Photos panel"),
+            theme.icon("image-multiple-outline"),
+            tr("Show in the &Photos panel"),
             partial(self._show_in_panel, record, photo),
-        )  # fmt: skip
+        )
         if self._in_panel(record.id):
             menu.addSeparator()
             for name in _OFFERED:

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import (
     QColor,
@@ -24,11 +23,10 @@ from PySide6.QtGui import (
     QWheelEvent,
 )
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.photogrammetry.georeferencing.mark_prediction import CHECK, CONTROL, TIE, Pixel
 from vomstudio.rendering.qt import painting
 from vomstudio.ui.common.photo_canvas import HANDLE_PIXELS, PhotoCanvas
-
-Flags = npt.NDArray[np.bool_]
 
 LOOK, MARK, POLYGON, BRUSH = "look", "mark", "polygon", "brush"
 COLORS = {CONTROL: "#e69f00", CHECK: "#56b4e9", TIE: "#f0e442"}
@@ -81,7 +79,7 @@ class MarkCanvas(PhotoCanvas):
         self.radius = 20.0
         """Of the brush, in pixels of the photo."""
         self.hides = True
-        self._mask: Flags | None = None
+        self._mask: BoolArray | None = None
         self._tint: QImage | None = None
         self._tint_of: tuple[object, ...] = ()
         self._version = 0
@@ -100,7 +98,7 @@ class MarkCanvas(PhotoCanvas):
         self.setCursor(shape)
         self.update()
 
-    def set_used(self, used: Flags | None) -> None:
+    def set_used(self, used: BoolArray | None) -> None:
         """(h, w) True where the photo is used; it may change afterwards, see `mask_changed`."""
         self._mask = used
         self.mask_changed()
@@ -115,14 +113,14 @@ class MarkCanvas(PhotoCanvas):
         self.update()
 
     @property
-    def used(self) -> Flags | None:
+    def used(self) -> BoolArray | None:
         return self._mask
 
     @property
     def marks(self) -> Sequence[ShownMark]:
         return self._marks
 
-    def set_epipolar_line(self, pixels: npt.NDArray[np.float64]) -> None:
+    def set_epipolar_line(self, pixels: FloatArray) -> None:
         """(k, 2) pixels of the stored photo along which the chosen point must lie."""
         self._epipolar_line = pixels
         self.update()
@@ -360,7 +358,7 @@ class MarkCanvas(PhotoCanvas):
 
 
 def _tinted(
-    mask: Flags, size: tuple[int, int], m: QTransform, width: int, height: int
+    mask: BoolArray, size: tuple[int, int], m: QTransform, width: int, height: int
 ) -> QImage | None:
     """What the mask hides, in colour, as it is on a screen of this size. Only pixels of the screen
     are looked up: a photo of 100 megapixels is tinted as soon as a small one."""
@@ -386,7 +384,6 @@ def _tinted(
         alpha << 24 | red * alpha // 255 << 16 | green * alpha // 255 << 8 | blue * alpha // 255
     )
     pixels = np.where(hidden, value, np.uint32(0))
-    image = QImage(pixels.data, width, height, 4 * width,
-                   QImage.Format.Format_ARGB32_Premultiplied)  # fmt: skip
+    image = QImage(pixels.data, width, height, 4 * width, QImage.Format.Format_ARGB32_Premultiplied)
     # The array goes at the end of this function.
     return image.copy()

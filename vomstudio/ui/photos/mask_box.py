@@ -38,11 +38,14 @@ class MaskBox(QGroupBox):
         group = QButtonGroup(self)
         row = QHBoxLayout()
         for button, text, icon, tip in (
-            (self.hide_button, tr("Mask"), "eye-off-outline",
-             tr("Drawing masks: sky, vegetation, people, your own shadow (X).")),
-            (self.keep_button, tr("Unmask"), "eraser",
-             tr("Drawing erases the mask (X).")),
-        ):  # fmt: skip
+            (
+                self.hide_button,
+                tr("Mask"),
+                "eye-off-outline",
+                tr("Drawing masks: sky, vegetation, people, your own shadow (X)."),
+            ),
+            (self.keep_button, tr("Unmask"), "eraser", tr("Drawing erases the mask (X).")),
+        ):
             button.setText(text)
             button.setIcon(theme.icon(icon))
             button.setToolTip(tip)
@@ -74,8 +77,9 @@ class MaskBox(QGroupBox):
         for number, name in enumerate(("repeat_mask", "invert_mask", "clear_mask")):
             button = self._buttons[name] = QToolButton()
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-            more.addWidget(button, 0 if number == 0 else 1, max(number - 1, 0), 1,
-                           2 if number == 0 else 1)  # fmt: skip
+            more.addWidget(
+                button, 0 if number == 0 else 1, max(number - 1, 0), 1, 2 if number == 0 else 1
+            )
         more.setColumnStretch(2, 1)
         layout = QVBoxLayout(self)
         layout.setSpacing(6)

@@ -22,16 +22,28 @@ if TYPE_CHECKING:
 def commands(opening: PhotoOpening, chosen: Callable[[], str | None]) -> list[Command]:
     """chosen : the name of the photo that is selected in the list"""
     return [
-        Command("open_photo", tr("&Open photo"), lambda: opening.open(chosen()),
-                "image-edit-outline", (),
-                tr("In the middle of the window, to draw its mask and to mark points."),
-                opening.why_not),
-        Command("take_in_photos", tr("Re-&import points and masks"), opening.take_in,
-                "tray-arrow-down", (),
-                tr("Replace those of the project by the control points, marks and masks beside the "
-                   "photos."),
-                opening.why_not),
-    ]  # fmt: skip
+        Command(
+            "open_photo",
+            tr("&Open photo"),
+            lambda: opening.open(chosen()),
+            "image-edit-outline",
+            (),
+            tr("In the middle of the window, to draw its mask and to mark points."),
+            opening.why_not,
+        ),
+        Command(
+            "take_in_photos",
+            tr("Re-&import points and masks"),
+            opening.take_in,
+            "tray-arrow-down",
+            (),
+            tr(
+                "Replace those of the project by the control points, marks and masks beside the "
+                "photos."
+            ),
+            opening.why_not,
+        ),
+    ]
 
 
 class PhotoOpening(QObject):

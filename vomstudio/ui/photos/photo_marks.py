@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QObject, Signal
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -22,8 +22,6 @@ from vomstudio.photogrammetry.georeferencing.mark_prediction import (
 )
 from vomstudio.ui.common.sentences import names_in_short
 from vomstudio.ui.photos.photo_document import PhotoDocument
-
-Array = npt.NDArray[np.float64]
 
 
 class PhotoMarks(QObject):
@@ -85,7 +83,7 @@ class PhotoMarks(QObject):
             self._predictions[label] = kept
         return kept[1]
 
-    def epipolar_line(self, label: str, photo: str) -> Array:
+    def epipolar_line(self, label: str, photo: str) -> FloatArray:
         """(k, 2) pixels of a photo on which a point must lie that is marked in one other photo;
         (0, 2) where it is marked in none or in several."""
         if self._cameras is None or not label:

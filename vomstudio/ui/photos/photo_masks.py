@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QObject, Signal
 
+from vomstudio.core.arrays import BoolArray, ByteArray
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -19,7 +19,6 @@ from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.photos.photo_document import PhotoDocument
 from vomstudio.ui.photos.photo_row import PhotoRow
 
-Flags = npt.NDArray[np.bool_]
 _KEPT = 3
 _STATES = 32
 
@@ -28,16 +27,16 @@ class _States:
     """What masks were lately, by their files: taking a step back waits for no disk."""
 
     def __init__(self) -> None:
-        self._packed: dict[str, tuple[npt.NDArray[np.uint8], tuple[int, int]]] = {}
+        self._packed: dict[str, tuple[ByteArray, tuple[int, int]]] = {}
 
-    def keep(self, file: Asset, used: Flags) -> None:
+    def keep(self, file: Asset, used: BoolArray) -> None:
         """Remember the values (height, width) of a mask file."""
         self._packed.pop(file.path, None)
         self._packed[file.path] = np.packbits(used), (used.shape[0], used.shape[1])
         for path in list(self._packed)[:-_STATES]:
             del self._packed[path]
 
-    def find(self, file: Asset | None, size: tuple[int, int]) -> Flags | None:
+    def find(self, file: Asset | None, size: tuple[int, int]) -> BoolArray | None:
         """(height, width) of its own; None where it must be read."""
         if file is None:
             return np.ones(size, np.bool_)
@@ -73,7 +72,7 @@ class PhotoMasks(QObject):
         self.rows = {row.name: row for row in rows}
         self._document = document
         self._background = QtBackground(self)
-        self._masks: dict[str, Flags] = {}
+        self._masks: dict[str, BoolArray] = {}
         self._shown = ""
         self._states = _States()
         self._stroke = False
@@ -85,7 +84,7 @@ class PhotoMasks(QObject):
         document.masks_changed.connect(self._changed_elsewhere)
 
     # --- looking -----------------------------------------------------------------------------
-    def used(self, name: str) -> Flags | None:
+    def used(self, name: str) -> BoolArray | None:
         """(height, width), True where the photo is used; None before it has been read."""
         return self._masks.get(name)
 
@@ -98,7 +97,7 @@ class PhotoMasks(QObject):
         row = self.rows[name]
         self._forget()
 
-        def arrived(mask: Flags) -> None:
+        def arrived(mask: BoolArray) -> None:
             self._masks.setdefault(name, mask)
             self.drawn.emit(name)
 
@@ -108,7 +107,7 @@ class PhotoMasks(QObject):
 
         self._background.run(lambda: self._loaded(row), arrived, failed)
 
-    def _loaded(self, row: PhotoRow) -> Flags:
+    def _loaded(self, row: PhotoRow) -> BoolArray:
         mask = self._document.mask_path(row.name)
         if mask is None:
             return np.ones((row.height, row.width), np.bool_)
@@ -188,7 +187,7 @@ class PhotoMasks(QObject):
         self._masks.pop(name, None)
         self.open(name)
 
-    def _kept(self, used: Flags) -> Asset | None:
+    def _kept(self, used: BoolArray) -> Asset | None:
         if used.all():
             return None
         file = self._document.keep_mask(mask_png(used))
@@ -216,8 +215,9 @@ class PhotoMasks(QObject):
 
     def _like(self, name: str) -> list[str]:
         size = self.rows[name].width, self.rows[name].height
-        return [r.name for r in self.rows.values() if (r.width, r.height) == size
-                and r.name != name]  # fmt: skip
+        return [
+            r.name for r in self.rows.values() if (r.width, r.height) == size and r.name != name
+        ]
 
     def repeat(self) -> None:
         """Draw the last shape into all other photos of its size."""

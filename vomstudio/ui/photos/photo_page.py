@@ -122,8 +122,21 @@ class PhotoPage(QWidget):
         actions = self.actions_table.all
         self._title = Label()
         self._title.setObjectName("photo_title")
-        for name in ("previous", "next", "*title", "|", *TOOLS, "|", "undo", "redo", "|",
-                     "fit", "one_to_one", "|", "own_window"):  # fmt: skip
+        for name in (
+            "previous",
+            "next",
+            "*title",
+            "|",
+            *TOOLS,
+            "|",
+            "undo",
+            "redo",
+            "|",
+            "fit",
+            "one_to_one",
+            "|",
+            "own_window",
+        ):
             if name == "|":
                 bar.addSeparator()
             elif name == "*title":

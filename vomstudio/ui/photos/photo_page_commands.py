@@ -88,10 +88,14 @@ def over_photo(command: Command, table: Callable[[], Actions | None]) -> Command
 def own_window_command(page: QWidget, change_place: Callable[[], object]) -> Command:
     """Takes the page out of the main window, or puts it back."""
     return Command(
-        "own_window", tr("Own window"), change_place, "open-in-new", (),
+        "own_window",
+        tr("Own window"),
+        change_place,
+        "open-in-new",
+        (),
         tr("Show the photo in a window of its own, for a second screen, or put it back."),
         checked=page.isWindow,
-    )  # fmt: skip
+    )
 
 
 def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> list[Command]:
@@ -106,22 +110,57 @@ def look_commands(photos: PhotoList, canvas: MarkCanvas, tools: PhotoTools) -> l
     return [
         Command("previous", tr("Previous photo"), lambda: photos.step(-1), "chevron-left"),
         Command("next", tr("Next photo"), lambda: photos.step(1), "chevron-right"),
-        Command("look", tr("Navigate"), take_up(LOOK), "hand-back-right-outline", "V",
-                tr("Pan and zoom."), in_viewport=True, checked=is_tool(LOOK)),
-        Command("mark", tr("Mark"), take_up(MARK), "target", "M",
-                tr("Mark control points, check points and tie points."),
-                in_viewport=True, checked=is_tool(MARK)),
-        Command("polygon", tr("Polygon"), take_up(POLYGON), "vector-polygon", "P",
-                tr("Mask or unmask a polygon."),
-                in_viewport=True, checked=is_tool(POLYGON)),
-        Command("brush", tr("Brush"), take_up(BRUSH), "brush", "B",
-                tr("Mask or unmask with a brush."),
-                in_viewport=True, checked=is_tool(BRUSH)),
-        Command("fit", tr("Whole photo"), canvas.fit, "fit-to-page-outline", "0",
-                in_viewport=True),
-        Command("one_to_one", "1 : 1", canvas.one_to_one, "magnify-plus-outline", "1",
-                tr("One pixel of the photo is one pixel of the screen."), in_viewport=True),
-    ]  # fmt: skip
+        Command(
+            "look",
+            tr("Navigate"),
+            take_up(LOOK),
+            "hand-back-right-outline",
+            "V",
+            tr("Pan and zoom."),
+            in_viewport=True,
+            checked=is_tool(LOOK),
+        ),
+        Command(
+            "mark",
+            tr("Mark"),
+            take_up(MARK),
+            "target",
+            "M",
+            tr("Mark control points, check points and tie points."),
+            in_viewport=True,
+            checked=is_tool(MARK),
+        ),
+        Command(
+            "polygon",
+            tr("Polygon"),
+            take_up(POLYGON),
+            "vector-polygon",
+            "P",
+            tr("Mask or unmask a polygon."),
+            in_viewport=True,
+            checked=is_tool(POLYGON),
+        ),
+        Command(
+            "brush",
+            tr("Brush"),
+            take_up(BRUSH),
+            "brush",
+            "B",
+            tr("Mask or unmask with a brush."),
+            in_viewport=True,
+            checked=is_tool(BRUSH),
+        ),
+        Command("fit", tr("Whole photo"), canvas.fit, "fit-to-page-outline", "0", in_viewport=True),
+        Command(
+            "one_to_one",
+            "1 : 1",
+            canvas.one_to_one,
+            "magnify-plus-outline",
+            "1",
+            tr("One pixel of the photo is one pixel of the screen."),
+            in_viewport=True,
+        ),
+    ]
 
 
 def undo_commands(
@@ -129,15 +168,36 @@ def undo_commands(
 ) -> list[Command]:
     """undo : undoes the last step, or with True redoes it"""
     return [
-        Command("undo", tr("Undo"), lambda: undo(False), "undo", (), "",
-                lambda: masks.busy or (None if tools.corners or document.undo_label
-                                       else Finding("edit.nothing-to-undo")),
-                what=lambda: tr("Last vertex") if tools.corners else document.undo_label),
-        Command("redo", tr("Redo"), lambda: undo(True), "redo", (), "",
-                lambda: masks.busy or (
-                    None if document.redo_label else Finding("edit.nothing-to-redo")),
-                what=lambda: document.redo_label),
-    ]  # fmt: skip
+        Command(
+            "undo",
+            tr("Undo"),
+            lambda: undo(False),
+            "undo",
+            (),
+            "",
+            lambda: (
+                masks.busy
+                or (
+                    None
+                    if tools.corners or document.undo_label
+                    else Finding("edit.nothing-to-undo")
+                )
+            ),
+            what=lambda: tr("Last vertex") if tools.corners else document.undo_label,
+        ),
+        Command(
+            "redo",
+            tr("Redo"),
+            lambda: undo(True),
+            "redo",
+            (),
+            "",
+            lambda: (
+                masks.busy or (None if document.redo_label else Finding("edit.nothing-to-redo"))
+            ),
+            what=lambda: document.redo_label,
+        ),
+    ]
 
 
 def mask_commands(
@@ -157,19 +217,53 @@ def mask_commands(
 
     return [
         Command("turn_over", tr("Mask or unmask"), box.turn_over, None, "X", in_viewport=True),
-        Command("brush_smaller", tr("Smaller brush"),
-                lambda: box.set_radius(canvas.radius / _BRUSH_STEP), None, "[", in_viewport=True),
-        Command("brush_larger", tr("Larger brush"),
-                lambda: box.set_radius(canvas.radius * _BRUSH_STEP), None, "]", in_viewport=True),
-        Command("repeat_mask", tr("Apply to all photos"), masks.repeat,
-                "image-multiple-outline", (),
-                tr("Draw the last shape in every photo of this size, for something that is at the "
-                   "same place in all of them, such as a leg of the drone."), masks.why_not_repeat),
-        Command("invert_mask", tr("Invert"), lambda: masks.invert(photo.name), "invert-colors", (),
-                tr("Mask what is not masked, and unmask what is masked."), no_mask),
-        Command("clear_mask", tr("Clear"), clear, "image-outline", (),
-                tr("Unmask the whole photo."), no_mask),
-    ]  # fmt: skip
+        Command(
+            "brush_smaller",
+            tr("Smaller brush"),
+            lambda: box.set_radius(canvas.radius / _BRUSH_STEP),
+            None,
+            "[",
+            in_viewport=True,
+        ),
+        Command(
+            "brush_larger",
+            tr("Larger brush"),
+            lambda: box.set_radius(canvas.radius * _BRUSH_STEP),
+            None,
+            "]",
+            in_viewport=True,
+        ),
+        Command(
+            "repeat_mask",
+            tr("Apply to all photos"),
+            masks.repeat,
+            "image-multiple-outline",
+            (),
+            tr(
+                "Draw the last shape in every photo of this size, for something that is at the "
+                "same place in all of them, such as a leg of the drone."
+            ),
+            masks.why_not_repeat,
+        ),
+        Command(
+            "invert_mask",
+            tr("Invert"),
+            lambda: masks.invert(photo.name),
+            "invert-colors",
+            (),
+            tr("Mask what is not masked, and unmask what is masked."),
+            no_mask,
+        ),
+        Command(
+            "clear_mask",
+            tr("Clear"),
+            clear,
+            "image-outline",
+            (),
+            tr("Unmask the whole photo."),
+            no_mask,
+        ),
+    ]
 
 
 def point_commands(editing: MarkEditing, folder: Path, parent: QWidget) -> list[Command]:
@@ -179,18 +273,51 @@ def point_commands(editing: MarkEditing, folder: Path, parent: QWidget) -> list[
         return lambda: editing.import_table(folder, parent, marks=marks)
 
     return [
-        Command("new_point", tr("New point"), editing.new_point, "plus", "N",
-                tr("A tie point; with coordinates it becomes a control point."), in_viewport=True),
-        Command("remove_point", tr("Remove point"), editing.remove_point, "delete-outline", (),
-                tr("Remove the point with all its marks."), editing.why_no_point),
-        Command("import_points", tr("Import points…"), import_table(False),
-                "map-marker-plus-outline", (),
-                tr("A table of control points: label, x, y, z and, if known, sigma and use "
-                   "(control or check).")),
-        Command("import_marks", tr("Import marks…"), import_table(True),
-                "map-marker-multiple-outline", (),
-                tr("A table of image marks: label, photo, x, y.")),
-        Command("remove_mark", tr("Remove mark"), editing.remove_mark, "close", "Del",
-                tr("Remove the mark of the point in this photo."), editing.why_no_mark,
-                in_viewport=True),
-    ]  # fmt: skip
+        Command(
+            "new_point",
+            tr("New point"),
+            editing.new_point,
+            "plus",
+            "N",
+            tr("A tie point; with coordinates it becomes a control point."),
+            in_viewport=True,
+        ),
+        Command(
+            "remove_point",
+            tr("Remove point"),
+            editing.remove_point,
+            "delete-outline",
+            (),
+            tr("Remove the point with all its marks."),
+            editing.why_no_point,
+        ),
+        Command(
+            "import_points",
+            tr("Import points…"),
+            import_table(False),
+            "map-marker-plus-outline",
+            (),
+            tr(
+                "A table of control points: label, x, y, z and, if known, sigma and use "
+                "(control or check)."
+            ),
+        ),
+        Command(
+            "import_marks",
+            tr("Import marks…"),
+            import_table(True),
+            "map-marker-multiple-outline",
+            (),
+            tr("A table of image marks: label, photo, x, y."),
+        ),
+        Command(
+            "remove_mark",
+            tr("Remove mark"),
+            editing.remove_mark,
+            "close",
+            "Del",
+            tr("Remove the mark of the point in this photo."),
+            editing.why_no_mark,
+            in_viewport=True,
+        ),
+    ]

@@ -237,8 +237,10 @@ class PointsBox(QGroupBox):
             self.role.setCurrentIndex(self.role.findData(marking.role(self.label)))
         values: list[str] = [""] * 4
         if point is not None:
-            values = [*(f"{v:.4f}".rstrip("0").rstrip(".") for v in point.position),
-                      "" if point.sigma_m is None else f"{point.sigma_m:g}"]  # fmt: skip
+            values = [
+                *(f"{v:.4f}".rstrip("0").rstrip(".") for v in point.position),
+                "" if point.sigma_m is None else f"{point.sigma_m:g}",
+            ]
         for field, value in zip(self.numbers, values, strict=True):
             if not (field.hasFocus() and field.isModified()):
                 field.setText(value)

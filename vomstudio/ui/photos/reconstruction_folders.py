@@ -84,8 +84,11 @@ def aligned(out: Path, photos: Path) -> Path | None:
     cameras = out.parent.glob(f"*/{FILE_NAME}")
     folders = [each.parent for each in cameras if is_regular(each)]
     asked = {each: asked_for(each / REQUEST) for each in folders}
-    mine = [each for each, found in asked.items()
-            if found is not None and _same_photos(found[0], photos)]  # fmt: skip
+    mine = [
+        each
+        for each, found in asked.items()
+        if found is not None and _same_photos(found[0], photos)
+    ]
     return max(mine, key=lambda each: (each / FILE_NAME).stat().st_mtime, default=None)
 
 

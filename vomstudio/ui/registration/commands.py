@@ -36,11 +36,28 @@ def commands(
         docks.bring_forward("compare")
 
     return [
-        Command("fit_model", tr("Fit to another &model…"), fit, "vector-combine", (),
-                tr("Places the model by another one of the same rock: points that are clicked in "
-                   "both, then the surfaces, with the error in degrees."), no_model),
-        Command("compare_models", tr("Compare with a &benchmark…"), compare,
-                "compare-horizontal", (),
-                tr("Signed distances from a better model or cloud of the same rock, and what of "
-                   "them is more than chance."), no_model),
-    ]  # fmt: skip
+        Command(
+            "fit_model",
+            tr("Fit to another &model…"),
+            fit,
+            "vector-combine",
+            (),
+            tr(
+                "Places the model by another one of the same rock: points that are clicked in "
+                "both, then the surfaces, with the error in degrees."
+            ),
+            no_model,
+        ),
+        Command(
+            "compare_models",
+            tr("Compare with a &benchmark…"),
+            compare,
+            "compare-horizontal",
+            (),
+            tr(
+                "Signed distances from a better model or cloud of the same rock, and what of "
+                "them is more than chance."
+            ),
+            no_model,
+        ),
+    ]

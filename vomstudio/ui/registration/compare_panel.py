@@ -419,12 +419,14 @@ def result_text(comparison: Held) -> str:
 
     said = [
         tr("{n:,} distances from {other}", n=told["n"], other=comparison.benchmark.name),
-        tr("Accuracy: mean {mean}, median {median}",
-           mean=metres("mean_m"), median=metres("median_m")),
-        tr("Precision: std. deviation {std}, MAD {mad}",
-           std=metres("std_m"), mad=metres("mad_m")),
+        tr(
+            "Accuracy: mean {mean}, median {median}",
+            mean=metres("mean_m"),
+            median=metres("median_m"),
+        ),
+        tr("Precision: std. deviation {std}, MAD {mad}", std=metres("std_m"), mad=metres("mad_m")),
         tr("Both: RMS {rms}", rms=metres("rms_m")),
-    ]  # fmt: skip
+    ]
     if told["beyond"]:
         said.append(tr("{count:,} points have no counterpart", count=told["beyond"]))
     if told["lod95_m"] is not None and told["significant_share"] is not None:

@@ -6,7 +6,6 @@ from __future__ import annotations
 from contextlib import ExitStack
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import (
@@ -19,6 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding, finding_of
 from vomstudio.core.words import tr
@@ -45,8 +45,6 @@ from vomstudio.ui.registration.pair_table import (
 from vomstudio.ui.registration.picking_view import PickingView
 from vomstudio.ui.registration.point_pairs import PointPairs
 from vomstudio.ui.registration.stable_part import StablePartBox
-
-Array = npt.NDArray[np.float64]
 
 _FEW = 20
 """So many points are solved in less time than a thread takes to hand over."""
@@ -200,7 +198,7 @@ class FitDialog(QDialog):
     def _titled(self, found: OtherModel) -> str:
         return tr("{model} ({frame})", model=found.name, frame=found.frame.name())
 
-    def _clicked(self, place: Array, *, on_model: bool) -> None:
+    def _clicked(self, place: FloatArray, *, on_model: bool) -> None:
         if self.reference is None or self._job is not None:
             return
         if not on_model:
@@ -299,7 +297,7 @@ class FitDialog(QDialog):
             return
         back = transform.invert(transform.matrix(reference.to_world))
 
-        def own(place: Array | None) -> Array | None:
+        def own(place: FloatArray | None) -> FloatArray | None:
             return None if place is None else transform.apply(back, place[None])[0]
 
         marks = {p.label: transform.apply(back, np.array([p.there]))[0] for p in points.pairs}
@@ -374,9 +372,12 @@ class FitDialog(QDialog):
         self.fitted = None
         self.said.setText(tr("Fitting the surfaces…"))
         order = FitOrder(
-            own.standing(cache), reference.standing(cache), not model.frame.has_metres,
-            self.points.pairs, self.stable.part(self.points.pairs),
-        )  # fmt: skip
+            own.standing(cache),
+            reference.standing(cache),
+            not model.frame.has_metres,
+            self.points.pairs,
+            self.stable.part(self.points.pairs),
+        )
 
         def ended(made: FittedModel | Failed) -> None:
             if self._job is not None and self._job.number == job.number:

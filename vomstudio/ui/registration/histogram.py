@@ -5,21 +5,19 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from vomstudio.core.arrays import ByteArray, FloatArray, IndexArray
 from vomstudio.core.words import tr
 from vomstudio.rendering.view.scalars import PALETTES, map_table
-
-Array = npt.NDArray[np.float64]
 
 _BINS = 51
 _MARGIN = 8.0
 
 
-def counts_of(distances: Array, reach: float) -> npt.NDArray[np.intp]:
+def counts_of(distances: FloatArray, reach: float) -> IndexArray:
     """Of distances (n,) in m, NaN where there is none, from -reach to reach; what lies beyond is
     counted with the last ones."""
     inside = np.clip(distances[np.isfinite(distances)], -reach, reach)
@@ -34,18 +32,18 @@ class Histogram(QWidget):
         self.setAccessibleName(tr("Histogram of the distances"))
         self.setMinimumHeight(110)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
-        self.counts: npt.NDArray[np.intp] = np.zeros(0, np.intp)
+        self.counts: IndexArray = np.zeros(0, np.intp)
         self._reach = self._median = 0.0
 
     @cached_property
-    def _colors(self) -> npt.NDArray[np.uint8]:
+    def _colors(self) -> ByteArray:
         """Of the map, which matplotlib is loaded for: not before there is something to show."""
         return map_table(PALETTES["diverging"][0])
 
     def sizeHint(self) -> QSize:  # noqa: N802 - Qt's name
         return QSize(220, 130)
 
-    def show_counts(self, counts: npt.NDArray[np.intp], reach: float, median: float) -> None:
+    def show_counts(self, counts: IndexArray, reach: float, median: float) -> None:
         """What `counts_of` gives; reach, median : m"""
         self.counts, self._reach, self._median = counts, reach, median
         self.update()

@@ -132,9 +132,11 @@ class OtherModelBox(QWidget):
 
     def _ask(self) -> None:
         name, _ = QFileDialog.getOpenFileName(
-            self, tr("Another model of the same rock"), start_folder(self._studio),
+            self,
+            tr("Another model of the same rock"),
+            start_folder(self._studio),
             file_filters.models(),
-        )  # fmt: skip
+        )
         if name:
             self.take(Path(name))
 
@@ -192,6 +194,10 @@ def _fetched(path: Path, cached: CachedModel) -> OtherModel:
     loaded = model_cache.open_cached(cached.folder)
     established = establish_frame(replace(loaded, path=path))
     return OtherModel(
-        path.name, path, loaded.data, established.to_world(), established.frame,
+        path.name,
+        path,
+        loaded.data,
+        established.to_world(),
+        established.frame,
         registration=established.registration,
-    )  # fmt: skip
+    )

@@ -5,18 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QPointF, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry import transform
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.first_view import first_view
 from vomstudio.studio.tools.interaction_types import Button, Pointer, PointerEvent
 from vomstudio.ui.registration.other_model import OtherModel
-
-Array = npt.NDArray[np.float64]
 
 _DOT, _RING = 4.5, 16.0
 _FOUND, _OPEN, _EXPECTED = QColor("#f0e442"), QColor("#e69f00"), QColor("#56b4e9")
@@ -34,9 +32,9 @@ class PickingView(Viewport):
         self.setMinimumSize(240, 200)
         self.setCursor(Qt.CursorShape.CrossCursor)
         self.model: OtherModel | None = None
-        self._marks: Mapping[str, Array] = {}
-        self._pending: Array | None = None
-        self._expected: Array | None = None
+        self._marks: Mapping[str, FloatArray] = {}
+        self._pending: FloatArray | None = None
+        self._expected: FloatArray | None = None
         self.pointer.connect(self._pointed)
 
     def show_model(self, model: OtherModel | None) -> None:
@@ -52,7 +50,10 @@ class PickingView(Viewport):
         self.models.add(_SHOWN, model.data, to_world, frame_camera=True)
 
     def show_marks(
-        self, marks: Mapping[str, Array], pending: Array | None, expected: Array | None
+        self,
+        marks: Mapping[str, FloatArray],
+        pending: FloatArray | None,
+        expected: FloatArray | None,
     ) -> None:
         """Points by their labels, the one whose counterpart is still to be clicked, and where the
         next one should be: (3,) each, in the model's own frame."""
@@ -79,7 +80,7 @@ class PickingView(Viewport):
                 painter.setPen(QPen(color, wide))
                 painter.drawEllipse(at, _RING, _RING)
 
-    def _paint(self, painter: QPainter, place: Array, color: QColor, label: str) -> None:
+    def _paint(self, painter: QPainter, place: FloatArray, color: QColor, label: str) -> None:
         at = self._at(place)
         if at is None:
             return
@@ -95,7 +96,7 @@ class PickingView(Viewport):
         painter.setPen(color)
         painter.drawText(beside, label)
 
-    def _at(self, place: Array) -> QPointF | None:
+    def _at(self, place: FloatArray) -> QPointF | None:
         """The pixel of a place of the model; None where it is not in sight."""
         assert self.model is not None
         world = transform.apply(transform.matrix(self.model.to_world), place[None])

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.studio.jobs.registration_tasks import HomologousPoint
 
-Array = npt.NDArray[np.float64]
 Point = tuple[float, float, float]
 
 
@@ -46,7 +45,7 @@ class PointPairs:
     def there(self) -> Point | None:
         return self._state.there
 
-    def click(self, place: Array, *, on_model: bool) -> None:
+    def click(self, place: FloatArray, *, on_model: bool) -> None:
         """A point of the model, or of the reference."""
         x, y, z = (float(v) for v in place)
         point = (x, y, z)

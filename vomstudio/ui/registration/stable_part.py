@@ -64,9 +64,11 @@ class StablePartBox(QWidget):
     def _chosen(self, row: int) -> None:
         if row == _POLYGONS:
             name, _ = QFileDialog.getOpenFileName(
-                self, tr("Polygons around what has not moved"), start_folder(self._studio),
+                self,
+                tr("Polygons around what has not moved"),
+                start_folder(self._studio),
                 tr("Polygons (*.geojson *.json *.gpkg *.shp *.kml)"),
-            )  # fmt: skip
+            )
             if name:
                 self._polygons = Path(name)
                 self.which.setItemText(row, tr("Inside {file}", file=self._polygons.name))

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QObject, Signal
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry import transform
@@ -142,7 +142,7 @@ class CameraView(QObject):
         if self._cameras is not None:
             self._cameras.choose(names)
 
-    def corners(self) -> npt.NDArray[np.float64]:
+    def corners(self) -> FloatArray:
         """(n, 3) World points around what is shown."""
         points = [np.vstack([each.tip, each.corners]) for each in self.shown()]
         return np.concatenate([np.zeros((0, 3)), *points])
@@ -158,8 +158,6 @@ class CameraView(QObject):
             self.chosen.emit(name)
 
 
-def _read(
-    path: Path, middle: npt.NDArray[np.float64]
-) -> tuple[list[Frustum], tuple[int, int, int]]:
+def _read(path: Path, middle: FloatArray) -> tuple[list[Frustum], tuple[int, int, int]]:
     cameras: Cameras = read_cameras(path)
     return frusta(cameras.views, middle - cameras.origin), cameras.origin

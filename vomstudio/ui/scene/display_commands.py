@@ -58,44 +58,110 @@ def commands(studio: Studio, view: OutcropView, cameras: CameraView, docks: Dock
         return lambda: shown.point_size == value
 
     table = [
-        Command(name, tr(display.MODES[value]), mode(value), None, (), "", cannot(value),
-                checked=is_mode(value))
+        Command(
+            name,
+            tr(display.MODES[value]),
+            mode(value),
+            None,
+            (),
+            "",
+            cannot(value),
+            checked=is_mode(value),
+        )
         for name, value in MODE_NAMES.items()
-    ]  # fmt: skip
+    ]
     table += [
-        Command("display_field", tr("Scalar field"), lambda: choose_field(studio, docks), None, (),
-                tr("Colour the model by intensity, classification, elevation or another value, "
-                   "with a colour bar."),
-                view.why_not, checked=lambda: shown.mode == "field"),
-        Command("display_lit", tr("&Lighting"), light, None, (),
-                tr("A light at the viewer shades the surface; without it colours are true."),
-                lambda: display.why_not_lit(models()), checked=lambda: shown.lit[now()]),
-        Command("display_eye_dome", tr("&Eye-dome lighting"),
-                lambda: shown.set_eye_dome(not shown.eye_dome), None, (),
-                tr("Shades a point cloud by its depth while the view is at rest."),
-                lambda: display.why_not_eye_dome(models()), checked=lambda: shown.eye_dome),
-        Command("display_cameras", tr("&Cameras"), lambda: shown.set_cameras(not shown.cameras),
-                "camera-outline", (),
-                tr("Show where the photos of the model were taken."),
-                cameras.why_not, checked=lambda: shown.cameras),
-        Command("display_size_auto", tr("Automatic (fill gaps)"), size(None), None, (), "",
-                view.why_not, checked=is_size(None)),
-        Command("clipping_box", tr("&Clipping box"), lambda: toggle_clip(studio, view, docks),
-                "cube-scan", (),
-                tr("Show and pick only what is inside a box. Drag its faces or enter their "
-                   "coordinates."),
-                view.why_not, checked=lambda: shown.clipping),
-        Command("clipping_reset", tr("Fit clipping box to models"),
-                lambda: fit_clip(studio, view), None, (), "",
-                lambda: None if shown.clipping else Finding("action.no-clipping-box")),
+        Command(
+            "display_field",
+            tr("Scalar field"),
+            lambda: choose_field(studio, docks),
+            None,
+            (),
+            tr(
+                "Colour the model by intensity, classification, elevation or another value, "
+                "with a colour bar."
+            ),
+            view.why_not,
+            checked=lambda: shown.mode == "field",
+        ),
+        Command(
+            "display_lit",
+            tr("&Lighting"),
+            light,
+            None,
+            (),
+            tr("A light at the viewer shades the surface; without it colours are true."),
+            lambda: display.why_not_lit(models()),
+            checked=lambda: shown.lit[now()],
+        ),
+        Command(
+            "display_eye_dome",
+            tr("&Eye-dome lighting"),
+            lambda: shown.set_eye_dome(not shown.eye_dome),
+            None,
+            (),
+            tr("Shades a point cloud by its depth while the view is at rest."),
+            lambda: display.why_not_eye_dome(models()),
+            checked=lambda: shown.eye_dome,
+        ),
+        Command(
+            "display_cameras",
+            tr("&Cameras"),
+            lambda: shown.set_cameras(not shown.cameras),
+            "camera-outline",
+            (),
+            tr("Show where the photos of the model were taken."),
+            cameras.why_not,
+            checked=lambda: shown.cameras,
+        ),
+        Command(
+            "display_size_auto",
+            tr("Automatic (fill gaps)"),
+            size(None),
+            None,
+            (),
+            "",
+            view.why_not,
+            checked=is_size(None),
+        ),
+        Command(
+            "clipping_box",
+            tr("&Clipping box"),
+            lambda: toggle_clip(studio, view, docks),
+            "cube-scan",
+            (),
+            tr(
+                "Show and pick only what is inside a box. Drag its faces or enter their "
+                "coordinates."
+            ),
+            view.why_not,
+            checked=lambda: shown.clipping,
+        ),
+        Command(
+            "clipping_reset",
+            tr("Fit clipping box to models"),
+            lambda: fit_clip(studio, view),
+            None,
+            (),
+            "",
+            lambda: None if shown.clipping else Finding("action.no-clipping-box"),
+        ),
         Command("display_settings", tr("Display settings"), lambda: docks.bring_forward(_DOCK)),
-    ]  # fmt: skip
+    ]
     for pixels in display.POINT_SIZES:
         text = tr_n("{count} pixel", "{count} pixels", round(pixels))
         table.append(
-            Command(f"display_size_{pixels:g}", text, size(pixels), None, (), "", view.why_not,
-                    checked=is_size(pixels))
-        )  # fmt: skip
+            Command(
+                f"display_size_{pixels:g}",
+                text,
+                size(pixels),
+                None,
+                (),
+                "",
+                view.why_not,
+                checked=is_size(pixels),
+            )
+        )
     return table
 
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.project.records import Model
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.drawing import FeatureDrawing
@@ -26,8 +26,8 @@ class ExtendedLines:
     bands"""
 
     model_id: str
-    traces: Sequence[npt.NDArray[np.float64]]
-    edges: npt.NDArray[np.float64]
+    traces: Sequence[FloatArray]
+    edges: FloatArray
 
 
 class ExtendedPlaneDrawings:
@@ -67,8 +67,14 @@ class ExtendedPlaneDrawings:
             if area is not None:
                 made.append(
                     FeatureDrawing(
-                        f"extended plane:{key}", np.zeros((0, 3)), None, rgb(_COLORS[key]), "",
-                        area.origin, visible, area,
+                        f"extended plane:{key}",
+                        np.zeros((0, 3)),
+                        None,
+                        rgb(_COLORS[key]),
+                        "",
+                        area.origin,
+                        visible,
+                        area,
                     )
-                )  # fmt: skip
+                )
         return made

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geology.coverage.cells import Exposed
 from vomstudio.geology.coverage.face_coverage import DONE, EMPTY, UNMEASURABLE
 from vomstudio.project.edit import Edit
@@ -102,7 +102,7 @@ class FaceGridDrawings:
         return found
 
 
-def _some(pieces: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _some(pieces: FloatArray) -> FloatArray:
     """Of very many there are dots."""
     if len(pieces) <= _MOST_FILLED:
         return pieces

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.project.records import Model
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.drawing import FeatureDrawing
@@ -53,20 +53,26 @@ class ProposedTraceDrawings:
             if area is not None:
                 made.append(
                     FeatureDrawing(
-                        f"proposed traces:{key}", np.zeros((0, 3)), None, rgb(color), "",
-                        area.origin, studio.visible(proposals.model_id), area,
+                        f"proposed traces:{key}",
+                        np.zeros((0, 3)),
+                        None,
+                        rgb(color),
+                        "",
+                        area.origin,
+                        studio.visible(proposals.model_id),
+                        area,
                     )
-                )  # fmt: skip
+                )
         return made
 
 
-def line_area(lines: Sequence[npt.NDArray[np.float64]]) -> Area | None:
+def line_area(lines: Sequence[FloatArray]) -> Area | None:
     """Lines (n, 3), World, as they are drawn on the outcrop; None where there are none."""
     pieces = [np.stack([line[:-1], line[1:]], axis=1) for line in lines if len(line) > 1]
     return piece_area(np.concatenate(pieces)) if pieces else None
 
 
-def piece_area(pieces: npt.NDArray[np.float64]) -> Area | None:
+def piece_area(pieces: FloatArray) -> Area | None:
     """The same of pieces of lines (k, 2, 3)."""
     if not len(pieces):
         return None

@@ -7,8 +7,8 @@ from dataclasses import replace
 from itertools import product
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry import transform
@@ -200,7 +200,7 @@ class ScenePresenter:
             self._models.remove(PREVIEW + key)
         self._spent_previews.clear()
 
-    def see_all(self, besides: npt.NDArray[np.float64] | None = None) -> None:
+    def see_all(self, besides: FloatArray | None = None) -> None:
         """All visible models, from the exposed side of the first, and the World points `besides`
         (n, 3)."""
         ids = [m.id for m in self._studio.session.of(Model) if self._model_visible(m.id)]
@@ -219,7 +219,7 @@ class ScenePresenter:
             *first_view(self._studio.models[model_id].data, transform.matrix(model.to_world))
         )
 
-    def _corners(self, model_id: str) -> npt.NDArray[np.float64]:
+    def _corners(self, model_id: str) -> FloatArray:
         """(8, 3) corners of a model's box, in World."""
         model = self._studio.records[model_id]
         assert isinstance(model, Model)
@@ -447,7 +447,7 @@ class ScenePresenter:
                     self._studio.surface_clicked.emit(hit)
 
 
-def _middle(area: Area) -> npt.NDArray[np.float64]:
+def _middle(area: Area) -> FloatArray:
     """A point of the surface in the middle of an area."""
     points = area.corners.reshape(-1, 3)
     off = ((points - points.mean(axis=0)) ** 2).sum(axis=1)
@@ -468,7 +468,7 @@ def extent_of(measured: Measurement) -> float:
     return float(np.linalg.norm(np.ptp(measured.points, axis=0)))
 
 
-def disc_of(measured: Measurement) -> tuple[npt.NDArray[np.float64] | None, Symbol | None]:
+def disc_of(measured: Measurement) -> tuple[FloatArray | None, Symbol | None]:
     """(c, 3) the ring of a disc as wide as the feature, and what stands for it where it is small;
     none for a plane of no extent, or one that may as well stand across."""
     fit, ring = measured.fit, disc_of_fit(measured.fit)
@@ -480,7 +480,7 @@ def disc_of(measured: Measurement) -> tuple[npt.NDArray[np.float64] | None, Symb
 def symbol_of(
     feature: Feature,
     measured: Measurement,
-    place: npt.NDArray[np.float64] | None,
+    place: FloatArray | None,
     extent: float,
 ) -> Symbol | None:
     """Strike and dip, or trend and plunge, of a feature that has a place for it."""

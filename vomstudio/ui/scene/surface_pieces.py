@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QObject
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.project.records import Model, Painted, Picked
 from vomstudio.studio.tools.interaction_types import Area
@@ -72,7 +72,7 @@ class SurfacePieces:
             )
         return kept.area
 
-    def enclosing(self, point: npt.NDArray[np.float64]) -> list[str]:
+    def enclosing(self, point: FloatArray) -> list[str]:
         """Ids of the features whose outline encloses a point of World on the surface, as far as
         they are known."""
         return [
@@ -98,7 +98,7 @@ class SurfacePieces:
         self._redraw(id_)
 
 
-def _holds(area: Area, point: npt.NDArray[np.float64]) -> bool:
+def _holds(area: Area, point: FloatArray) -> bool:
     """Whether a point of World lies on one of the triangles, to a thousandth of their extent."""
     corners = area.corners.astype(np.float64)
     a, b, c = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]

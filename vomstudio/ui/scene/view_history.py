@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from vomstudio.core.arrays import BoolArray
 from vomstudio.core.findings import Finding
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.clipping import ClipBox
@@ -23,7 +23,7 @@ _LONGEST = 100
 class _Hidden:
     """masks : which faces or points of each model are hidden"""
 
-    def __init__(self, masks: Mapping[str, npt.NDArray[np.bool_]]) -> None:
+    def __init__(self, masks: Mapping[str, BoolArray]) -> None:
         self.masks = dict(masks)
 
     def __eq__(self, other: object) -> bool:

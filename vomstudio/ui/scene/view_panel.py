@@ -8,8 +8,6 @@ from html import escape
 from itertools import islice
 from typing import TYPE_CHECKING
 
-import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QSignalBlocker, Qt, QTimer
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
@@ -23,6 +21,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding, finding_of
 from vomstudio.core.signals import once_told
@@ -78,7 +77,7 @@ class ViewPanel(QWidget):
             self, self._store_axis, lambda error: self._store_axis(finding_of(error)), lambda: None
         )
         self._bedding = BeddingAxis(studio)
-        self._faced: tuple[str, Matrix, npt.NDArray[np.float64]] | None = None
+        self._faced: tuple[str, Matrix, FloatArray] | None = None
         self.now = Label("–")
         font = self.now.font()
         font.setPointSizeF(font.pointSizeF() * 1.2)
@@ -227,7 +226,7 @@ class ViewPanel(QWidget):
             axis = Line.from_vector(-axis.vector(), directed=True)
         self._turn(axis)
 
-    def _exposed_view(self) -> npt.NDArray[np.float64] | None:
+    def _exposed_view(self) -> FloatArray | None:
         """Direction of a view onto the first mesh that is open."""
         for model_id, opened in self._studio.models.items():
             model = self._studio.records.get(model_id)

@@ -71,6 +71,10 @@ def words_of(result: LogAnswer, table: Path) -> Words:
     )
     beside = table.with_name(f"{table.stem}_result")
     return [
-        "log", table, ("--bed", exact_plane(result.bed)), *option_words(options),
-        ("-o", beside.with_suffix(".csv")), ("--plot", beside.with_suffix(".svg")),
-    ]  # fmt: skip
+        "log",
+        table,
+        ("--bed", exact_plane(result.bed)),
+        *option_words(options),
+        ("-o", beside.with_suffix(".csv")),
+        ("--plot", beside.with_suffix(".svg")),
+    ]

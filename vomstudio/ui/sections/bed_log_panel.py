@@ -86,19 +86,20 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         self.of = ComboBox()
         self.of.setObjectName("log_of")
         for name, title in (
-            (TRACES, tr("traces across the line")), (POINTS, tr("the points of the line")),
+            (TRACES, tr("traces across the line")),
+            (POINTS, tr("the points of the line")),
             (BOTH, tr("traces and points")),
-        ):  # fmt: skip
+        ):
             self.of.addItem(title, name)
         self.of.keep_narrow()
         self.group = GroupBox(studio)
         self.group.setAccessibleName(tr("Traces"))
         self.group.setToolTip(tr("Which traces are boundaries, and which tell the bedding."))
         self.reach = error_field(
-            "log_reach", tr("automatic"),
-            tr("How near to the line a trace has to come; by itself a twentieth of the "
-               "line."),
-        )  # fmt: skip
+            "log_reach",
+            tr("automatic"),
+            tr("How near to the line a trace has to come; by itself a twentieth of the line."),
+        )
         self.bed = TakenPlane(studio, "log_bed", tr("fitted to the traces"))
         self.options = OptionFields(LogOptions, "log")
         self.write = QPushButton(theme.icon("export"), tr("Write…"))
@@ -219,13 +220,18 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         options = self.options.options(bed_error_deg=None if bed is None else bed.total95_deg)
         model = model_of(studio.records, line)
         return LogQuestion(
-            line.id, measured[line.id], str(self.of.currentData()),
-            {f.id: measured[f.id] for f in traces}, {f.id: f.name or f.id for f in traces},
+            line.id,
+            measured[line.id],
+            str(self.of.currentData()),
+            {f.id: measured[f.id] for f in traces},
+            {f.id: f.name or f.id for f in traces},
             None if bed is None else bed.plane,
-            options, reach, words_along(line),
+            options,
+            reach,
+            words_along(line),
             model is None or model.frame.has_metres,
             frozenset(f.id for f in traces if f.overturned),
-        )  # fmt: skip
+        )
 
     # --- the answer --------------------------------------------------------------------------
     def _result_text(self, result: LogAnswer) -> str:
@@ -293,6 +299,9 @@ class BedLogPanel(AnalysisPanel[LogQuestion, LogAnswer]):
         result = self.result
         if result is not None:
             copy_with_file(
-                self, self._studio, "boundaries.csv", partial(write_boundaries, result),
+                self,
+                self._studio,
+                "boundaries.csv",
+                partial(write_boundaries, result),
                 partial(words_of, result),
-            )  # fmt: skip
+            )

@@ -98,9 +98,13 @@ class BedLogTable(QTableWidget):
         for row, each in enumerate(reversed(beds)):
             thick = each.thickness_m
             texts = (
-                str(each.number), each.base, each.top, with_error(thick.value, thick.error95),
-                each.lithology, each.notes,
-            )  # fmt: skip
+                str(each.number),
+                each.base,
+                each.top,
+                with_error(thick.value, thick.error95),
+                each.lithology,
+                each.notes,
+            )
             for column, text in enumerate(texts):
                 self._put(row, column, text)
         self.blockSignals(blocked)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
 from vomstudio.geology.coverage.face_coverage import DONE, EMPTY
 from vomstudio.project.records import FaceGrid, get
-from vomstudio.project.tables.grid_layer import Array, cells_in_world
+from vomstudio.project.tables.grid_layer import cells_in_world
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox
 from vomstudio.ui.sections.fracture_answer import (
@@ -26,9 +27,11 @@ class CountedInBox(ComboBox):
         self._studio = studio
         self.setObjectName("fracture_counted_in")
         for name, title in (
-            (EVERYTHING, tr("No window")), (WINDOW, tr("Window")), (CIRCLE, tr("Circle")),
+            (EVERYTHING, tr("No window")),
+            (WINDOW, tr("Window")),
+            (CIRCLE, tr("Circle")),
             (SCANLINE, tr("Scanline")),
-        ):  # fmt: skip
+        ):
             self.addItem(title, name)
         self._fixed = self.count()
         self.setCurrentIndex(1)
@@ -63,7 +66,7 @@ class CountedInBox(ComboBox):
         grid = get(self._studio.records, chosen.removeprefix(_GRID_IS), FaceGrid)
         if self.kind() != GRID or grid is None:
             return None
-        corners: Array
+        corners: FloatArray
         _, corners = cells_in_world(grid, self._studio.records, DONE + EMPTY)
         _, whole = cells_in_world(grid, self._studio.records)
         return GridCells(grid.name, corners, whole[0])

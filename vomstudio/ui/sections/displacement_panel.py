@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -19,6 +18,7 @@ from PySide6.QtWidgets import (
     QTableWidgetItem,
 )
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError, InputError, VomError
 from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.files.spreadsheet_cells import guarded
@@ -58,7 +58,6 @@ if TYPE_CHECKING:
     from vomstudio.geology.faults.displacement_pairs import Displacements, Pair
     from vomstudio.geology.measured import Measured
 
-Array = npt.NDArray[np.float64]
 _COLUMNS = ("net_m", "throw_m", "heave_m", "strike_slip_m")
 _LEAST_HEIGHT = 96
 
@@ -326,9 +325,12 @@ class DisplacementPanel(LazyPanel):
             lines.append(
                 tr(
                     "Mean of {n} pairs: net {net:.3f} ± {std:.3f} {unit} (standard deviation).",
-                    n=found.n, net=found.mean_net_m, std=found.std_net_m or 0.0, unit=unit,
+                    n=found.n,
+                    net=found.mean_net_m,
+                    std=found.std_net_m or 0.0,
+                    unit=unit,
                 )
-            )  # fmt: skip
+            )
         lines += map(str, found.warnings)
         lines += [f"{each['id']}: {each['reason']}" for each in found.skipped]
         return "\n".join(lines)
@@ -347,9 +349,12 @@ class DisplacementPanel(LazyPanel):
         result = self.result
         if result is not None:
             copy_with_file(
-                self, self._studio, "cutoffs.csv", partial(_write_points, result),
+                self,
+                self._studio,
+                "cutoffs.csv",
+                partial(_write_points, result),
                 partial(words_of, result),
-            )  # fmt: skip
+            )
 
 
 def words_of(result: Answered, points: Path) -> Words:
@@ -372,7 +377,9 @@ def _write_points(result: Answered, path: Path) -> None:
     write_bytes(path, file.getvalue().encode(), force=True)
 
 
-def _cut(name: str, one: Array, other: Array, fault: Plane, through: Array) -> CutOffs:
+def _cut(
+    name: str, one: FloatArray, other: FloatArray, fault: Plane, through: FloatArray
+) -> CutOffs:
     """Raises InputError that names the pair."""
     from vomstudio.geology.faults.cutoffs import cut_offs
 

@@ -7,17 +7,15 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPalette, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr
 from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.products.ortho.vector_drawing import Drawing, ticks_over
 from vomstudio.studio.tools.interaction_types import is_click
-
-Array = npt.NDArray[np.float64]
 
 _TICK = 5.0
 _DIP_TICK = 14.0
@@ -33,7 +31,7 @@ class Mark:
     """What is marked on a drawing: a line or ring through `points` (n, 2), or a circle about the
     first of them through the second."""
 
-    points: Array
+    points: FloatArray
     closed: bool = False
     circle: bool = False
 
@@ -77,10 +75,14 @@ class DrawingView(QWidget):
         """Of the frame on the widget."""
         high = self.fontMetrics().height()
         left = self.fontMetrics().horizontalAdvance("-00000.0") + high + 12
-        return QRectF(left, high + 8, max(self.width() - left - 14, 20.0),
-                      max(self.height() - 3 * high - 20, 20.0))  # fmt: skip
+        return QRectF(
+            left,
+            high + 8,
+            max(self.width() - left - 14, 20.0),
+            max(self.height() - 3 * high - 20, 20.0),
+        )
 
-    def _seen(self) -> tuple[Array, Array, float]:
+    def _seen(self) -> tuple[FloatArray, FloatArray, float]:
         """Lowest and highest corner of what the frame holds, with the drawing to scale in its
         middle, and pixels for a metre."""
         assert self.shown is not None
@@ -93,7 +95,7 @@ class DrawingView(QWidget):
         middle = 0.5 * (low + high)
         return middle - half, middle + half, scale
 
-    def place_of(self, points: Array) -> Array:
+    def place_of(self, points: FloatArray) -> FloatArray:
         """(n, 2) pixels of the widget of points (n, 2) of the drawing."""
         room = self._room()
         low, _, scale = self._seen()
@@ -105,7 +107,7 @@ class DrawingView(QWidget):
             axis=1,
         )
 
-    def _to_plane(self, at: QPointF) -> Array:
+    def _to_plane(self, at: QPointF) -> FloatArray:
         room = self._room()
         low, _, scale = self._seen()
         return low + np.array([at.x() - room.left(), room.bottom() - at.y()]) / scale
@@ -117,8 +119,9 @@ class DrawingView(QWidget):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         if self._from is not None and self.shown is not None:
-            self.dragging.emit(np.stack([self._to_plane(self._from),
-                                         self._to_plane(event.position())]))  # fmt: skip
+            self.dragging.emit(
+                np.stack([self._to_plane(self._from), self._to_plane(event.position())])
+            )
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:  # noqa: N802
         begun, self._from = self._from, None
@@ -177,8 +180,12 @@ class DrawingView(QWidget):
         metrics = painter.fontMetrics()
         for at, text, color in labels[:_MOST_LABELS]:
             size = QSize(metrics.horizontalAdvance(text) + 4, metrics.height())
-            for dx, dy in ((5, -size.height() - 2), (5, 3), (-size.width() - 5, -size.height() - 2),
-                           (-size.width() - 5, 3)):  # fmt: skip
+            for dx, dy in (
+                (5, -size.height() - 2),
+                (5, 3),
+                (-size.width() - 5, -size.height() - 2),
+                (-size.width() - 5, 3),
+            ):
                 box = QRectF(at.x() + dx, at.y() + dy, size.width(), size.height())
                 if not any(box.intersects(other) for other in taken):
                     taken.append(box)
@@ -250,11 +257,14 @@ class DrawingView(QWidget):
             return
         said = full if metrics.horizontalAdvance(full) <= free else said
         painter.fillRect(bar, _INK)
-        painter.drawText(QRectF(bar.right() + 6, bar.center().y() - high / 2, free, high),
-                         int(Qt.AlignmentFlag.AlignVCenter), said)  # fmt: skip
+        painter.drawText(
+            QRectF(bar.right() + 6, bar.center().y() - high / 2, free, high),
+            int(Qt.AlignmentFlag.AlignVCenter),
+            said,
+        )
 
 
-def spaced(ticks: Array, least: float) -> list[float]:
+def spaced(ticks: FloatArray, least: float) -> list[float]:
     """Of equally spaced ticks as many as stand at least so far apart: every second, every third
     and so on, counted from zero."""
     if len(ticks) < 2:

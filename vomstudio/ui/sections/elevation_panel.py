@@ -273,13 +273,20 @@ def result_text(elevation: WrittenElevation, notation: str, unit: str) -> str:
     lines = [
         tr(
             "{width:,} × {height:,} cells of {gsd:g} {unit} over {plane}",
-            width=f.width, height=f.height, gsd=f.gsd_m, unit=unit, plane=over,
+            width=f.width,
+            height=f.height,
+            gsd=f.gsd_m,
+            unit=unit,
+            plane=over,
         ),
         tr(
             "{coverage:.0f} % have a height, {low:.3f} to {high:.3f} {unit}",
-            coverage=100 * f.coverage, low=f.lowest_m, high=f.highest_m, unit=unit,
+            coverage=100 * f.coverage,
+            low=f.lowest_m,
+            high=f.highest_m,
+            unit=unit,
         ),
-    ]  # fmt: skip
+    ]
     if f.interpolation_limit_m is not None:
         lines.append(
             tr(

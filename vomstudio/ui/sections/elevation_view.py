@@ -84,8 +84,9 @@ class ElevationView(QWidget):
         painter.fillRect(box, _HALO)
         painter.setPen(QPen(QColor("#141414"), 2.0))
         y = box.bottom() - 4
-        painter.drawLine(QPoint(round(box.left() + 5), round(y)),
-                         QPoint(round(box.left() + 5 + wide), round(y)))  # fmt: skip
+        painter.drawLine(
+            QPoint(round(box.left() + 5), round(y)), QPoint(round(box.left() + 5 + wide), round(y))
+        )
         painter.drawText(box.adjusted(5, 0, 0, 0), int(Qt.AlignmentFlag.AlignTop), words)
 
     def _draw_colors(self, painter: QPainter, place: QRectF) -> None:
@@ -121,5 +122,6 @@ class ElevationView(QWidget):
         value = float(self.shown.heights[row, column])
         if value != value:
             return tr("no height here")
-        return tr("height {value:.3f} {unit}", value=value,
-                  unit="m" if self._metric else tr("units"))  # fmt: skip
+        return tr(
+            "height {value:.3f} {unit}", value=value, unit="m" if self._metric else tr("units")
+        )

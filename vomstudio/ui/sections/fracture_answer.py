@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, ObjectArray
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.words import tr
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from vomstudio.products.ortho.vector_drawing import Drawing
     from vomstudio.products.section.section_lines import Curtain
 
-Array = npt.NDArray[np.float64]
 
 _MARGIN = 0.01
 """Of the longer side of the traces, around them."""
@@ -43,7 +42,7 @@ class MappedTrace:
     name: str
     set: str
     color: str
-    points: Array
+    points: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,8 +51,8 @@ class GridCells:
     any : (4, 3) of one of its cells, by which its plane is known"""
 
     name: str
-    corners: Array
-    any: Array
+    corners: FloatArray
+    any: FloatArray
 
     @property
     def plane(self) -> Plane:
@@ -87,7 +86,7 @@ class FractureAnswer:
     question: FractureQuestion
     face: Curtain
     plane: TracePlane
-    lines: list[Array]
+    lines: list[FloatArray]
     counted: Counted
     drawing: Drawing
     mark: Mark | None
@@ -175,7 +174,7 @@ def answer(question: FractureQuestion) -> FractureAnswer:
     return FractureAnswer(q, face, placed, lines, counted, drawing, mark, None, why)
 
 
-def _place_around(points: Array, snap_m: float) -> tuple[float, ...]:
+def _place_around(points: FloatArray, snap_m: float) -> tuple[float, ...]:
     """Return the corners of a window around points (n, 2) on the face.
 
     It is larger than they are, so that no trace ends on its edge, where ends count as cut off.
@@ -185,7 +184,7 @@ def _place_around(points: Array, snap_m: float) -> tuple[float, ...]:
     return (*(low - margin).tolist(), *(high + margin).tolist())
 
 
-def _on_face(cells: GridCells | None, face: Curtain) -> Array:
+def _on_face(cells: GridCells | None, face: Curtain) -> FloatArray:
     """(n, 4, 2) corners as they lie on the face."""
     from vomstudio.products.section.trace_map import on_face
 
@@ -195,7 +194,7 @@ def _on_face(cells: GridCells | None, face: Curtain) -> Array:
     return flat.reshape(-1, 4, 2)
 
 
-def _of_cells(cells: Array) -> Counted:
+def _of_cells(cells: FloatArray) -> Counted:
     """Cells side by side are one area."""
     import shapely
 
@@ -224,7 +223,7 @@ def _counted(counted_in: str, place: tuple[float, ...], mark: Mark | None) -> Co
     return Counted(scanlines=_shapes([mark.points]))
 
 
-def _shapes(lines: Sequence[Array]) -> npt.NDArray[np.object_]:
+def _shapes(lines: Sequence[FloatArray]) -> ObjectArray:
     import shapely
 
     made = np.empty(len(lines), object)
@@ -232,7 +231,9 @@ def _shapes(lines: Sequence[Array]) -> npt.NDArray[np.object_]:
     return made
 
 
-def _drawing(q: FractureQuestion, face: Curtain, lines: Sequence[Array], cells: Array) -> Drawing:
+def _drawing(
+    q: FractureQuestion, face: Curtain, lines: Sequence[FloatArray], cells: FloatArray
+) -> Drawing:
     from vomstudio.products.ortho.vector_drawing import Drawing, Shape
     from vomstudio.products.section.writing import end_names
 

@@ -10,7 +10,6 @@ from html import escape
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import (
     QHBoxLayout,
@@ -21,6 +20,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import option_words
@@ -77,8 +77,6 @@ from vomstudio.ui.sections.fracture_answer import (
     wanted_of,
     write_figure,
 )
-
-Array = npt.NDArray[np.float64]
 
 _NO_COLOR = "#404040"
 
@@ -181,17 +179,20 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         allow(self.place, why)
         self.place.setPlaceholderText(
             {
-                EVERYTHING: "", WINDOW: tr("around all"), CIRCLE: tr("x, y, radius"),
-                SCANLINE: tr("x, y, x, y"), GRID: tr("cells done or empty"),
+                EVERYTHING: "",
+                WINDOW: tr("around all"),
+                CIRCLE: tr("x, y, radius"),
+                SCANLINE: tr("x, y, x, y"),
+                GRID: tr("cells done or empty"),
             }[kind]
-        )  # fmt: skip
+        )
         free = kind not in (EVERYTHING, GRID)
         self.map.let_mark(free)
         self.map.setToolTip("" if not free else tr("Drag to mark where the traces are counted."))
         self._refresh_take()
         self._soon()
 
-    def _place_of(self, ends: Array) -> tuple[float, ...]:
+    def _place_of(self, ends: FloatArray) -> tuple[float, ...]:
         (x0, y0), (x1, y1) = np.round(ends, 3).tolist()
         kind = self._counted()
         if kind == CIRCLE:
@@ -200,10 +201,10 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
             return min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)
         return x0, y0, x1, y1
 
-    def _dragged(self, ends: Array) -> None:
+    def _dragged(self, ends: FloatArray) -> None:
         self.place.setText(", ".join(f"{v:g}" for v in self._place_of(ends)))
 
-    def _selected_line(self) -> Array | None:
+    def _selected_line(self) -> FloatArray | None:
         """(n, 3) World."""
         line = current_line(self._studio, Picked)
         return None if line is None else self._studio.measured([line.id])[line.id].points
@@ -276,12 +277,16 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
             model_of(self._studio.records, get_feature(self._studio.records, t.id)) for t in traces
         ]
         return FractureQuestion(
-            traces, plane, self._counted(), place, self.options.options(),
+            traces,
+            plane,
+            self._counted(),
+            place,
+            self.options.options(),
             all(m is None or m.frame.has_metres for m in models),
             all(m is None or m.frame.has_north for m in models),
             self.counted_in.cells(),
             _crs_of(models),
-        )  # fmt: skip
+        )
 
     # --- the answer --------------------------------------------------------------------------
     def _result_text(self, result: FractureAnswer) -> str:
@@ -296,12 +301,19 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
                 text = tr("{count} traces, seen from above.", count=len(result.lines))
             else:
                 text = (
-                    tr("{count} traces on the face {plane}; azimuths are their strikes.",
-                       count=len(result.lines), plane=shown)
+                    tr(
+                        "{count} traces on the face {plane}; azimuths are their strikes.",
+                        count=len(result.lines),
+                        plane=shown,
+                    )
                     if result.plane.azimuths_from == "north"
-                    else tr("{count} traces on the face {plane}; azimuths are angles on it, "
-                            "clockwise from up.", count=len(result.lines), plane=shown)
-                )  # fmt: skip
+                    else tr(
+                        "{count} traces on the face {plane}; azimuths are angles on it, "
+                        "clockwise from up.",
+                        count=len(result.lines),
+                        plane=shown,
+                    )
+                )
             notes = [
                 text,
                 *(
@@ -373,10 +385,15 @@ class FracturesPanel(AnalysisPanel[FractureQuestion, FractureAnswer]):
         def write(path: Path) -> None:
             q = result.question
             write_map(
-                path, [t.points for t in traces], [t.name for t in traces],
-                [t.set for t in traces], result.counted, result.face,
-                crs=q.crs or Axes(q.metric, q.north_known).wkt, force=True,
-            )  # fmt: skip
+                path,
+                [t.points for t in traces],
+                [t.name for t in traces],
+                [t.set for t in traces],
+                result.counted,
+                result.face,
+                crs=q.crs or Axes(q.metric, q.north_known).wkt,
+                force=True,
+            )
 
         copy_with_file(self, self._studio, "traces.gpkg", write, partial(words_of, result))
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from html import escape
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.words import tr, tr_n
 from vomstudio.geology.coverage.cells import Exposed, grid_around
@@ -18,8 +18,6 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.project.records import FaceGrid, Model
 from vomstudio.studio.surfaces.face_grids import share_of
-
-Array = npt.NDArray[np.float64]
 
 _PROPOSED = 8.0
 """Cells along the longer side of a face, of the side that is proposed."""
@@ -31,7 +29,7 @@ class NewGrid:
     face, None for the one that faces the view, trend and plunge; cell_m : None for the proposed"""
 
     model: Model
-    points: Array
+    points: FloatArray
     world: bool
     plane: Plane | None
     view: tuple[float, float]
@@ -54,13 +52,20 @@ def lay(asked: NewGrid) -> FaceGrid:
     turn = rows[:3, :3].T / scale
     model = asked.model
     return FaceGrid(
-        new_id("grid"), "", model.id, model.content_hash, _tuple(origin),
-        _tuple(turn @ grid.right), _tuple(turn @ grid.up), grid.cell / scale, grid.columns,
+        new_id("grid"),
+        "",
+        model.id,
+        model.content_hash,
+        _tuple(origin),
+        _tuple(turn @ grid.right),
+        _tuple(turn @ grid.up),
+        grid.cell / scale,
+        grid.columns,
         grid.rows,
-    )  # fmt: skip
+    )
 
 
-def proposed_cell(points: Array, frame: ViewFrame) -> float:
+def proposed_cell(points: FloatArray, frame: ViewFrame) -> float:
     """A round number of metres: 1, 2 or 5 times a power of ten."""
     if not len(points):
         return 1.0
@@ -74,7 +79,7 @@ def proposed_cell(points: Array, frame: ViewFrame) -> float:
     )
 
 
-def _tuple(vector: Array) -> tuple[float, float, float]:
+def _tuple(vector: FloatArray) -> tuple[float, float, float]:
     x, y, z = vector.tolist()
     return x, y, z
 
@@ -84,7 +89,7 @@ class ShareQuestion:
     grid: FaceGrid
     model: Model | None
     exposed: Exposed
-    lines: list[Array]
+    lines: list[FloatArray]
 
 
 def answer(question: ShareQuestion) -> LookedAt:
@@ -97,21 +102,32 @@ def figures_html(found: LookedAt, unit: str) -> str:
     rows = [
         (tr("Looked at"), _percent(found.looked_at_share)),
         *(
-            (name, tr_n("{count} cell, {area} {unit}², {share}",
-                        "{count} cells, {area} {unit}², {share}", part.cells,
-                      area=f"{part.covered_m2:.4g}", unit=unit, share=_percent(part.share)))
+            (
+                name,
+                tr_n(
+                    "{count} cell, {area} {unit}², {share}",
+                    "{count} cells, {area} {unit}², {share}",
+                    part.cells,
+                    area=f"{part.covered_m2:.4g}",
+                    unit=unit,
+                    share=_percent(part.share),
+                ),
+            )
             for name, part in (
-                (tr("Done"), found.done), (tr("Empty"), found.empty),
+                (tr("Done"), found.done),
+                (tr("Empty"), found.empty),
                 (tr("Unmeasurable"), found.unmeasurable),
                 (tr("Not looked at"), found.not_looked_at),
             )
         ),
-        (tr("Counted over"), tr("{area} {unit}² (done and empty)", area=f"{found.counted_m2:.4g}",
-                                unit=unit)),
+        (
+            tr("Counted over"),
+            tr("{area} {unit}² (done and empty)", area=f"{found.counted_m2:.4g}", unit=unit),
+        ),
         (tr("Features there"), str(found.features)),
         (tr("Density"), _per(found.density_1_per_m2, f"1/{unit}²")),
         (tr("P21"), _per(found.P21_1_per_m, f"1/{unit}")),
-    ]  # fmt: skip
+    ]
     cells = "".join(
         f"<tr><td style='padding:1px 8px 1px 4px'>{escape(name)}</td>"
         f"<td style='padding:1px 2px'>{escape(said)}</td></tr>"

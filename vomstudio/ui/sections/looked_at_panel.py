@@ -140,8 +140,11 @@ class LookedAtPanel(AnalysisPanel[ShareQuestion, LookedAt]):
         if exposed is None:
             is_open = grid.model_id in studio.models
             raise InputError(Finding("action.busy" if is_open else "model.not-open"))
-        own = [f.id for f in studio.session.features() if getattr(f, "model_id", "") == model.id] \
-            if model is not None else []  # fmt: skip
+        own = (
+            [f.id for f in studio.session.features() if getattr(f, "model_id", "") == model.id]
+            if model is not None
+            else []
+        )
         lines = lines_on(studio.records, studio.measured(own), grid.model_id)
         return ShareQuestion(grid, model, exposed, lines)
 
@@ -206,9 +209,13 @@ class LookedAtPanel(AnalysisPanel[ShareQuestion, LookedAt]):
             drawn = [drawn_points(one) for one in measured]
             points = np.concatenate([np.zeros((0, 3)), *(p for p in drawn if len(p))])
         asked = NewGrid(
-            model, points, in_world, self.plane.plane(), self._view() or (0.0, 0.0),
+            model,
+            points,
+            in_world,
+            self.plane.plane(),
+            self._view() or (0.0, 0.0),
             parse_number(self.cell.text()) if self.cell.text().strip() else None,
-        )  # fmt: skip
+        )
         self._laying = True
         self._refresh()
         self._background.run(partial(lay, asked), self._laid, self._not_laid)

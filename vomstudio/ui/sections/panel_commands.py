@@ -43,32 +43,90 @@ def commands(studio: Studio, workspaces: Workspaces, docks: Docks) -> list[Comma
     make = partial(bring, "views")
     count = partial(bring, "analyse")
     return [
-        Command("propose_sets", tr("Propose &sets…"), propose_sets, "scatter-plot-outline", (),
-                tr("Sort planes into sets, see them on the net, and accept or reject the "
-                   "proposal."), no_planes),
-        Command("elevation_model", tr("&Elevation model…"), make("elevation"),
-                "image-filter-hdr", (),
-                tr("Heights over a horizontal, vertical or slanting plane, as GeoTIFF."), no_model),
-        Command("section", tr("Se&ction…"), make("section"), "box-cutter", (),
-                tr("Cut the model along a plane or a line, with the features beside it."),
-                no_model),
-        Command("count_fractures", tr("F&ractures…"), count("fractures"), "grid", (),
-                tr("Number, length, nodes and spacing of traces along a line, in a circle or in a "
-                   "window."), no_lines),
-        Command("looked_at", tr("What was &looked at…"), count("looked_at"), "grid", (),
-                tr("Lay a grid over the face and mark its cells as done, empty or unmeasurable."),
-                no_model),
-        Command("repeats", tr("Picks a&gain…"), count("repeats"), "replay", (),
-                tr("Offer some picks for a second time, unseen, and compare the spread with the "
-                   "stated errors."), no_lines),
-        Command("fault_displacement", tr("Fault &displacement…"), count("displacement"),
-                "arrow-split-horizontal", (),
-                tr("Net slip, throw and heave from cut-off traces on both sides of a fault."),
-                no_lines),
-        Command("three_points", tr("T&hree points…"), bring("interpret", "three_points"),
-                "vector-triangle", (),
-                tr("The plane through three points or more, clicked or typed, with its error.")),
-        Command("bed_log", tr("&Log along a line…"), make("bed_log"), "layers-triple-outline", (),
-                tr("Boundaries of beds along a line, and the true thickness between them."),
-                no_model),
-    ]  # fmt: skip
+        Command(
+            "propose_sets",
+            tr("Propose &sets…"),
+            propose_sets,
+            "scatter-plot-outline",
+            (),
+            tr("Sort planes into sets, see them on the net, and accept or reject the proposal."),
+            no_planes,
+        ),
+        Command(
+            "elevation_model",
+            tr("&Elevation model…"),
+            make("elevation"),
+            "image-filter-hdr",
+            (),
+            tr("Heights over a horizontal, vertical or slanting plane, as GeoTIFF."),
+            no_model,
+        ),
+        Command(
+            "section",
+            tr("Se&ction…"),
+            make("section"),
+            "box-cutter",
+            (),
+            tr("Cut the model along a plane or a line, with the features beside it."),
+            no_model,
+        ),
+        Command(
+            "count_fractures",
+            tr("F&ractures…"),
+            count("fractures"),
+            "grid",
+            (),
+            tr(
+                "Number, length, nodes and spacing of traces along a line, in a circle or in a "
+                "window."
+            ),
+            no_lines,
+        ),
+        Command(
+            "looked_at",
+            tr("What was &looked at…"),
+            count("looked_at"),
+            "grid",
+            (),
+            tr("Lay a grid over the face and mark its cells as done, empty or unmeasurable."),
+            no_model,
+        ),
+        Command(
+            "repeats",
+            tr("Picks a&gain…"),
+            count("repeats"),
+            "replay",
+            (),
+            tr(
+                "Offer some picks for a second time, unseen, and compare the spread with the "
+                "stated errors."
+            ),
+            no_lines,
+        ),
+        Command(
+            "fault_displacement",
+            tr("Fault &displacement…"),
+            count("displacement"),
+            "arrow-split-horizontal",
+            (),
+            tr("Net slip, throw and heave from cut-off traces on both sides of a fault."),
+            no_lines,
+        ),
+        Command(
+            "three_points",
+            tr("T&hree points…"),
+            bring("interpret", "three_points"),
+            "vector-triangle",
+            (),
+            tr("The plane through three points or more, clicked or typed, with its error."),
+        ),
+        Command(
+            "bed_log",
+            tr("&Log along a line…"),
+            make("bed_log"),
+            "layers-triple-outline",
+            (),
+            tr("Boundaries of beds along a line, and the true thickness between them."),
+            no_model,
+        ),
+    ]

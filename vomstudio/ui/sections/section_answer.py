@@ -7,9 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-import numpy.typing as npt
-
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.matrices import Matrix
@@ -24,8 +22,6 @@ if TYPE_CHECKING:
     from vomstudio.products.section.cutting import Cut
     from vomstudio.products.section.section_lines import Curtain
     from vomstudio.products.section.writing import SectionFigures
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +39,7 @@ class SectionQuestion:
     options: SectionOptions
     features: SectionFeatures
     records: Mapping[str, Record] | None
-    along: Array | None
+    along: FloatArray | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,9 +73,14 @@ def answer(question: SectionQuestion) -> SectionAnswer:
     flats, left_out = writing.project_items(items, q.curtain, directions, q.features.within_m)
     figures = writing.figures_of(cut, q.curtain, flats, left_out, directions)
     drawing = writing.section_drawing(
-        cut, q.curtain, flats,
-        metric=q.metric, north_known=q.north_known, model=str(q.path), figures=figures,
-    )  # fmt: skip
+        cut,
+        q.curtain,
+        flats,
+        metric=q.metric,
+        north_known=q.north_known,
+        model=str(q.path),
+        figures=figures,
+    )
     return SectionAnswer(q, cut, flats, figures, drawing, grazing if flats else ())
 
 
@@ -102,7 +103,7 @@ def write(result: SectionAnswer, path: Path) -> None:
     )
 
 
-def curtain_of(plane: object, through: Array | None, line: Array | None) -> Curtain:
+def curtain_of(plane: object, through: FloatArray | None, line: FloatArray | None) -> Curtain:
     """By a plane through a point (3,), or along a line (n, 2 or more)."""
     from vomstudio.geology.orientation import Plane
     from vomstudio.products.section.section_lines import curtain_of_line, curtain_of_plane

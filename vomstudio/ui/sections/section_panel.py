@@ -7,13 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtWidgets import (
     QCheckBox,
     QLineEdit,
     QPushButton,
 )
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.findings import Finding
@@ -66,8 +66,6 @@ from vomstudio.ui.sections.section_answer import (
     write,
 )
 
-Array = npt.NDArray[np.float64]
-
 _FORMATS = {"svg": "SVG", "dxf": "DXF", "csv": "CSV"}
 
 
@@ -82,7 +80,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
 
     def __init__(self, studio: Studio, view: ViewDirection) -> None:
         super().__init__(studio, "section", "window.md#section", tr("Cutting…"))
-        self.line: Array | None = None
+        self.line: FloatArray | None = None
         self._line_name = ""
         self._drawn_line = DrawnLine(self, studio)
         self.model = ModelBox(studio)
@@ -148,9 +146,15 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         for box in (self.model, self.along_what):
             box.currentIndexChanged.connect(soon)
         self.along_what.currentIndexChanged.connect(self._show_rows)
-        for changed in (self.through.textChanged, self.cutting.changed, self.projected.changed,
-                        self.plane.changed, self.direction.changed, self.features.toggled,
-                        self.by_domain.toggled):  # fmt: skip
+        for changed in (
+            self.through.textChanged,
+            self.cutting.changed,
+            self.projected.changed,
+            self.plane.changed,
+            self.direction.changed,
+            self.features.toggled,
+            self.by_domain.toggled,
+        ):
             changed.connect(soon)
         self.plane.take.clicked.connect(lambda _=False: self._take_through())
         self.take_through.clicked.connect(lambda _=False: self._take_through())
@@ -172,8 +176,10 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
     def _show_rows(self, *_: object) -> None:
         by_plane = self.along_what.currentData() == "plane"
         for widget, shown in (
-            (self.plane, by_plane), (self._through_row, by_plane), (self._line_row, not by_plane),
-        ):  # fmt: skip
+            (self.plane, by_plane),
+            (self._through_row, by_plane),
+            (self._line_row, not by_plane),
+        ):
             self._form_rows.setRowVisible(widget, shown)
         self._refresh()
 
@@ -198,17 +204,18 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         if len(points):
             self.through.setText(", ".join(f"{v:.3f}" for v in points.mean(axis=0).tolist()))
 
-    def _point(self, model: Model) -> Array:
+    def _point(self, model: Model) -> FloatArray:
         """(3,) World, on the plane. Raises InputError for text that is not a point."""
         text = self.through.text().strip()
         if not text:
             from vomstudio.geometry import transform
 
             low, high = self._studio.models[model.id].data.bounds
-            corners = np.array([[(low, high)[k][a] for a, k in enumerate(ijk)]
-                                for ijk in np.ndindex(2, 2, 2)])  # fmt: skip
+            corners = np.array(
+                [[(low, high)[k][a] for a, k in enumerate(ijk)] for ijk in np.ndindex(2, 2, 2)]
+            )
             world = transform.apply(model.to_world, corners)
-            middle: Array = np.round((world.min(axis=0) + world.max(axis=0)) / 2, 3)
+            middle: FloatArray = np.round((world.min(axis=0) + world.max(axis=0)) / 2, 3)
             return middle
         values = [parse_number(word) for word in text.replace(";", ",").split(",")]
         if len(values) != 3 or any(v is None or not math.isfinite(v) for v in values):
@@ -256,11 +263,18 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
                 features=str(studio.project.folder), along=DOMAINS if by_domain else typed
             )
         return SectionQuestion(
-            data, model.to_world, path, world_crs(frame.crs, frame.unit_m), frame.has_metres,
-            frame.has_north, curtain, options, features,
+            data,
+            model.to_world,
+            path,
+            world_crs(frame.crs, frame.unit_m),
+            frame.has_metres,
+            frame.has_north,
+            curtain,
+            options,
+            features,
             dict(studio.records) if self.features.isChecked() else None,
             None if along is None or by_domain else along.vector(),
-        )  # fmt: skip
+        )
 
     # --- the answer -----------------------------------------------------------------------------
     def _result_text(self, result: SectionAnswer) -> str:
@@ -270,15 +284,28 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
             tr_n(
                 "{count} line, {length:.3f} {unit} in all",
                 "{count} lines, {length:.3f} {unit} in all",
-                f.polylines, length=f.length_m, unit=unit,
+                f.polylines,
+                length=f.length_m,
+                unit=unit,
             )
-        ]  # fmt: skip
+        ]
         if f.slab_m is not None:
-            texts.append(tr("{count:,} points of a slab {slab:.3g} {unit} thick",
-                           count=f.points, slab=f.slab_m, unit=unit))  # fmt: skip
+            texts.append(
+                tr(
+                    "{count:,} points of a slab {slab:.3g} {unit} thick",
+                    count=f.points,
+                    slab=f.slab_m,
+                    unit=unit,
+                )
+            )
         if result.question.records is not None:
-            texts.append(tr("{count} features projected, {left_out} left out",
-                           count=f.features, left_out=f.left_out))  # fmt: skip
+            texts.append(
+                tr(
+                    "{count} features projected, {left_out} left out",
+                    count=f.features,
+                    left_out=f.left_out,
+                )
+            )
         if result.question.curtain.plane is None:
             texts.append(tr("along {name}", name=self._line_name))
         texts += [each.words for each in f.domains or ()]
@@ -343,7 +370,7 @@ class SectionPanel(AnalysisPanel[SectionQuestion, SectionAnswer]):
         )
 
     @property
-    def line_taken(self) -> Array | None:
+    def line_taken(self) -> FloatArray | None:
         """The line along which the model is cut; None where that is a plane."""
         return self.line if self.along_what.currentData() == "line" else None
 

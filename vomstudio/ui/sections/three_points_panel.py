@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -19,6 +18,7 @@ from PySide6.QtWidgets import (
     QTableWidgetItem,
 )
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError, VomError
 from vomstudio.core.files.atomic import write_bytes
 from vomstudio.core.findings import Finding
@@ -53,7 +53,6 @@ from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 if TYPE_CHECKING:
     from vomstudio.geology.faults.three_points import ThreePoints
 
-Array = npt.NDArray[np.float64]
 
 _LEAST = 3
 _LEAST_HEIGHT, _LEAST_WIDTH = 110, 32
@@ -76,7 +75,7 @@ class ThreePointsPanel(LazyPanel):
         explain(self, "window.md#three-points")
         self.of_id = ""
         self.plane: ThreePoints | None = None
-        self._points: Array | None = None
+        self._points: FloatArray | None = None
         self._sigma = 0.0
         self._picking = False
         self._background = QtBackground(self)
@@ -93,10 +92,13 @@ class ThreePointsPanel(LazyPanel):
         self.table = _table()
         follow_axes(studio, self._show_axes)
         self.sigma = error_field(
-            "three_points_sigma", tr("not known"),
-            tr("Standard deviation of each coordinate. Without it more than three points "
-               "tell it by their misfit."),
-        )  # fmt: skip
+            "three_points_sigma",
+            tr("not known"),
+            tr(
+                "Standard deviation of each coordinate. Without it more than three points "
+                "tell it by their misfit."
+            ),
+        )
         self.message = hint_label()
         self.message.setObjectName("three_points_message")
         self.type = TypeBox(studio)
@@ -199,9 +201,11 @@ class ThreePointsPanel(LazyPanel):
 
     def _ask_for_table(self) -> None:
         name, _ = QFileDialog.getOpenFileName(
-            self, tr("Points of one surface"), str(start_folder(self._studio)),
+            self,
+            tr("Points of one surface"),
+            str(start_folder(self._studio)),
             tr("Tables of x, y, z (*.csv *.txt *.tsv *.xyz);;All files (*)"),
-        )  # fmt: skip
+        )
         if name:
             self._background.run(partial(_read, Path(name)), self._read_came, self._studio.fail)
 
@@ -263,7 +267,7 @@ class ThreePointsPanel(LazyPanel):
         self.message.setText(message)
         self._refresh()
 
-    def _numbers(self) -> Array:
+    def _numbers(self) -> FloatArray:
         """(n, 3) World, of the rows that are full. Raises InputError if some are missing."""
         rows = []
         for i in range(self.table.rowCount()):
@@ -323,10 +327,16 @@ class ThreePointsPanel(LazyPanel):
             return
         x, y, z = points.mean(axis=0).tolist()
         reading = Reading(
-            new_id("reading"), "", str(self.type.currentData()), "plane",
-            found.dip_direction_deg, found.dip_deg, position=(x, y, z),
-            source=tr("three-point problem"), notes=self._plane_text(found),
-        )  # fmt: skip
+            new_id("reading"),
+            "",
+            str(self.type.currentData()),
+            "plane",
+            found.dip_direction_deg,
+            found.dip_deg,
+            position=(x, y, z),
+            source=tr("three-point problem"),
+            notes=self._plane_text(found),
+        )
         if self._studio.attempt(edits.add_readings, [reading]):
             self._studio.selection.set((reading.id,))
 

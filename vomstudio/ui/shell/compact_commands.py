@@ -17,14 +17,25 @@ _MEGABYTE = 1e6
 def commands(studio: Studio, parent: QWidget) -> list[Command]:
     """parent : of the question"""
     return [
-        Command("compact_project", tr("&Compact project…"), lambda: _compact(studio, parent), None,
-                (), tr("Remove edits and files that can no longer be restored."),
-                lambda: _why_not(studio)),
-        Command("take_back_compaction", tr("Undo compaction"), lambda: _take_back(studio),
-                None, (), tr("Possible until the project is closed."),
-                lambda: None if studio.project.is_compacted
-                else Finding("compaction.not-done")),
-    ]  # fmt: skip
+        Command(
+            "compact_project",
+            tr("&Compact project…"),
+            lambda: _compact(studio, parent),
+            None,
+            (),
+            tr("Remove edits and files that can no longer be restored."),
+            lambda: _why_not(studio),
+        ),
+        Command(
+            "take_back_compaction",
+            tr("Undo compaction"),
+            lambda: _take_back(studio),
+            None,
+            (),
+            tr("Possible until the project is closed."),
+            lambda: None if studio.project.is_compacted else Finding("compaction.not-done"),
+        ),
+    ]
 
 
 def _why_not(studio: Studio) -> Finding | None:

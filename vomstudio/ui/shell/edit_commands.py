@@ -49,18 +49,45 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
             studio.attempt(edits.set_attributes, [current], name=name.strip())
 
     return [
-        Command("undo", tr("&Undo"), studio.undo, "undo", "Ctrl+Z", "", nothing_to_undo,
-                text_now=undo_text),
-        Command("redo", tr("&Redo"), studio.redo, "redo", ("Ctrl+Shift+Z", "Ctrl+Y"), "",
-                nothing_to_redo, text_now=redo_text),
-        Command("delete", tr("&Delete features"), lambda: delete_selected(studio),
-                "delete-outline", (), "", none_chosen),
+        Command(
+            "undo",
+            tr("&Undo"),
+            studio.undo,
+            "undo",
+            "Ctrl+Z",
+            "",
+            nothing_to_undo,
+            text_now=undo_text,
+        ),
+        Command(
+            "redo",
+            tr("&Redo"),
+            studio.redo,
+            "redo",
+            ("Ctrl+Shift+Z", "Ctrl+Y"),
+            "",
+            nothing_to_redo,
+            text_now=redo_text,
+        ),
+        Command(
+            "delete",
+            tr("&Delete features"),
+            lambda: delete_selected(studio),
+            "delete-outline",
+            (),
+            "",
+            none_chosen,
+        ),
         Command("rename", tr("&Rename…"), rename, None, "F2", "", none_chosen),
-        Command("select_all", tr("Select &all features"),
-                lambda: studio.selection.set(f.id for f in studio.session.features()),
-                None, "Ctrl+A"),
+        Command(
+            "select_all",
+            tr("Select &all features"),
+            lambda: studio.selection.set(f.id for f in studio.session.features()),
+            None,
+            "Ctrl+A",
+        ),
         Command("find_command", tr("&Find command…"), find, "magnify", "Ctrl+K"),
-    ]  # fmt: skip
+    ]
 
 
 def _in_menu(label: str) -> str:

@@ -48,19 +48,43 @@ def commands(actions: Actions, host: Host, dialogs: OpenDialogs, parent: QWidget
         )
 
     return [
-        Command("documentation", tr("&Documentation"), read, "book-open-outline", (),
-                tr("First steps, what the numbers mean, commands and file formats.")),
-        Command("explain", tr("&Explain this"), explain, "help-circle-outline", "F1",
-                tr("Opens the documentation at what is under the cursor, or has the focus; over "
-                   "the outcrop the list of shortcuts."), everywhere=True),
-        Command("shortcuts", tr("&Shortcuts"), lambda: _shortcuts(parent, actions),
-                "keyboard-outline"),
-        Command("save_report", tr("Save &report…"), lambda: save_report(host, parent),
-                "file-alert-outline", (),
-                tr("An error report as text. Read it before you pass it on.")),
-        Command("about", tr("&About VOM Studio"), lambda: QMessageBox.about(
-            parent, "VOM Studio", tr(_ABOUT, version=__version__))),
-    ]  # fmt: skip
+        Command(
+            "documentation",
+            tr("&Documentation"),
+            read,
+            "book-open-outline",
+            (),
+            tr("First steps, what the numbers mean, commands and file formats."),
+        ),
+        Command(
+            "explain",
+            tr("&Explain this"),
+            explain,
+            "help-circle-outline",
+            "F1",
+            tr(
+                "Opens the documentation at what is under the cursor, or has the focus; over "
+                "the outcrop the list of shortcuts."
+            ),
+            everywhere=True,
+        ),
+        Command(
+            "shortcuts", tr("&Shortcuts"), lambda: _shortcuts(parent, actions), "keyboard-outline"
+        ),
+        Command(
+            "save_report",
+            tr("Save &report…"),
+            lambda: save_report(host, parent),
+            "file-alert-outline",
+            (),
+            tr("An error report as text. Read it before you pass it on."),
+        ),
+        Command(
+            "about",
+            tr("&About VOM Studio"),
+            lambda: QMessageBox.about(parent, "VOM Studio", tr(_ABOUT, version=__version__)),
+        ),
+    ]
 
 
 def _shortcuts(parent: QWidget, actions: Actions) -> None:

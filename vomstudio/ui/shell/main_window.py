@@ -431,10 +431,19 @@ class MainWindow(QMainWindow):
             event.ignore()
             return
         net = [self.net.close_thread] if hasattr(self, "net") else []
-        close_all(self, self, [
-            self._keep_arrangement, self.view.keep_camera, self._imports.stop,
-            self.view.close, self._photo_shown.close, *net, self.studio.close,
-        ])  # fmt: skip
+        close_all(
+            self,
+            self,
+            [
+                self._keep_arrangement,
+                self.view.keep_camera,
+                self._imports.stop,
+                self.view.close,
+                self._photo_shown.close,
+                *net,
+                self.studio.close,
+            ],
+        )
         event.accept()
 
     def _keep_arrangement(self) -> None:

@@ -64,25 +64,68 @@ def commands(
         return Finding("action.no-refused-model") if offered is None else None
 
     return [
-        Command("declare_frame", tr("&Declare frame…"), files.declare_frame, "axis-arrow",
-                (), tr("Up axis, unit, and CRS or local frame. Orientations are geographic only in "
-                       "a declared frame."), no_model),
-        Command("register_model", tr("&Register by points"),
-                register, "vector-point-select", (),
-                tr("Places the model by points that are clicked on it or come in a table, and "
-                   "their coordinates, with residuals and the error in degrees."), no_model),
-        Command(CONVERT, tr("Convert to &metric CRS"), studio.workspace.models.convert,
-                "map-marker-path", (),
-                tr("Opens the refused model as a copy in a CRS whose metres are true."),
-                cannot_convert),
-        Command("locate", tr("&Locate file…"), files.locate_model, "file-search-outline", (),
-                tr("Choose the file of a model that has been moved or renamed."), not_missing),
-        Command("copy_model", tr("&Copy into project"), copy, "content-copy", (),
-                tr("Copies the model with its materials, textures and cameras, and its photos if "
-                   "wanted, so that the project folder can be moved or zipped."),
-                cannot_copy),
-        Command("export_model", tr("&Export model as…"), files.export_model, "export", (),
-                tr("In World coordinates, as OBJ, PLY, GLB, LAS/LAZ, XYZ, SHP or DXF."),
-                cannot_export),
+        Command(
+            "declare_frame",
+            tr("&Declare frame…"),
+            files.declare_frame,
+            "axis-arrow",
+            (),
+            tr(
+                "Up axis, unit, and CRS or local frame. Orientations are geographic only in "
+                "a declared frame."
+            ),
+            no_model,
+        ),
+        Command(
+            "register_model",
+            tr("&Register by points"),
+            register,
+            "vector-point-select",
+            (),
+            tr(
+                "Places the model by points that are clicked on it or come in a table, and "
+                "their coordinates, with residuals and the error in degrees."
+            ),
+            no_model,
+        ),
+        Command(
+            CONVERT,
+            tr("Convert to &metric CRS"),
+            studio.workspace.models.convert,
+            "map-marker-path",
+            (),
+            tr("Opens the refused model as a copy in a CRS whose metres are true."),
+            cannot_convert,
+        ),
+        Command(
+            "locate",
+            tr("&Locate file…"),
+            files.locate_model,
+            "file-search-outline",
+            (),
+            tr("Choose the file of a model that has been moved or renamed."),
+            not_missing,
+        ),
+        Command(
+            "copy_model",
+            tr("&Copy into project"),
+            copy,
+            "content-copy",
+            (),
+            tr(
+                "Copies the model with its materials, textures and cameras, and its photos if "
+                "wanted, so that the project folder can be moved or zipped."
+            ),
+            cannot_copy,
+        ),
+        Command(
+            "export_model",
+            tr("&Export model as…"),
+            files.export_model,
+            "export",
+            (),
+            tr("In World coordinates, as OBJ, PLY, GLB, LAS/LAZ, XYZ, SHP or DXF."),
+            cannot_export,
+        ),
         Command("remove_model", tr("&Remove model"), files.remove_model, "close", (), "", no_model),
-    ]  # fmt: skip
+    ]

@@ -134,8 +134,9 @@ class Files(QObject):
     def save_as(self) -> bool:
         """Ask for a folder and save the project there; False where it is not saved."""
         project = self._studio.project
-        return self._save_where(tr("Save project as"),
-                                "outcrop" if project.untitled else project.name)  # fmt: skip
+        return self._save_where(
+            tr("Save project as"), "outcrop" if project.untitled else project.name
+        )
 
     def place_for(self, photos: str) -> bool:
         """Ask where the project is to be, before a model of photos is made in one without a name:
@@ -143,8 +144,9 @@ class Files(QObject):
         False, with nothing changed, where the user has cancelled or it cannot be there."""
         if not self._studio.project.untitled:
             return True
-        title = tr("Choose where to save the project; the model of {photos} is made in it",
-                   photos=photos)  # fmt: skip
+        title = tr(
+            "Choose where to save the project; the model of {photos} is made in it", photos=photos
+        )
         return self._save_where(title, photos)
 
     def _save_where(self, title: str, stem: str) -> bool:
@@ -165,9 +167,12 @@ class Files(QObject):
         """Ask for a file and export the features. format_ : a key of the known formats, as
         "csv"."""
         path = ask_for_target(
-            self._parent, self._studio, tr("Export"), f"{self._stem()}.{format_}",
+            self._parent,
+            self._studio,
+            tr("Export"),
+            f"{self._stem()}.{format_}",
             {format_: tr(_EXPORTS[format_])},
-        )  # fmt: skip
+        )
         if path is not None:
             self.export_to(format_, path)
 
@@ -192,8 +197,13 @@ class Files(QObject):
         """Export the features to `path`, replacing what is there."""
 
         def write() -> None:
-            made = export_records(self._studio.records, format_, path, force=True,
-                                  thresholds=self._studio.settings.thresholds)  # fmt: skip
+            made = export_records(
+                self._studio.records,
+                format_,
+                path,
+                force=True,
+                thresholds=self._studio.settings.thresholds,
+            )
             files = ", ".join(str(file) for file in made.files)
             self._exported = format_, path
             self._studio.info(Finding("export.written", file=files))
@@ -276,12 +286,14 @@ class Files(QObject):
             box.setText(tr("Save the changes to {project}?", project=as_words(self.project_name())))
             failure = studio.project.write_failure
             box.setInformativeText(
-                tr("Discarded changes stay in the project's history and can be restored with "
-                   "Undo.")
+                tr("Discarded changes stay in the project's history and can be restored with Undo.")
                 if failure is None
-                else tr("{failure} What is in memory only is lost unless you save the project "
-                        "elsewhere.", failure=as_words(failure.message))
-            )  # fmt: skip
+                else tr(
+                    "{failure} What is in memory only is lost unless you save the project "
+                    "elsewhere.",
+                    failure=as_words(failure.message),
+                )
+            )
             box.setStandardButtons(
                 QMessageBox.StandardButton.Save
                 | QMessageBox.StandardButton.Discard

@@ -175,6 +175,12 @@ def commands(
         made[0].start()
 
     return [
-        Command("first_tour", tr("&First tour"), start, "map-marker-path", (),
-                tr("Nine short steps at the real window, from the sample to a saved project.")),
-    ]  # fmt: skip
+        Command(
+            "first_tour",
+            tr("&First tour"),
+            start,
+            "map-marker-path",
+            (),
+            tr("Nine short steps at the real window, from the sample to a saved project."),
+        ),
+    ]

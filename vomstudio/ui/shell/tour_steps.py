@@ -90,35 +90,97 @@ def steps(
         return None
 
     return [
-        Step("open", to_translate("Open the sample outcrop: click the button, or choose it in the "
-                                  "File menu."),
-             button("open_sample", "open"), nothing, lambda _: bool(studio.models)),
-        Step("turn", to_translate("Turn the outcrop: hold the left mouse button down and drag. The "
-                                  "wheel zooms to the cursor, Home shows the whole model."),
-             viewport, direction, turned),
-        Step("trace", to_translate("Choose the trace tool, here or with the key T. It turns a line "
-                                   "of clicks into a plane."),
-             button("trace"), nothing,
-             lambda _: studio.tool_name == "trace"),
-        Step("pick", to_translate("Click at least five times along one bed, round a bend of the "
-                                  "rock where there is one. The plane is fitted as you click."),
-             viewport, nothing, lambda _: picked() >= 5),
-        Step("finish", to_translate("Press Enter to keep the trace. Undo (Ctrl+Z) takes back any "
-                                    "step, also this one."),
-             viewport, traces, lambda before: traces() > before),
-        Step("numbers", to_translate("The properties say how well the plane is known, and why. "
-                                     "Rest the cursor on a figure, and press F1 to read about it."),
-             dock("properties"), nothing, looked_at("properties"), onward=True),
-        Step("net", to_translate("The stereonet shows the same plane. Click its pole: outcrop, "
-                                 "table and net select together."),
-             dock("stereonet"), nothing, looked_at("stereonet"), onward=True),
-        Step("orthophoto", to_translate("Make a true-to-scale picture along this view: press "
-                                        "Ctrl+P, or choose Orthophoto in the Analyse menu."),
-             lambda: button("orthophoto")() or viewport(), dialogs.now, dialogs.grown),
-        Step("save", to_translate("Save the project (Ctrl+S). Until then nothing is lost either: "
-                                  "unsaved work survives a crash."),
-             button("save"), nothing, saved),
-    ]  # fmt: skip
+        Step(
+            "open",
+            to_translate(
+                "Open the sample outcrop: click the button, or choose it in the File menu."
+            ),
+            button("open_sample", "open"),
+            nothing,
+            lambda _: bool(studio.models),
+        ),
+        Step(
+            "turn",
+            to_translate(
+                "Turn the outcrop: hold the left mouse button down and drag. The "
+                "wheel zooms to the cursor, Home shows the whole model."
+            ),
+            viewport,
+            direction,
+            turned,
+        ),
+        Step(
+            "trace",
+            to_translate(
+                "Choose the trace tool, here or with the key T. It turns a line "
+                "of clicks into a plane."
+            ),
+            button("trace"),
+            nothing,
+            lambda _: studio.tool_name == "trace",
+        ),
+        Step(
+            "pick",
+            to_translate(
+                "Click at least five times along one bed, round a bend of the "
+                "rock where there is one. The plane is fitted as you click."
+            ),
+            viewport,
+            nothing,
+            lambda _: picked() >= 5,
+        ),
+        Step(
+            "finish",
+            to_translate(
+                "Press Enter to keep the trace. Undo (Ctrl+Z) takes back any step, also this one."
+            ),
+            viewport,
+            traces,
+            lambda before: traces() > before,
+        ),
+        Step(
+            "numbers",
+            to_translate(
+                "The properties say how well the plane is known, and why. "
+                "Rest the cursor on a figure, and press F1 to read about it."
+            ),
+            dock("properties"),
+            nothing,
+            looked_at("properties"),
+            onward=True,
+        ),
+        Step(
+            "net",
+            to_translate(
+                "The stereonet shows the same plane. Click its pole: outcrop, "
+                "table and net select together."
+            ),
+            dock("stereonet"),
+            nothing,
+            looked_at("stereonet"),
+            onward=True,
+        ),
+        Step(
+            "orthophoto",
+            to_translate(
+                "Make a true-to-scale picture along this view: press "
+                "Ctrl+P, or choose Orthophoto in the Analyse menu."
+            ),
+            lambda: button("orthophoto")() or viewport(),
+            dialogs.now,
+            dialogs.grown,
+        ),
+        Step(
+            "save",
+            to_translate(
+                "Save the project (Ctrl+S). Until then nothing is lost either: "
+                "unsaved work survives a crash."
+            ),
+            button("save"),
+            nothing,
+            saved,
+        ),
+    ]
 
 
 class _Counter:

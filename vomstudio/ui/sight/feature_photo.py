@@ -7,9 +7,9 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QObject, Qt, Signal
 
+from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry import transform
@@ -23,7 +23,6 @@ from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.sight.drawn_features import draw_features
 
-Array = npt.NDArray[np.float64]
 _PLACE, _FEATURES = "place", "features"
 
 
@@ -46,7 +45,7 @@ class FeaturePhoto(QObject):
         self._viewport: Viewport | None = None
         self.photos: ModelPhotos | None = None
         self.view: int | None = None
-        self.target: Array = np.zeros((0, 3))
+        self.target: FloatArray = np.zeros((0, 3))
         self._slack = 0.0
         self.images = PhotoImages()
         self._background = QtBackground(self, "in photos", threads=1)
@@ -80,7 +79,7 @@ class FeaturePhoto(QObject):
         """Of another model, or none; no photo is shown."""
         self.photos, self.view = photos, None
 
-    def look_for(self, token: int, target: Array) -> None:
+    def look_for(self, token: int, target: FloatArray) -> None:
         """Ask which photos of the model show World points (n, 3); `sighted` answers."""
         self.target = target
         if self.photos is not None:
@@ -152,14 +151,14 @@ class FeaturePhoto(QObject):
             self.canvas.look_at(pixels)
 
     # --- what is drawn over it ---------------------------------------------------------------
-    def _look_through(self, points: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
+    def _look_through(self, points: FloatArray) -> tuple[FloatArray, BoolArray]:
         assert self.photos is not None
         assert self.view is not None
         views = self.photos.views
         seen = views.shows(self.view, points) | views.shows(self.view, points, self._slack)
         return views.pixels(self.view, points), seen
 
-    def draw(self, place: Array | None) -> None:
+    def draw(self, place: FloatArray | None) -> None:
         """Features, tool and cross over the photo. place : a World point (3,) that was asked for"""
         if self.photos is None or self.view is None:
             return
@@ -226,9 +225,18 @@ class FeaturePhoto(QObject):
             element = "point" if seen.weights is None else "face"
             hit = Hit(photos.model_id, element, seen.index, (x, y, z), seen.weights)
         event = PointerEvent(
-            at.kind, at.x, at.y, at.button, at.shift, at.ctrl, hit, at.handle, at.more,
-            in_photo=True, photo=self.name or "",
-        )  # fmt: skip
+            at.kind,
+            at.x,
+            at.y,
+            at.button,
+            at.shift,
+            at.ctrl,
+            hit,
+            at.handle,
+            at.more,
+            in_photo=True,
+            photo=self.name or "",
+        )
         self.pointer.emit(event)
         if self._studio.tool_name != "navigate":
             self._studio.pointer(event)
@@ -236,7 +244,7 @@ class FeaturePhoto(QObject):
             self.clicked.emit(at, hit)
 
 
-def world_of(studio: Studio, hit: Hit) -> Array | None:
+def world_of(studio: Studio, hit: Hit) -> FloatArray | None:
     """A place on a model as a World point (3,)."""
     model = studio.records.get(hit.model_id)
     if not isinstance(model, Model):

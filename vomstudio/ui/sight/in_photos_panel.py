@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QHideEvent, QShowEvent
 from PySide6.QtWidgets import (
@@ -16,6 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.words import tr, tr_n
 from vomstudio.geometry import transform
 from vomstudio.project.records import Feature, Model
@@ -33,7 +33,6 @@ from vomstudio.ui.sight.sighting_list import SightingList, sighting_words
 if TYPE_CHECKING:
     from vomstudio.photogrammetry.inspect.photo_views import Sighting
 
-Array = npt.NDArray[np.float64]
 
 _MOST_POINTS = 80  # of a feature, to find the photos that show it
 
@@ -58,7 +57,7 @@ class InPhotosPanel(QWidget):
         self._viewport: Viewport | None = None
         self.shown, self.list, self.canvas = shown, sightings, shown.canvas
         self._what = ""
-        self._place: Array | None = None
+        self._place: FloatArray | None = None
         self._sightings: list[Sighting] = []
         self._follow = True
         self._own_choice = False
@@ -166,7 +165,7 @@ class InPhotosPanel(QWidget):
         self._follow = not (self._own_choice or self.canvas.hasFocus())
         self._later()
 
-    def show_place(self, point: Array | None) -> None:
+    def show_place(self, point: FloatArray | None) -> None:
         """Ask for the photos that show a World point (3,)."""
         self._place, self._follow = point, True
         self._later()
@@ -211,7 +210,7 @@ class InPhotosPanel(QWidget):
                 return photos
         return None
 
-    def _wanted(self) -> tuple[Array, str]:
+    def _wanted(self) -> tuple[FloatArray, str]:
         """World points (n, 3) to be seen, and what they are in words."""
         tool = self._studio.open_tool
         feature = getattr(tool, "feature", None)
@@ -219,8 +218,11 @@ class InPhotosPanel(QWidget):
             model = self._studio.records.get(feature.model_id)
             if isinstance(model, Model):
                 return _some(transform.apply(model.to_world, vertices)), tr("Unfinished feature")
-        chosen = [r for i in self._studio.selection.ids
-                  if isinstance(r := self._studio.records.get(i), Feature)]  # fmt: skip
+        chosen = [
+            r
+            for i in self._studio.selection.ids
+            if isinstance(r := self._studio.records.get(i), Feature)
+        ]
         if chosen:
             measured = self._studio.measured(r.id for r in chosen).values()
             points = [p for m in measured if len(p := drawn_points(m))]
@@ -378,6 +380,6 @@ class InPhotosPanel(QWidget):
             self.shown.say(message)
 
 
-def _some(points: Array) -> Array:
+def _some(points: FloatArray) -> FloatArray:
     step = max(1, -(-len(points) // _MOST_POINTS))
     return np.asarray(points[::step], np.float64)

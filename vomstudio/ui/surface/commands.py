@@ -23,16 +23,31 @@ def commands(studio: Studio, docks: Docks) -> list[Command]:
         return why_no_model(studio)
 
     return [
-        Command("surface_fields", tr("Surface f&ields…"), lambda: show("fields"),
-                "palette-outline", (),
-                tr("Paint dip, dip direction, curvature, roughness or planarity on the outcrop."),
-                no_model),
-        Command("propose_facets", tr("Propose fa&cets…"), lambda: show("facets"),
-                "vector-polygon", (),
-                tr("Find near-planar pieces of the outcrop, look at them, and accept or reject "
-                   "each."), no_model),
-        Command("propose_traces", tr("Propose &traces…"), lambda: show("traces"),
-                "vector-polyline", (),
-                tr("Look for lines that stand out of the noise, and accept, edit or reject each."),
-                no_model),
-    ]  # fmt: skip
+        Command(
+            "surface_fields",
+            tr("Surface f&ields…"),
+            lambda: show("fields"),
+            "palette-outline",
+            (),
+            tr("Paint dip, dip direction, curvature, roughness or planarity on the outcrop."),
+            no_model,
+        ),
+        Command(
+            "propose_facets",
+            tr("Propose fa&cets…"),
+            lambda: show("facets"),
+            "vector-polygon",
+            (),
+            tr("Find near-planar pieces of the outcrop, look at them, and accept or reject each."),
+            no_model,
+        ),
+        Command(
+            "propose_traces",
+            tr("Propose &traces…"),
+            lambda: show("traces"),
+            "vector-polyline",
+            (),
+            tr("Look for lines that stand out of the noise, and accept, edit or reject each."),
+            no_model,
+        ),
+    ]

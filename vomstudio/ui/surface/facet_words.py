@@ -23,8 +23,9 @@ def summary_text(
     if share < NEAR_PLANAR_SHARE:
         return tr(
             "{count}; facets are only {share:.0f} % of the exposed rock: pick traces by hand.",
-            count=count, share=100.0 * share,
-        )  # fmt: skip
+            count=count,
+            share=100.0 * share,
+        )
     return tr(
         "{count}; facets are {share:.0f} % of the exposed rock.", count=count, share=100.0 * share
     )

@@ -108,8 +108,13 @@ class FacetsPanel(ProposalsPanel):
         self.colours.activated.connect(lambda _: self._paint())
         self._make_list(
             (
-                Column(tr("Doubt"), _verdict_text, tr("The most doubtful facets come first."),
-                       number=False, icon=_verdict_icon),
+                Column(
+                    tr("Doubt"),
+                    _verdict_text,
+                    tr("The most doubtful facets come first."),
+                    number=False,
+                    icon=_verdict_icon,
+                ),
                 Column(tr("95 % error"), degrees, tr("How far the plane may be off, with 95 %.")),
                 Column(tr("Plane"), str, tr("In the notation of the project."), number=False),
                 Column(tr("Area"), self._area_text, tr("Area of the facet.")),
@@ -118,7 +123,7 @@ class FacetsPanel(ProposalsPanel):
             tr("Proposed facets"),
             _MIN_HEIGHT_PX,
             descending=True,
-        )  # fmt: skip
+        )
         self.accept_all = QPushButton(tr("Accept all"))
         self.accept_all.setIcon(theme.icon("check-all"))
         self.accept_all.clicked.connect(
@@ -180,17 +185,31 @@ class FacetsPanel(ProposalsPanel):
         proposals, selection = self._facets.proposals, self._selection()
         none_chosen = Finding("action.no-row")
         for button, on, tip, reason in (
-            (self.accept, bool(selection),
-             tr("Make what is chosen in the list patches (Enter); undo takes it back."),
-             none_chosen),
-            (self.reject, bool(selection), tr("Leave out what is chosen in the list (Delete)."),
-             none_chosen),
-            (self.accept_all, bool(self._facets.open),
-             tr("Make all facets patches, as one step; undo takes it back."),
-             Finding("facets.none-open")),
-            (self.reject_all, proposals is not None, tr("Forget all facets; nothing is changed."),
-             Finding("action.no-proposals")),
-        ):  # fmt: skip
+            (
+                self.accept,
+                bool(selection),
+                tr("Make what is chosen in the list patches (Enter); undo takes it back."),
+                none_chosen,
+            ),
+            (
+                self.reject,
+                bool(selection),
+                tr("Leave out what is chosen in the list (Delete)."),
+                none_chosen,
+            ),
+            (
+                self.accept_all,
+                bool(self._facets.open),
+                tr("Make all facets patches, as one step; undo takes it back."),
+                Finding("facets.none-open"),
+            ),
+            (
+                self.reject_all,
+                proposals is not None,
+                tr("Forget all facets; nothing is changed."),
+                Finding("action.no-proposals"),
+            ),
+        ):
             button.setEnabled(on)
             button.setToolTip(tip if on else str(reason))
         if proposals is not None and not proposals.whole:

@@ -300,9 +300,14 @@ class FieldsPanel(ModelPanel):
                     tr(
                         "{field}: median {median:.3g} {unit}, nine tenths between {low:.3g} and "
                         "{high:.3g} {unit}.",
-                        field=shown.name.partition(" [")[0], unit=unit, **told,
-                    ).replace(" ,", ",").replace(" .", ".").replace(" °", "°")
-                )  # fmt: skip
+                        field=shown.name.partition(" [")[0],
+                        unit=unit,
+                        **told,
+                    )
+                    .replace(" ,", ",")
+                    .replace(" .", ".")
+                    .replace(" °", "°")
+                )
         self.figures.setText("\n".join(lines))
         self.figures.setVisible(bool(lines))
 

@@ -40,9 +40,11 @@ class MeasurablePlane(QWidget):
         self.length.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
         self.length.setKeyboardTracking(False)
         self.length.setToolTip(
-            tr("Of the traces that somebody would pick: so far around each place the plane's line "
-               "on the surface counts.")
-        )  # fmt: skip
+            tr(
+                "Of the traces that somebody would pick: so far around each place the plane's line "
+                "on the surface counts."
+            )
+        )
         self.length.valueChanged.connect(lambda _: self.changed.emit())
         form = narrow_form()
         form.setContentsMargins(0, 0, 0, 0)

@@ -74,9 +74,11 @@ class TracesPanel(ProposalsPanel):
         self.network.setAccessibleName(tr("ONNX file"))
         self.network.setPlaceholderText(tr("ONNX file of a network"))
         self.network.setToolTip(
-            tr("On this computer: it takes a picture, red, green and blue from 0 to 1, and gives "
-               "the probability of an edge at each pixel.")
-        )  # fmt: skip
+            tr(
+                "On this computer: it takes a picture, red, green and blue from 0 to 1, and gives "
+                "the probability of an edge at each pixel."
+            )
+        )
         self.network.textChanged.connect(lambda _: self._refresh_buttons())
         self.limits = OptionFields(ProposalOptions, "proposed")
         self.limits.changed.connect(self._refresh_buttons)
@@ -89,10 +91,15 @@ class TracesPanel(ProposalsPanel):
     def _make_decisions(self) -> None:
         self._make_list(
             (
-                Column(tr("Doubt"), lambda v: f"{100 * v[0]:.0f} %",
-                       tr("How likely noise alone makes a line as strong; the least doubtful come "
-                          "first. Up to {sure:.0f} % the line on the outcrop is orange, else blue.",
-                          sure=100 * SURE)),
+                Column(
+                    tr("Doubt"),
+                    lambda v: f"{100 * v[0]:.0f} %",
+                    tr(
+                        "How likely noise alone makes a line as strong; the least doubtful come "
+                        "first. Up to {sure:.0f} % the line on the outcrop is orange, else blue.",
+                        sure=100 * SURE,
+                    ),
+                ),
                 Column("m", lambda v: f"{v:.3g}", tr("Length.")),
                 Column(tr("Plane"), str, tr("Dip direction and dip."), number=False),
                 Column(tr("95 % error"), degrees, tr("How far the plane may be off, with 95 %.")),
@@ -100,7 +107,7 @@ class TracesPanel(ProposalsPanel):
             ),
             tr("Proposed traces"),
             _MIN_HEIGHT_PX,
-        )  # fmt: skip
+        )
         self.table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
         self.edit = QPushButton(theme.icon("pencil"), tr("Edit"))
         self.edit.clicked.connect(lambda _: self._edit())
@@ -183,21 +190,37 @@ class TracesPanel(ProposalsPanel):
         none_chosen = Finding("action.no-row")
         open_tool = self._studio.open_tool is not None
         for button, reason, tip in (
-            (self.accept, None if rows else none_chosen,
-             tr("Make what is chosen in the list traces, in one step (Enter); undo takes it "
-                "back.")),
-            (self.edit,
-             Finding("action.not-one-row") if len(rows) != 1
-             else Finding("feature.open") if open_tool
-             else None,
-             tr("Open the chosen line in the trace tool, to move, add or take away way-points.")),
-            (self.reject, None if rows else none_chosen,
-             tr("Leave out what is chosen in the list, now and when lines are looked for again "
-                "(Delete).")),
-            (self.forget,
-             None if traces.proposals is not None else Finding("action.no-proposals"),
-             tr("Clear the list, without rejecting what is in it; nothing is changed.")),
-        ):  # fmt: skip
+            (
+                self.accept,
+                None if rows else none_chosen,
+                tr(
+                    "Make what is chosen in the list traces, in one step (Enter); undo takes it "
+                    "back."
+                ),
+            ),
+            (
+                self.edit,
+                Finding("action.not-one-row")
+                if len(rows) != 1
+                else Finding("feature.open")
+                if open_tool
+                else None,
+                tr("Open the chosen line in the trace tool, to move, add or take away way-points."),
+            ),
+            (
+                self.reject,
+                None if rows else none_chosen,
+                tr(
+                    "Leave out what is chosen in the list, now and when lines are looked for again "
+                    "(Delete)."
+                ),
+            ),
+            (
+                self.forget,
+                None if traces.proposals is not None else Finding("action.no-proposals"),
+                tr("Clear the list, without rejecting what is in it; nothing is changed."),
+            ),
+        ):
             button.setEnabled(reason is None)
             button.setToolTip(tip if reason is None else str(reason))
         count = 0 if self._model is None else traces.rejected_on(self._model.id)

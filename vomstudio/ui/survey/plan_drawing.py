@@ -84,8 +84,10 @@ class PlanDrawing(QWidget):
     def _draw_front(
         self, painter: QPainter, plan: SurveyPlan, x0: float, y0: float, scale: float
     ) -> None:
-        self._rock(painter, QRectF(x0, y0 - plan.height_m * scale, plan.width_m * scale,
-                                   plan.height_m * scale))  # fmt: skip
+        self._rock(
+            painter,
+            QRectF(x0, y0 - plan.height_m * scale, plan.width_m * scale, plan.height_m * scale),
+        )
         first = plan.of_kind("perpendicular")[0]
         w, h = (side * scale for side in plan.footprint_m)
         pen = QPen(QColor(PERPENDICULAR), 1.0, Qt.PenStyle.DashLine)

@@ -69,9 +69,19 @@ _TARGETS = (
     (to_translate("Ground sampling distance"), "gsd_m", "mm", 1000.0, "10"),
     (to_translate("Smallest plane to measure"), "plane_m", "m", 1.0, "5"),
 )
-_DEFAULTS = {"camera": "", "focal": "", "aperture": "8", "width": "80", "height": "25",
-             "wish": "distance_m", "value": "30", "overlap": 70, "manner": "handheld",
-             "receiver": "", "control": ""}  # fmt: skip
+_DEFAULTS = {
+    "camera": "",
+    "focal": "",
+    "aperture": "8",
+    "width": "80",
+    "height": "25",
+    "wish": "distance_m",
+    "value": "30",
+    "overlap": 70,
+    "manner": "handheld",
+    "receiver": "",
+    "control": "",
+}
 _PRINT_DPI = 300
 _FIELDS = {
     "--width": to_translate("Width of the outcrop"),
@@ -197,17 +207,25 @@ class PlannerDialog(QDialog):
         )
         form.addRow(
             tr("Outcrop"),
-            _row((self.width_, 0), (Label(tr("m wide")), 0), (self.height_, 0),
-                 (Label(tr("m high")), 0)),
-        )  # fmt: skip
+            _row(
+                (self.width_, 0),
+                (Label(tr("m wide")), 0),
+                (self.height_, 0),
+                (Label(tr("m high")), 0),
+            ),
+        )
         form.addRow(tr("Method"), self.manner)
         form.addRow(tr("Target"), _row((self.target, 0), (self.value, 0), (self._unit, 0)))
         form.addRow(tr("Overlap"), _row((self.overlap, 0)))
         form.addRow(
             tr("Accuracy"),
-            _row((self.receiver, 0), (Label(tr("m receiver")), 0), (self.control, 0),
-                 (Label(tr("m control")), 0)),
-        )  # fmt: skip
+            _row(
+                (self.receiver, 0),
+                (Label(tr("m receiver")), 0),
+                (self.control, 0),
+                (Label(tr("m control")), 0),
+            ),
+        )
         return form
 
     def _number(self, name: str) -> QLineEdit:
@@ -256,9 +274,14 @@ class PlannerDialog(QDialog):
     # --- what is asked -----------------------------------------------------------------------
     def _fill(self, values: dict[str, Any]) -> None:
         self.camera.setEditText(str(values["camera"]))
-        for field, name in ((self.focal, "focal"), (self.aperture, "aperture"),
-                            (self.width_, "width"), (self.height_, "height"),
-                            (self.receiver, "receiver"), (self.control, "control")):  # fmt: skip
+        for field, name in (
+            (self.focal, "focal"),
+            (self.aperture, "aperture"),
+            (self.width_, "width"),
+            (self.height_, "height"),
+            (self.receiver, "receiver"),
+            (self.control, "control"),
+        ):
             field.setText(str(values[name]))
         self.target.setCurrentIndex(max(0, self.target.findData(values["wish"])))
         self._show_unit()
@@ -287,8 +310,11 @@ class PlannerDialog(QDialog):
         _, key, _, per_metre, proposed = _TARGETS[self.target.currentIndex()]
         known = None
         if self.plan is not None:
-            known = {"distance_m": self.plan.distance_m, "gsd_m": self.plan.gsd_m,
-                     "plane_m": self.plan.smallest_plane_m}[key]  # fmt: skip
+            known = {
+                "distance_m": self.plan.distance_m,
+                "gsd_m": self.plan.gsd_m,
+                "plane_m": self.plan.smallest_plane_m,
+            }[key]
         self.value.setText(proposed if known is None else f"{known * per_metre:.3g}")
         self._changed()
 
@@ -298,9 +324,11 @@ class PlannerDialog(QDialog):
     def _browse_photo(self) -> None:
         start = str(self._survey.folder or start_folder(self._studio))
         name, _ = QFileDialog.getOpenFileName(
-            self, tr("Choose a photo taken with this camera"), start,
+            self,
+            tr("Choose a photo taken with this camera"),
+            start,
             file_filters.photos(),
-        )  # fmt: skip
+        )
         if name:
             self.focal.clear()
             self.camera.setEditText(name)

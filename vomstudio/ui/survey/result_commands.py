@@ -70,15 +70,34 @@ def commands(
             open_page(parent, out / REPORT)
 
     return [
-        Command("show_alignment", tr("&Alignment…"), show_alignment, "vector-link", (),
-                tr("Matches, camera calibration, residuals and depth maps."),
-                not_aligned),
-        Command("show_tie_points", tr("Show &tie points"), tie_points, "dots-hexagon", (),
-                tr("The sparse cloud of tie points, coloured by reprojection error."),
-                no_tie_points),
-        Command("open_report", tr("&Report"), open_report, "file-document-outline", (),
-                tr("All figures of the reconstruction on one page."), no_report),
-    ]  # fmt: skip
+        Command(
+            "show_alignment",
+            tr("&Alignment…"),
+            show_alignment,
+            "vector-link",
+            (),
+            tr("Matches, camera calibration, residuals and depth maps."),
+            not_aligned,
+        ),
+        Command(
+            "show_tie_points",
+            tr("Show &tie points"),
+            tie_points,
+            "dots-hexagon",
+            (),
+            tr("The sparse cloud of tie points, coloured by reprojection error."),
+            no_tie_points,
+        ),
+        Command(
+            "open_report",
+            tr("&Report"),
+            open_report,
+            "file-document-outline",
+            (),
+            tr("All figures of the reconstruction on one page."),
+            no_report,
+        ),
+    ]
 
 
 def _show_tie_points(studio: Studio, out: Path) -> None:

@@ -55,24 +55,61 @@ def commands(
         return None if survey.rows else Finding("action.no-photos")
 
     return [
-        Command("choose_photos", tr("New model from &photos…"), choose,
-                "image-multiple-outline", "Ctrl+Shift+I",
-                tr("Open a folder of photos, check the survey, and reconstruct.")),
-        Command("plan_survey", tr("&Plan a survey…"), show.plan, "clipboard-text-outline", (),
-                tr("Distance, camera positions, number of photos and control points, and a field "
-                   "sheet.")),
-        Command("video_frames", tr("Frames from a &video…"), show.video, "movie-open-outline",
-                (), tr("Extract the sharp frames of a video as photos.")),
-        Command("make_settings", tr("Reconstruction &settings…"), show.settings, "tune", (),
-                tr("Quality, ground control, coordinate reference system, threads and memory."),
-                nothing_to_make),
-        Command("make_model", tr("&Reconstruct"), make, "cube-scan", (),
-                tr("Align the photos and make a dense, textured model, in the background."),
-                survey.why_not_make),
-        Command("pause_model", tr("Pause"), survey.pause, "pause", (),
-                tr("Stop the reconstruction; finished stages are kept."),
-                lambda: None if survey.making else Finding("action.no-reconstruction")),
-    ]  # fmt: skip
+        Command(
+            "choose_photos",
+            tr("New model from &photos…"),
+            choose,
+            "image-multiple-outline",
+            "Ctrl+Shift+I",
+            tr("Open a folder of photos, check the survey, and reconstruct."),
+        ),
+        Command(
+            "plan_survey",
+            tr("&Plan a survey…"),
+            show.plan,
+            "clipboard-text-outline",
+            (),
+            tr(
+                "Distance, camera positions, number of photos and control points, and a field "
+                "sheet."
+            ),
+        ),
+        Command(
+            "video_frames",
+            tr("Frames from a &video…"),
+            show.video,
+            "movie-open-outline",
+            (),
+            tr("Extract the sharp frames of a video as photos."),
+        ),
+        Command(
+            "make_settings",
+            tr("Reconstruction &settings…"),
+            show.settings,
+            "tune",
+            (),
+            tr("Quality, ground control, coordinate reference system, threads and memory."),
+            nothing_to_make,
+        ),
+        Command(
+            "make_model",
+            tr("&Reconstruct"),
+            make,
+            "cube-scan",
+            (),
+            tr("Align the photos and make a dense, textured model, in the background."),
+            survey.why_not_make,
+        ),
+        Command(
+            "pause_model",
+            tr("Pause"),
+            survey.pause,
+            "pause",
+            (),
+            tr("Stop the reconstruction; finished stages are kept."),
+            lambda: None if survey.making else Finding("action.no-reconstruction"),
+        ),
+    ]
 
 
 class SurveyDialogs:

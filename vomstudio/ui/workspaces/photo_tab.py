@@ -58,11 +58,25 @@ class PhotoTab(QObject):
             return None if self._opening.opened is not None else Finding("action.no-open-photo")
 
         return [
-            Command("outcrop_or_photo", tr("Outcrop or p&hoto"), self.turn_over, None, "F8",
-                    tr("Look at the outcrop, or at the photo that is open."), nothing_open),
-            Command("close_photo", tr("&Close photo"), self._opening.may_close, None, "Ctrl+W",
-                    tr("Its masks and marks are kept."), nothing_open),
-        ]  # fmt: skip
+            Command(
+                "outcrop_or_photo",
+                tr("Outcrop or p&hoto"),
+                self.turn_over,
+                None,
+                "F8",
+                tr("Look at the outcrop, or at the photo that is open."),
+                nothing_open,
+            ),
+            Command(
+                "close_photo",
+                tr("&Close photo"),
+                self._opening.may_close,
+                None,
+                "Ctrl+W",
+                tr("Its masks and marks are kept."),
+                nothing_open,
+            ),
+        ]
 
     def over(self, commands: Iterable[Command]) -> list[Command]:
         """The commands of the main window, which do in the photo what they mean there while it is

@@ -37,9 +37,15 @@ def commands(workspaces: Workspaces) -> list[Command]:
 
     return [
         *(show(workspace.name) for workspace in WORKSPACES),
-        Command("reset_panels", tr("&Reset panels"), workspaces.reset, "view-dashboard-outline", (),
-                tr("Arrange the panels of this workspace as they are at first.")),
-    ]  # fmt: skip
+        Command(
+            "reset_panels",
+            tr("&Reset panels"),
+            workspaces.reset,
+            "view-dashboard-outline",
+            (),
+            tr("Arrange the panels of this workspace as they are at first."),
+        ),
+    ]
 
 
 def command_names() -> list[str]:

@@ -44,9 +44,13 @@ _TOKEN = re.compile(
     re.DOTALL,
 )
 _KINDS = (
-    ("create", "table"), ("create", "index"), ("create", "unique", "index"), ("create", "view"),
-    ("create", "trigger"), ("create", "virtual", "table"),
-)  # fmt: skip
+    ("create", "table"),
+    ("create", "index"),
+    ("create", "unique", "index"),
+    ("create", "view"),
+    ("create", "trigger"),
+    ("create", "virtual", "table"),
+)
 
 # What GDAL writes into a GeoPackage (its driver GPKG, versions 1.11 to 3.12).
 _TRIGGER_NAMES = re.compile(
@@ -59,16 +63,54 @@ _TRIGGER_NAMES = re.compile(
 )
 _RTREE_COLUMNS = 5
 _STANDARD_VIEWS = {
-    "st_spatial_ref_sys", "spatial_ref_sys", "st_geometry_columns", "geometry_columns"
-}  # fmt: skip
+    "st_spatial_ref_sys",
+    "spatial_ref_sys",
+    "st_geometry_columns",
+    "geometry_columns",
+}
 """Informative views of the GeoPackage standard (OGC 12-128, table definitions in SQL)."""
 _VIEW_WORDS = {
-    "select", "as", "case", "when", "then", "else", "end", "'st_'", "st_", "code4name",
-    "srs_name", "srs_id", "organization", "organization_coordsys_id", "definition", "description",
-    "srid", "auth_name", "auth_srid", "srtext", "table_name", "column_name", "geometry_type_name",
-    "f_table_name", "f_geometry_column", "geometry_type", "coord_dimension", "z", "m", "g", "s",
-    "0", "1", "2", ",", ".", "|", "+", "(", ")",
-}  # fmt: skip
+    "select",
+    "as",
+    "case",
+    "when",
+    "then",
+    "else",
+    "end",
+    "'st_'",
+    "st_",
+    "code4name",
+    "srs_name",
+    "srs_id",
+    "organization",
+    "organization_coordsys_id",
+    "definition",
+    "description",
+    "srid",
+    "auth_name",
+    "auth_srid",
+    "srtext",
+    "table_name",
+    "column_name",
+    "geometry_type_name",
+    "f_table_name",
+    "f_geometry_column",
+    "geometry_type",
+    "coord_dimension",
+    "z",
+    "m",
+    "g",
+    "s",
+    "0",
+    "1",
+    "2",
+    ",",
+    ".",
+    "|",
+    "+",
+    "(",
+    ")",
+}
 _VIEW_SOURCES = {
     "gpkg_spatial_ref_sys",
     "gpkg_geometry_columns",

@@ -17,11 +17,11 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, ByteArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.regular import open_regular, require_regular
 from vomstudio.core.files.untrusted.budgets import compression_limit, decoded_limit
@@ -172,7 +172,7 @@ def check_raster(path: str | Path) -> None:
 
 def decode_picture(
     content: bytes, flags: int, name: str, *, min_pixel_bytes: int = COLOR_BYTES
-) -> npt.NDArray[Any] | None:
+) -> AnyArray | None:
     """Decode a JPEG, PNG or TIFF with OpenCV, ignoring the orientation tag.
 
     Parameters
@@ -287,7 +287,7 @@ def convert_to_rgb(picture: Image) -> Image:
     return picture if picture.mode == "RGB" else picture.convert("RGB")
 
 
-def copy_pixels(picture: Image, out: npt.NDArray[np.uint8]) -> None:
+def copy_pixels(picture: Image, out: ByteArray) -> None:
     """Copy the pixels of a picture into an array (height, width, bands), in blocks of rows.
 
     `numpy.asarray` needs twice the memory of the result.

@@ -13,8 +13,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate
@@ -48,7 +48,7 @@ def points_of(path: Path) -> list[ControlPoint]:
     return points
 
 
-def _one_for_all(sigma: npt.NDArray[np.float64]) -> float | None:
+def _one_for_all(sigma: FloatArray) -> float | None:
     """Of the coordinates (3,), NaN where not stated: the root mean square, as the formats of other
     programs are read."""
     known = sigma[np.isfinite(sigma)].tolist()

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, ByteArray, FloatArray, Int32Array
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.regular import open_unbuffered
 from vomstudio.core.findings import Finding
@@ -27,7 +28,7 @@ ROWS_AT_FIRST = 2_000_000
 ROWS_AT_ONCE = 1 << 17
 
 
-def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> npt.NDArray[np.uint8]:
+def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> ByteArray:
     """All bytes of a file, then `tail`; read in steps, so that it can be stopped.
 
     Not mapped: a file that shrinks under a map, or a network drive that drops out, kills a process.
@@ -63,7 +64,7 @@ def read_whole(path: Path, progress: Progress, tail: bytes = b"") -> npt.NDArray
     return data
 
 
-def in_utf8(data: npt.NDArray[np.uint8], tail: bytes = b"") -> npt.NDArray[np.uint8]:
+def in_utf8(data: ByteArray, tail: bytes = b"") -> ByteArray:
     """What `read_whole` gave, with the same tail: UTF-16 text, told by its mark, as UTF-8."""
     if data[:2].tobytes() not in MARKS:
         return data
@@ -92,7 +93,7 @@ def points_missing(found: int, promised: int) -> Finding:
     return Finding("model.incomplete", count=found, promised=promised, element=tr("points"))
 
 
-def scale_colors(colors: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+def scale_colors(colors: AnyArray) -> ByteArray:
     """(n, 3) uint8 from bytes, 16-bit values, or floats in 0..1 or 0..255. NaN becomes white."""
     if colors.dtype == np.uint8:
         return np.ascontiguousarray(colors, dtype=np.uint8)
@@ -162,7 +163,7 @@ def drop_unsound_points(cloud: PointCloud, messages: list[Finding], path: Path) 
 
 def join_corners(
     corners: npt.NDArray[np.float32 | np.float64],
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]:
+) -> tuple[FloatArray, Int32Array]:
     """Join equal corners of triangles.
 
     Parameters
@@ -196,10 +197,10 @@ class Columns:
     def __init__(self, at_first: int = ROWS_AT_FIRST) -> None:
         """at_first : rows to make room for at once; each time that an array grows it is copied."""
         self._at_first = at_first
-        self._arrays: dict[str, npt.NDArray[Any]] = {}
+        self._arrays: dict[str, AnyArray] = {}
         self._filled: dict[str, int] = {}
 
-    def add(self, name: str, values: npt.NDArray[Any], limit: int | None = None) -> None:
+    def add(self, name: str, values: AnyArray, limit: int | None = None) -> None:
         """limit : rows that there can be at most, where that is known"""
         filled = self._filled.get(name, 0)
         needed = filled + len(values)
@@ -215,7 +216,7 @@ class Columns:
         array[filled:needed] = values
         self._filled[name] = needed
 
-    def take(self, name: str, n: int) -> npt.NDArray[Any] | None:
+    def take(self, name: str, n: int) -> AnyArray | None:
         array = self._arrays.pop(name, None)
         if array is None:
             return None

@@ -17,8 +17,8 @@ from typing import Any
 from urllib.parse import unquote_to_bytes
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
@@ -26,8 +26,6 @@ from vomstudio.core.words import tr
 from vomstudio.io.models.formats._budget import Budget
 from vomstudio.io.models.formats._common import read_whole
 from vomstudio.io.models.mtl import find_beside
-
-Array = npt.NDArray[Any]
 
 MAGIC = b"glTF"
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
@@ -79,11 +77,11 @@ class Document:
         self.progress = progress
         data = read_whole(path, progress)
         self.budget = Budget(path, len(data))
-        self._binary: Array | None = None
+        self._binary: AnyArray | None = None
         packed = data[:4].tobytes() == MAGIC
         text = self._split(data) if packed else data.tobytes()
         self.json = self._parsed(text)
-        self._buffers: dict[int, Array] = {}
+        self._buffers: dict[int, AnyArray] = {}
         self._hasher = hashlib.sha256(data.data)
         self._has_files = False
         self._check_version()
@@ -97,7 +95,7 @@ class Document:
             Finding("file.damaged", reason=reason, format="glTF"), file=self.path, field=field
         )
 
-    def _split(self, data: Array) -> bytes:
+    def _split(self, data: AnyArray) -> bytes:
         if len(data) < 20:
             raise self.wrong(tr("the file ends within its header"))
         version, length = struct.unpack_from("<II", data.data, 4)
@@ -218,7 +216,7 @@ class Document:
             )
         return found
 
-    def _buffer(self, index: object) -> Array:
+    def _buffer(self, index: object) -> AnyArray:
         buffer = self.item("buffers", index)
         assert isinstance(index, int)
         if index in self._buffers:
@@ -227,7 +225,7 @@ class Document:
         if "uri" in buffer:
             source = self.uri_bytes(buffer["uri"], field)
             if isinstance(source, bytes):
-                data: Array = np.frombuffer(source, np.uint8)
+                data: AnyArray = np.frombuffer(source, np.uint8)
             else:
                 data = read_whole(source, self.progress)
                 self.budget.add(len(data))
@@ -247,7 +245,7 @@ class Document:
         self._buffers[index] = data
         return data
 
-    def view(self, index: object) -> tuple[Array, int]:
+    def view(self, index: object) -> tuple[AnyArray, int]:
         """The bytes of a buffer view, and its stride (0 if not stated)."""
         view = self.item("bufferViews", index)
         field = f"bufferViews[{index}]"
@@ -267,7 +265,7 @@ class Document:
             raise self.wrong(tr("it reaches beyond its buffer"), field)
         return data[start : start + length], self.whole(view, "byteStride", 0, field)
 
-    def accessor(self, index: object, *widths: int) -> Array:
+    def accessor(self, index: object, *widths: int) -> AnyArray:
         """(n, width) values as they are stored, normalised ones as floats. Raises InputError where
         they do not lie in the file, or have a width that is not in `widths`."""
         accessor = self.item("accessors", index)
@@ -305,7 +303,7 @@ class Document:
         count: int,
         width: int,
         field: str,
-    ) -> Array:
+    ) -> AnyArray:
         data, stride = self.view(view)
         start = self.whole(owner, "byteOffset", 0, field)
         row = dtype.itemsize * width
@@ -316,7 +314,7 @@ class Document:
             return np.empty((0, width), dtype)
         return np.ndarray((count, width), dtype, data, start, (stride, dtype.itemsize))
 
-    def _with_sparse(self, values: Array, sparse: dict[str, Any], field: str) -> Array:
+    def _with_sparse(self, values: AnyArray, sparse: dict[str, Any], field: str) -> AnyArray:
         count = self.whole(sparse, "count", 0, f"{field}.sparse")
         where, what = self.section("indices", sparse), self.section("values", sparse)
         kind = COMPONENTS.get(where.get("componentType", 0), "")
@@ -331,7 +329,7 @@ class Document:
         return values
 
 
-def numbers(document: Document, values: object, n: int, place: str) -> npt.NDArray[np.float64]:
+def numbers(document: Document, values: object, n: int, place: str) -> FloatArray:
     if isinstance(values, list) and len(values) == n:
         try:
             found = np.array(values, np.float64)

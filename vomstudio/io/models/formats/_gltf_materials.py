@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -15,8 +15,6 @@ from vomstudio.geometry.mesh import Material
 from vomstudio.io.models import image_store
 from vomstudio.io.models.formats._gltf_document import Document, numbers
 from vomstudio.io.models.mtl import check_image, texture_finding
-
-Array = npt.NDArray[Any]
 
 MAPS_NOT_USED = ("normalTexture", "occlusionTexture", "emissiveTexture")
 
@@ -44,7 +42,7 @@ def uv_set(document: Document, texture: dict[str, Any]) -> int:
     return wanted if isinstance(wanted, int) and 0 <= wanted < 100 else 0
 
 
-def moved(document: Document, uv: npt.NDArray[np.float64], texture: dict[str, Any]) -> Array:
+def moved(document: Document, uv: FloatArray, texture: dict[str, Any]) -> AnyArray:
     """Texture coordinates as the mesh has them: origin at the lower left, nothing left to apply."""
     move = _transform(document, texture)
     if "scale" in move:
@@ -98,7 +96,7 @@ def _diffuse(document: Document, entry: dict[str, Any]) -> tuple[float, float, f
     return r, g, b
 
 
-def srgb(linear: Array) -> Array:
+def srgb(linear: AnyArray) -> AnyArray:
     """From the linear light of glTF's factors to the values that images and MTL files hold
     (IEC 61966-2-1)."""
     low = linear <= 0.0031308

@@ -7,16 +7,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, FloatArray, IntArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.io.models.formats._common import scale_colors
 from vomstudio.io.models.formats._gltf_document import Document, numbers
 from vomstudio.io.models.formats._gltf_materials import color_map, moved, uv_set
-
-Array = npt.NDArray[Any]
 
 MAX_VERTICES = 200_000_000
 # What Python itself keeps for each.
@@ -29,13 +27,13 @@ class Piece:
     """One primitive in its place: positions (n, 3) float64, still Y-up; faces (m, 3) of whole
     numbers, as wide as the file has them, or None of points; the rest per vertex."""
 
-    positions: npt.NDArray[np.float64]
-    faces: Array | None
+    positions: FloatArray
+    faces: AnyArray | None
     material: int
-    uv: Array | None = None
-    colors: Array | None = None
-    normals: Array | None = None
-    fields: dict[str, Array] = field(default_factory=dict)
+    uv: AnyArray | None = None
+    colors: AnyArray | None = None
+    normals: AnyArray | None = None
+    fields: dict[str, AnyArray] = field(default_factory=dict)
 
 
 def pieces_of(document: Document, messages: list[Finding]) -> Iterator[Piece]:
@@ -89,7 +87,7 @@ def _primitives(document: Document, mesh: object) -> list[dict[str, Any]]:
 
 def _placed_meshes(
     document: Document, messages: list[Finding]
-) -> Iterator[tuple[object, Array, object]]:
+) -> Iterator[tuple[object, AnyArray, object]]:
     """Each mesh of the scene with the 4x4 matrix of its place, and the weights of its shapes."""
     n = document.count("nodes")
     if n == 0:
@@ -105,7 +103,7 @@ def _placed_meshes(
     if not isinstance(roots, list):
         raise document.wrong(tr("'nodes' is not a list"), "scenes")
     seen: set[int] = set()
-    waiting: list[tuple[object, Array]] = [(node, np.eye(4)) for node in reversed(roots)]
+    waiting: list[tuple[object, AnyArray]] = [(node, np.eye(4)) for node in reversed(roots)]
     while waiting:
         index, above = waiting.pop()
         node = document.item("nodes", index)
@@ -132,7 +130,7 @@ def _children(document: Document, index: int) -> list[Any]:
     return found if isinstance(found, list) else []
 
 
-def _instances(document: Document, node: dict[str, Any], index: int) -> Iterator[Array]:
+def _instances(document: Document, node: dict[str, Any], index: int) -> Iterator[AnyArray]:
     """The 4x4 places of a node's mesh within the node (EXT_mesh_gpu_instancing); one, the node's
     own, where it is not repeated."""
     repeated = document.section("extensions", node).get("EXT_mesh_gpu_instancing")
@@ -154,7 +152,7 @@ def _instances(document: Document, node: dict[str, Any], index: int) -> Iterator
         yield _local_matrix(document, place, index)
 
 
-def _rows_used(faces: Array, n: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+def _rows_used(faces: AnyArray, n: int) -> tuple[IntArray, IntArray]:
     """Which of n vertices faces use, and the faces by their places among these."""
     if 8 * faces.size < n:
         # Thousands of small pieces may be cut out of one large buffer.
@@ -166,11 +164,11 @@ def _rows_used(faces: Array, n: int) -> tuple[npt.NDArray[np.int64], npt.NDArray
 
 
 def _shaped(
-    document: Document, primitive: dict[str, Any], stored: Array, rows: Any, weights: object
-) -> npt.NDArray[np.float64]:
+    document: Document, primitive: dict[str, Any], stored: AnyArray, rows: Any, weights: object
+) -> FloatArray:
     """Positions with the shapes of the mesh (morph targets) at their weights; without weights they
     are as they stand (glTF 2.0, 3.7.2.2)."""
-    positions: npt.NDArray[np.float64] = stored[rows].astype(np.float64)
+    positions: FloatArray = stored[rows].astype(np.float64)
     targets = primitive.get("targets")
     if not isinstance(targets, list) or not targets or weights is None:
         return positions
@@ -191,7 +189,7 @@ def _shaped(
     return positions
 
 
-def _local_matrix(document: Document, node: dict[str, Any], index: int) -> Array:
+def _local_matrix(document: Document, node: dict[str, Any], index: int) -> AnyArray:
     place = f"nodes[{index}]"
     if "matrix" in node:
         return numbers(document, node["matrix"], 16, place).reshape(4, 4).T
@@ -217,7 +215,7 @@ def _local_matrix(document: Document, node: dict[str, Any], index: int) -> Array
 def _piece(
     document: Document,
     primitive: dict[str, Any],
-    matrix: Array,
+    matrix: AnyArray,
     weights: object,
     shared: bool,
     messages: list[Finding],
@@ -246,7 +244,7 @@ def _piece(
     piece = Piece(positions, faces, material)
     n = len(stored)
 
-    def values(name: str, *widths: int) -> Array | None:
+    def values(name: str, *widths: int) -> AnyArray | None:
         if name not in attributes:
             return None
         found = document.accessor(attributes[name], *widths)
@@ -284,8 +282,8 @@ def _piece(
 
 def _faces(
     document: Document, primitive: dict[str, Any], mode: object, n: int, messages: list[Finding]
-) -> Array:
-    corners: Array
+) -> AnyArray:
+    corners: AnyArray
     if "indices" in primitive:
         corners = document.accessor(primitive["indices"], 1)[:, 0]
         if corners.dtype.kind != "u":
@@ -310,7 +308,7 @@ def _faces(
     else:
         raise document.wrong(tr("'{mode}' is not a kind of primitive", mode=mode), "primitives")
     if len(faces) and faces.max() >= n:
-        sound: Array = np.asarray((faces < n).all(axis=1))
+        sound: AnyArray = np.asarray((faces < n).all(axis=1))
         bad = int(len(sound) - np.count_nonzero(sound))
         messages.append(Finding("model.faces-without-vertices", count=bad))
         faces = faces[sound]

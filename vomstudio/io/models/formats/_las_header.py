@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray, FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.regular import open_regular
 from vomstudio.core.findings import Finding
@@ -262,9 +262,9 @@ class Top:
     compressed: bool
     points: int
     points_at: int
-    scales: npt.NDArray[np.float64]
-    offsets: npt.NDArray[np.float64]
-    bounds: npt.NDArray[np.float64]
+    scales: FloatArray
+    offsets: FloatArray
+    bounds: FloatArray
     records: dict[tuple[str, int], bytes]
     layers: int
 
@@ -312,9 +312,18 @@ def read_top(path: Path) -> Top:
             raise _contradiction(path)
         layers = _layers(records[("laszip encoded", 22204)])
     return Top(
-        size, kind & 0x3F, record_bytes, compressed, promised, points_at,
-        numbers[:3], numbers[3:], box[:, ::-1].T, records, layers,
-    )  # fmt: skip
+        size,
+        kind & 0x3F,
+        record_bytes,
+        compressed,
+        promised,
+        points_at,
+        numbers[:3],
+        numbers[3:],
+        box[:, ::-1].T,
+        records,
+        layers,
+    )
 
 
 def _contradiction(path: Path) -> InputError:
@@ -351,7 +360,7 @@ UNPACKED_AT_ONCE = 100_000
 
 def unpack(
     chunks: Sequence[bytes], points: Sequence[int], top: Top, at_once: int = UNPACKED_AT_ONCE
-) -> npt.NDArray[np.uint8] | None:
+) -> ByteArray | None:
     """(points, record_bytes) of the first `points` of each chunk; None where they cannot be
     unpacked. lazrs keeps the interpreter for itself meanwhile, so it is called for a few chunks,
     of so many points, at a time: other threads get their turn in between."""
@@ -365,8 +374,9 @@ def unpack(
         while stop < len(chunks) and n + points[stop] <= at_once:
             n += points[stop]
             stop += 1
-        table = [(k, len(chunk)) for k, chunk in zip(points[first:stop], chunks[first:stop],
-                                                     strict=True)]  # fmt: skip
+        table = [
+            (k, len(chunk)) for k, chunk in zip(points[first:stop], chunks[first:stop], strict=True)
+        ]
         part = np.zeros(n * top.record_bytes, np.uint8)
         if any(_blank(top.record_bytes) in chunk for chunk in chunks[first:stop]):
             return None

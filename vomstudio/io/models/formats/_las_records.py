@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -17,21 +17,34 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.io.models.formats._common import scale_colors
 from vomstudio.io.models.formats._las_header import Top
 
-Array = npt.NDArray[Any]
-
 _XYZ = [("X", "<i4"), ("Y", "<i4"), ("Z", "<i4"), ("intensity", "<u2"), ("returns", "u1")]
 _OLD = [*_XYZ, ("class", "u1"), ("angle", "i1"), ("user", "u1"), ("source", "<u2")]
-_NEW = [*_XYZ, ("flags", "u1"), ("class", "u1"), ("user", "u1"), ("angle", "<i2"),
-        ("source", "<u2"), ("gps_time", "<f8")]  # fmt: skip
+_NEW = [
+    *_XYZ,
+    ("flags", "u1"),
+    ("class", "u1"),
+    ("user", "u1"),
+    ("angle", "<i2"),
+    ("source", "<u2"),
+    ("gps_time", "<f8"),
+]
 _TIME = [("gps_time", "<f8")]
 _RGB = [("red", "<u2"), ("green", "<u2"), ("blue", "<u2")]
 _NIR = [("nir", "<u2")]
 _WAVE = [("wave", "V29")]
 _FORMATS: dict[int, list[Any]] = {
-    0: _OLD, 1: _OLD + _TIME, 2: _OLD + _RGB, 3: _OLD + _TIME + _RGB, 4: _OLD + _TIME + _WAVE,
-    5: _OLD + _TIME + _RGB + _WAVE, 6: _NEW, 7: _NEW + _RGB, 8: _NEW + _RGB + _NIR,
-    9: _NEW + _WAVE, 10: _NEW + _RGB + _NIR + _WAVE,
-}  # fmt: skip
+    0: _OLD,
+    1: _OLD + _TIME,
+    2: _OLD + _RGB,
+    3: _OLD + _TIME + _RGB,
+    4: _OLD + _TIME + _WAVE,
+    5: _OLD + _TIME + _RGB + _WAVE,
+    6: _NEW,
+    7: _NEW + _RGB,
+    8: _NEW + _RGB + _NIR,
+    9: _NEW + _WAVE,
+    10: _NEW + _RGB + _NIR + _WAVE,
+}
 _EXTRA = ["u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f4", "<f8"]
 _EXTRA_BYTES = 192
 # Kept where they say something, that is, are not 0 everywhere.
@@ -107,7 +120,7 @@ def no_data_of(record: bytes) -> dict[str, tuple[float, ...]]:
     return found
 
 
-def without_no_data(values: Array, stored: Array, no_data: tuple[float, ...]) -> Array:
+def without_no_data(values: AnyArray, stored: AnyArray, no_data: tuple[float, ...]) -> AnyArray:
     """(n,) or (n, k) floats with NaN where what is stored means that there is none."""
     kind = stored.dtype
     gaps = np.zeros(stored.shape, bool)
@@ -120,7 +133,7 @@ def without_no_data(values: Array, stored: Array, no_data: tuple[float, ...]) ->
     return wide
 
 
-def stand_ins(withheld: Array) -> Array | None:
+def stand_ins(withheld: AnyArray) -> AnyArray | None:
     """(n,) rows in which each withheld point is the sound one before it, for files whose rows must
     keep their numbers; None where nothing is to be done, or nothing is sound."""
     if not withheld.any() or withheld.all():
@@ -130,9 +143,9 @@ def stand_ins(withheld: Array) -> Array | None:
     return np.where(rows < 0, np.flatnonzero(~withheld)[0], rows)
 
 
-def withheld_of(records: Array, layout: Layout) -> Array:
+def withheld_of(records: AnyArray, layout: Layout) -> AnyArray:
     """(n,) which points the file marks as not to be used (LAS 1.4 R15, tables 8 and 16)."""
-    flagged: Array = (
+    flagged: AnyArray = (
         (records["flags"] & 0x04) != 0 if layout.new else (records["class"] & 0x80) != 0
     )
     return flagged
@@ -150,12 +163,13 @@ class Choice:
     fields: tuple[str, ...]
 
 
-def choose(records: Array, layout: Layout) -> Choice:
+def choose(records: AnyArray, layout: Layout) -> Choice:
     """From a sample: colours where there are any, standard fields that are not 0 everywhere, and
     all extra ones."""
     names = layout.kind.names or ()
-    top = max((int(records[c].max(initial=0)) for c in ("red", "green", "blue") if c in names),
-              default=0)  # fmt: skip
+    top = max(
+        (int(records[c].max(initial=0)) for c in ("red", "green", "blue") if c in names), default=0
+    )
     fields = []
     for name in STANDARD_FIELDS:
         values = _field(records, layout, name)
@@ -165,7 +179,7 @@ def choose(records: Array, layout: Layout) -> Choice:
     return Choice(top > 0, top > 255, (*fields, *layout.extra))
 
 
-def cloud_of(records: Array, layout: Layout, top: Top, choice: Choice) -> PointCloud:
+def cloud_of(records: AnyArray, layout: Layout, top: Top, choice: Choice) -> PointCloud:
     rows = stand_ins(withheld_of(records, layout))
     if rows is not None:
         records = records[rows]
@@ -187,14 +201,14 @@ def cloud_of(records: Array, layout: Layout, top: Top, choice: Choice) -> PointC
     return PointCloud(points, colors, None, fields)
 
 
-def _field(records: Array, layout: Layout, name: str) -> Array | None:
+def _field(records: AnyArray, layout: Layout, name: str) -> AnyArray | None:
     if name == "classification":
         return records["class"] & (0xFF if layout.new else 0x1F)
     if name == "return_number":
         return records["returns"] & (0x0F if layout.new else 0x07)
     if name not in (layout.kind.names or ()):
         return None
-    values: Array = np.ascontiguousarray(records[name])
+    values: AnyArray = np.ascontiguousarray(records[name])
     scaling = layout.extra.get(name)
     shown = values if scaling is None else values * scaling[0] + scaling[1]
     if name in layout.no_data:

@@ -7,8 +7,8 @@ arrays, several blocks at once. Both must agree on what a line is.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, Int32Array, IntArray
 from vomstudio.geometry.kernels.jit import kernel, part, step
 from vomstudio.io.models.formats._decimals import LEFT_OVER, READY, is_space, number
 
@@ -217,7 +217,7 @@ def _face(data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report):  # 
     return n, bad, t, i
 
 
-def line_space() -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+def line_space() -> tuple[FloatArray, IntArray, IntArray]:
     """Working space of one `parse`: a kernel that allocates none can be loaded without numba."""
     return np.empty(8), np.empty((8, 2), np.int64), np.empty(8, np.int64)
 
@@ -228,9 +228,25 @@ def line_space() -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64], npt.ND
     " int64[::1], float64[::1], int64[:,::1], int64[::1])"
 )
 def parse(  # type: ignore[no-untyped-def]
-    data, start, end, base, n_vertices, n_uvs, vertices, uvs, colors, corners, uv_corners, words,
-    polygons, left_over, report, value, token, state,
-):  # fmt: skip
+    data,
+    start,
+    end,
+    base,
+    n_vertices,
+    n_uvs,
+    vertices,
+    uvs,
+    colors,
+    corners,
+    uv_corners,
+    words,
+    polygons,
+    left_over,
+    report,
+    value,
+    token,
+    state,
+):
     """One block into the final arrays, from the rows `base` (as `count` has them) onwards.
 
     corners, uv_corners (m, 3): rows of vertices and uvs, -1 where unsound or absent; uv_corners and
@@ -287,9 +303,7 @@ def parse(  # type: ignore[no-untyped-def]
         elif kind == _FACE:
             line = i
             t0 = t
-            n, bad, t, i = _face(
-                data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report
-            )  # fmt: skip
+            n, bad, t, i = _face(data, i, v, u, n_vertices, n_uvs, t, corners, uv_corners, report)
             if n > 3:
                 polygons[p, 0] = t0
                 polygons[p, 1] = n
@@ -338,8 +352,8 @@ def split_rows(corners, uv_corners, n, source, texture, following, out):  # type
 
 
 def split_vertices(
-    corners: npt.NDArray[np.int32], uv_corners: npt.NDArray[np.int32], n_vertices: int
-) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int32], npt.NDArray[np.int32]]:
+    corners: Int32Array, uv_corners: Int32Array, n_vertices: int
+) -> tuple[Int32Array, Int32Array, Int32Array]:
     """One vertex for each pair of position and texture coordinate that a corner (m, 3) names.
 
     A position keeps its row for its first texture coordinate; further ones get new rows at the end.

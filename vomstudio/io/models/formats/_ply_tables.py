@@ -4,11 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import (
+    AnyArray,
+    ByteArray,
+    FloatArray,
+    GenericArray,
+    Int32Array,
+    IntArray,
+)
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
@@ -21,8 +28,6 @@ from vomstudio.io.models.formats._common import (
 )
 from vomstudio.io.models.formats._ply_header import Element, Header
 
-Array = npt.NDArray[np.generic]
-
 VALUES_PER_STEP = 1 << 20
 _BLOCK_BYTES = 1 << 22
 
@@ -32,8 +37,8 @@ class Table:
     """One element's values: plain ones by name, lists as (lengths, all items)."""
 
     n: int
-    plain: dict[str, Array] = field(default_factory=dict)
-    lists: dict[str, tuple[npt.NDArray[np.int64], Array]] = field(default_factory=dict)
+    plain: dict[str, GenericArray] = field(default_factory=dict)
+    lists: dict[str, tuple[IntArray, GenericArray]] = field(default_factory=dict)
 
 
 def _missing(element: Element, found: int, messages: list[Finding]) -> None:
@@ -47,7 +52,7 @@ def _missing(element: Element, found: int, messages: list[Finding]) -> None:
 
 
 def read_binary(
-    buffer: npt.NDArray[np.uint8],
+    buffer: ByteArray,
     header: Header,
     budget: Budget,
     messages: list[Finding],
@@ -73,7 +78,7 @@ def read_binary(
 
 
 def _binary_table(
-    buffer: npt.NDArray[np.uint8],
+    buffer: ByteArray,
     at: int,
     element: Element,
     n: int,
@@ -116,9 +121,7 @@ def _binary_table(
     return table, at + fitting * record.itemsize
 
 
-def _first_lengths(
-    buffer: npt.NDArray[np.uint8], at: int, element: Element, order: str
-) -> dict[str, int]:
+def _first_lengths(buffer: ByteArray, at: int, element: Element, order: str) -> dict[str, int]:
     """Lengths of the lists of the first record; fewer than there are where it is unsound."""
     found: dict[str, int] = {}
     for p in element.properties:
@@ -138,7 +141,7 @@ def _first_lengths(
 
 
 def _ragged_table(
-    buffer: npt.NDArray[np.uint8],
+    buffer: ByteArray,
     at: int,
     element: Element,
     n: int,
@@ -272,10 +275,10 @@ class _TextRows:
         self._properties = element.properties
         self._is_list = np.array([p.count_type is not None for p in element.properties])
         self._columns = Columns(1)
-        self._short: list[npt.NDArray[np.int64]] = []
+        self._short: list[IntArray] = []
         self.n = 0
 
-    def add(self, values: npt.NDArray[np.float64], starts: npt.NDArray[np.int64]) -> None:
+    def add(self, values: FloatArray, starts: IntArray) -> None:
         """values of rows, one row after the other; starts (n + 1,) : where each begins"""
         from vomstudio.io.models.formats import _ply_kernels as k
 
@@ -314,20 +317,20 @@ class _TextRows:
                 table.plain[p.name] = self._taken(f"{j}", n, p.type)
         return table
 
-    def _taken(self, name: str, n: int, dtype: npt.DTypeLike) -> Array:
+    def _taken(self, name: str, n: int, dtype: npt.DTypeLike) -> GenericArray:
         found = self._columns.take(name, n)
         return np.empty(0, dtype) if found is None else found
 
 
-def whole_numbers(values: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
+def whole_numbers(values: AnyArray) -> Int32Array:
     """Indices that came as text or as floats; -1, which is no vertex, for what is no number, and
     the last that there can be, which is none either, for those beyond it."""
     limits = np.iinfo(np.int32)
-    found: npt.NDArray[np.float64] = np.nan_to_num(values, nan=-1.0)
+    found: FloatArray = np.nan_to_num(values, nan=-1.0)
     return np.clip(found, limits.min, limits.max).astype(np.int32)
 
 
-def _as_type(values: npt.NDArray[np.float64], type_: str) -> Array:
+def _as_type(values: FloatArray, type_: str) -> GenericArray:
     kind = np.dtype(type_)
     if kind.kind == "f":
         with np.errstate(over="ignore"):

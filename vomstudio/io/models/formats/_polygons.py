@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, Int32Array, IntArray
 from vomstudio.geometry.kernels.jit import kernel, part
 
 # Ear clipping is cubic at worst; longer polygons keep their fan.
@@ -56,10 +56,10 @@ def _is_ear(points, index, left, a, b, c, nx, ny, nz):  # type: ignore[no-untype
 
 
 def cut_concave(
-    vertices: npt.NDArray[np.float64],
-    corners: npt.NDArray[np.int32],
-    uv_corners: npt.NDArray[np.int32],
-    polygons: npt.NDArray[np.int64],
+    vertices: FloatArray,
+    corners: Int32Array,
+    uv_corners: Int32Array,
+    polygons: IntArray,
 ) -> int:
     """Ear clipping (Meisters 1975, *Am. Math. Monthly* 82, 648) of the concave polygons, in place.
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
+
+from vomstudio.core.arrays import ByteArray, IntArray
 
 _BLOCK = 1 << 24
 _NEWLINE = ord("\n")
@@ -31,7 +32,7 @@ def are_even(data: bytes, delimiter: str, skip: int) -> bool:
     return True
 
 
-def _blocks(data: bytes, skip: int) -> Iterator[npt.NDArray[np.uint8]]:
+def _blocks(data: bytes, skip: int) -> Iterator[ByteArray]:
     """Whole lines, some megabytes at a time."""
     at = 0
     for _ in range(skip):
@@ -43,7 +44,7 @@ def _blocks(data: bytes, skip: int) -> Iterator[npt.NDArray[np.uint8]]:
         at = stop
 
 
-def _cells(lines: npt.NDArray[np.uint8], delimiter: str) -> npt.NDArray[np.int64]:
+def _cells(lines: ByteArray, delimiter: str) -> IntArray:
     """Of each line; 0 of those that are no rows."""
     ends = np.flatnonzero(lines == _NEWLINE)
     if not len(ends) or ends[-1] != len(lines) - 1:

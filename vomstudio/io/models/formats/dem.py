@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.names import utf8_name
 from vomstudio.core.files.regular import require_regular_beside
@@ -24,8 +24,6 @@ from vomstudio.io.gis.raster import libtiff_silent
 from vomstudio.io.models.formats._common import drop_unsound
 from vomstudio.io.models.reader import LoadedModel, Reader
 
-Array = npt.NDArray[Any]
-
 MOST_VERTICES = 4_000_000
 """Of one surface: eight million triangles. Larger grids are thinned, with a message."""
 PIXELS_PER_STEP = 4_000_000
@@ -38,14 +36,30 @@ _UNITS = {
     "mm": ("mm", "millimetre", "millimeter", "millimetres", "millimeters"),
     "km": ("km", "kilometre", "kilometer", "kilometres", "kilometers"),
     "ft": (
-        "ft", "foot", "feet", "internationalfoot", "internationalfeet", "ftint",
-        "footinternational", "footintl",
+        "ft",
+        "foot",
+        "feet",
+        "internationalfoot",
+        "internationalfeet",
+        "ftint",
+        "footinternational",
+        "footintl",
     ),
     "us-ft": (
-        "ussurveyfoot", "ussurveyfeet", "surveyfoot", "surveyfeet", "usft", "ftus", "usfoot",
-        "usfeet", "footus", "feetus", "ussft", "sft",
+        "ussurveyfoot",
+        "ussurveyfeet",
+        "surveyfoot",
+        "surveyfeet",
+        "usft",
+        "ftus",
+        "usfoot",
+        "usfeet",
+        "footus",
+        "feetus",
+        "ussft",
+        "sft",
     ),
-}  # fmt: skip
+}
 UNITS = {spelt: name for name, spellings in _UNITS.items() for spelt in spellings}
 """By the letters of what stands in files, without blanks, dashes and brackets."""
 
@@ -170,7 +184,7 @@ def _step_of(dataset: Any, messages: list[Finding]) -> int:
 
 def _heights(
     dataset: Any, step: int, path: Path, progress: Progress, messages: list[Finding]
-) -> tuple[npt.NDArray[np.float64], str | None]:
+) -> tuple[FloatArray, str | None]:
     """Every step-th height, NaN where there is none, and the unit that the band states."""
     from rasterio.windows import Window
 
@@ -222,7 +236,7 @@ def _heights(
     return heights, unit
 
 
-def _surface(heights: Array, transform: Any, step: int) -> Mesh:
+def _surface(heights: AnyArray, transform: Any, step: int) -> Mesh:
     there = np.isfinite(heights)
     rows, columns = np.nonzero(there)
     z = heights[there]
@@ -237,7 +251,7 @@ def _surface(heights: Array, transform: Any, step: int) -> Mesh:
     return Mesh(vertices, np.ascontiguousarray(faces))
 
 
-def _triangles(number: Array, heights: Array) -> Array:
+def _triangles(number: AnyArray, heights: AnyArray) -> AnyArray:
     """Two triangles between four pixels, along the diagonal with the smaller step in height; one
     between three. Counterclockwise from above where rows run south."""
     corners = [number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]]

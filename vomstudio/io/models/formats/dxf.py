@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.file_kinds import recognise_kind
 from vomstudio.core.findings import Finding
@@ -35,9 +36,6 @@ from vomstudio.io.models.formats._common import (
 )
 from vomstudio.io.models.reader import LoadedModel, Reader
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-
 _UNITS: dict[int, str] = {2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 21: "us-ft"}
 """Unit names of `vomstudio.geometry.units.METRES` by the value of $INSUNITS."""
 _FROZEN, _INVISIBLE, _PAPER = 1, 1, 1
@@ -52,13 +50,13 @@ _GROUPS_PER_BLOCK = 400_000
 class _Block:
     """Groups of a part of the drawing that contains whole entities only."""
 
-    codes: Ints
+    codes: IntArray
     values: list[bytes]
-    starts: Ints
+    starts: IntArray
     kinds: npt.NDArray[np.bytes_]
 
     @classmethod
-    def create(cls, codes: Ints, values: list[bytes]) -> _Block:
+    def create(cls, codes: IntArray, values: list[bytes]) -> _Block:
         starts = np.flatnonzero(codes == 0)
         kinds = np.array([values[i].upper() for i in starts.tolist()] or [b""], np.bytes_)
         return cls(codes, values, starts, kinds[: len(starts)])
@@ -69,7 +67,9 @@ class _Block:
         end = int(self.starts[entity + 1]) if entity + 1 < len(self.starts) else len(self.codes)
         return zip(self.codes[begin:end].tolist(), self.values[begin:end], strict=True)
 
-    def numbers(self, entities: Ints, codes: tuple[int, ...], default: float = np.nan) -> Floats:
+    def numbers(
+        self, entities: IntArray, codes: tuple[int, ...], default: float = np.nan
+    ) -> FloatArray:
         """Return the first value (n, k) of each code for ascending entities."""
         numbers = np.full((len(entities), len(codes)), default)
         at, row = self._group_rows(entities)
@@ -84,7 +84,7 @@ class _Block:
         numbers[row[::-1], slot_of[self.codes[at[::-1]]]] = values[::-1]
         return numbers
 
-    def layers(self, entities: Ints) -> list[bytes]:
+    def layers(self, entities: IntArray) -> list[bytes]:
         """Return the layer of each of ascending entities, "0" if it has none."""
         layers = [b"0"] * len(entities)
         at, row = self._group_rows(entities)
@@ -93,7 +93,7 @@ class _Block:
             layers[entity] = self.values[group]
         return layers
 
-    def _group_rows(self, entities: Ints) -> tuple[Ints, Ints]:
+    def _group_rows(self, entities: IntArray) -> tuple[IntArray, IntArray]:
         """Return the group numbers of entities, and for each its row in `entities`."""
         if not len(entities):
             return np.empty(0, np.int64), np.empty(0, np.int64)
@@ -117,7 +117,7 @@ def _integer(value: bytes, default: int = 0) -> int:
     return int(number) if abs(number) < 2.0**31 else default
 
 
-def _integers(values: Floats) -> Ints:
+def _integers(values: FloatArray) -> IntArray:
     """Return values as integers, 0 if they exceed 32 bits."""
     return np.asarray(np.where(np.abs(values) < 2.0**31, values, 0.0), np.int64)
 
@@ -130,15 +130,15 @@ class _Drawing:
     hidden: set[bytes] = field(default_factory=set)
     unit: str | None = None
     section: bytes = b""
-    corners: list[Floats] = field(default_factory=list)
-    owners: list[Ints] = field(default_factory=list)
-    order: list[Ints] = field(default_factory=list)
+    corners: list[FloatArray] = field(default_factory=list)
+    owners: list[IntArray] = field(default_factory=list)
+    order: list[IntArray] = field(default_factory=list)
     layers: dict[bytes, int] = field(default_factory=dict)
-    points: list[Floats] = field(default_factory=list)
-    point_colors: list[Ints] = field(default_factory=list)
+    points: list[FloatArray] = field(default_factory=list)
+    point_colors: list[IntArray] = field(default_factory=list)
     left_out: Counter[str] = field(default_factory=Counter)
 
-    def add_triangles(self, corners: Floats, layers: list[bytes], entities: Ints) -> None:
+    def add_triangles(self, corners: FloatArray, layers: list[bytes], entities: IntArray) -> None:
         """Add triangles (n, 3, 3), their layers, and their entities in the block."""
         if len(corners):
             numbers = [self.layers.setdefault(name, len(self.layers)) for name in layers]
@@ -221,9 +221,10 @@ def _blocks(data: bytes, path: Path) -> Iterator[tuple[_Block, int]]:
         values += more_values
         numbers = np.array(codes, np.int64)
         ends = [
-            i for i in np.flatnonzero(numbers[last:] == 0) + last
+            i
+            for i in np.flatnonzero(numbers[last:] == 0) + last
             if values[i].upper() not in (b"VERTEX", b"SEQEND")
-        ]  # fmt: skip
+        ]
         last = len(codes)
         if not ends or not ends[-1]:
             continue
@@ -333,7 +334,7 @@ def _unit(header: list[tuple[int, bytes]]) -> str | None:
     return None
 
 
-def _visible(block: _Block, entities: Ints, drawing: _Drawing) -> Ints:
+def _visible(block: _Block, entities: IntArray, drawing: _Drawing) -> IntArray:
     """Return the entities that are visible and not in paper space."""
     flags = block.numbers(entities, (60, 67), 0.0)
     seen = (flags[:, 0] != _INVISIBLE) & (flags[:, 1] != _PAPER)
@@ -345,7 +346,7 @@ def _visible(block: _Block, entities: Ints, drawing: _Drawing) -> Ints:
     return np.asarray(entities[seen], np.int64)
 
 
-def _read_faces(block: _Block, entities: Ints, drawing: _Drawing) -> None:
+def _read_faces(block: _Block, entities: IntArray, drawing: _Drawing) -> None:
     if not len(entities):
         return
     codes = tuple(axis + corner for corner in range(4) for axis in (10, 20, 30))
@@ -357,17 +358,22 @@ def _read_faces(block: _Block, entities: Ints, drawing: _Drawing) -> None:
     _add_quads(corners, block.layers(entities), entities, drawing)
 
 
-def _add_quads(corners: Floats, layers: list[bytes], entities: Ints, drawing: _Drawing) -> None:
+def _add_quads(
+    corners: FloatArray, layers: list[bytes], entities: IntArray, drawing: _Drawing
+) -> None:
     """Add faces (n, 4, 3); in triangles, the last corner is repeated."""
     pairs = corners[:, [[0, 1, 2], [0, 2, 3]]]
     keep = np.ones((len(corners), 2), np.bool_)
     keep[:, 1] = (corners[:, 3] != corners[:, 2]).any(axis=1)
-    names = [name for name, both in zip(layers, keep[:, 1].tolist(), strict=True)
-             for name in ((name, name) if both else (name,))]  # fmt: skip
+    names = [
+        name
+        for name, both in zip(layers, keep[:, 1].tolist(), strict=True)
+        for name in ((name, name) if both else (name,))
+    ]
     drawing.add_triangles(pairs[keep], names, np.repeat(entities, keep.sum(axis=1)))
 
 
-def _read_points(block: _Block, entities: Ints, drawing: _Drawing) -> None:
+def _read_points(block: _Block, entities: IntArray, drawing: _Drawing) -> None:
     if not len(entities):
         return
     points = block.numbers(entities, (10, 20, 30))
@@ -417,7 +423,7 @@ def _read_polyline(block: _Block, entity: int, drawing: _Drawing) -> None:
     _add_quads(corners.reshape(-1, 4, 3), [layer] * len(corners), rows, drawing)
 
 
-def _grid(places: Floats, first: dict[int, bytes], flags: int) -> Floats:
+def _grid(places: FloatArray, first: dict[int, bytes], flags: int) -> FloatArray:
     """Return the quadrilaterals (n, 4, 3) of a mesh of M × N vertices."""
     smooth = _integer(first.get(75, b"0")) != 0
     m, n = (_integer(first.get(code, b"0")) for code in ((73, 74) if smooth else (71, 72)))

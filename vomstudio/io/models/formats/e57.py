@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, ByteArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.names import utf8_name
 from vomstudio.core.files.regular import open_regular
@@ -22,8 +22,6 @@ from vomstudio.io.models.formats._common import (
     points_missing,
 )
 from vomstudio.io.models.reader import LoadedModel, Reader
-
-Array = npt.NDArray[Any]
 
 POINTS_PER_STEP = 500_000
 CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
@@ -141,7 +139,7 @@ def _read_scans(
         messages.append(Finding("model.fields-left-out", fields=sorted(unread)))
     points = columns.take("points", n)
     assert points is not None
-    fields: dict[str, Array] = {}
+    fields: dict[str, AnyArray] = {}
     for name in ("intensity", "scan"):
         values = columns.take(name, n)
         if values is not None and (values.any() or name == "scan"):
@@ -157,7 +155,7 @@ def _names(e57: Any, scan: Any) -> set[str]:
 def _blocks(e57: Any, image: Any, scan: Any, names: list[str]) -> Any:
     """Arrays by name, block after block, in memory that is used again. What a file promises does
     not decide how much is asked for."""
-    arrays: dict[str, Array] = {}
+    arrays: dict[str, AnyArray] = {}
     buffers = e57.VectorSourceDestBuffer()
     for name in names:
         kind = "f" if name in COLORS or name == "intensity" else "b" if name in INVALID else "d"
@@ -171,7 +169,7 @@ def _blocks(e57: Any, image: Any, scan: Any, names: list[str]) -> Any:
         reader.close()
 
 
-def _pose(scan: Any) -> tuple[Array, Array]:
+def _pose(scan: Any) -> tuple[AnyArray, AnyArray]:
     """Rotation (3, 3) and translation of a scan: global = rotation @ local + translation."""
     rotation, shift = np.eye(3), np.zeros(3)
     if not scan.isDefined("pose"):
@@ -184,15 +182,17 @@ def _pose(scan: Any) -> tuple[Array, Array]:
         length = float(np.linalg.norm(q))
         if np.isfinite(length) and length > 0:
             w, x, y, z = q / length
-            rotation = np.array([
-                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-            ])  # fmt: skip
+            rotation = np.array(
+                [
+                    [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                    [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                    [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+                ]
+            )
     return rotation, shift
 
 
-def _cartesian(rae: Array) -> Array:
+def _cartesian(rae: AnyArray) -> AnyArray:
     """From range, azimuth from x towards y, and elevation above x-y, in radians (E57 8.4.4.1)."""
     distance, azimuth, elevation = rae.T
     flat = distance * np.cos(elevation)
@@ -201,7 +201,7 @@ def _cartesian(rae: Array) -> Array:
     )
 
 
-def _color_limits(scan: Any) -> tuple[Array, Array]:
+def _color_limits(scan: Any) -> tuple[AnyArray, AnyArray]:
     """Lowest and highest value of red, green and blue; 0 and 255 where the file states none."""
     low, high = np.zeros(3), np.full(3, 255.0)
     if scan.isDefined("colorLimits"):
@@ -215,7 +215,7 @@ def _color_limits(scan: Any) -> tuple[Array, Array]:
     return low, high
 
 
-def _bytes(rgb: Array, limits: tuple[Array, Array]) -> npt.NDArray[np.uint8]:
+def _bytes(rgb: AnyArray, limits: tuple[AnyArray, AnyArray]) -> ByteArray:
     low, high = limits
     values = np.nan_to_num((rgb - low) / (high - low) * 255.0)
     return np.asarray(np.clip(np.rint(values), 0, 255).astype(np.uint8))

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, FloatArray, Int32Array
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
@@ -28,8 +28,6 @@ from vomstudio.io.models.formats._gltf_materials import materials_of
 from vomstudio.io.models.formats._gltf_primitives import Piece, pieces_of
 from vomstudio.io.models.offset_file import checked_origin, crs_or_problem, offset_path, read_offset
 from vomstudio.io.models.reader import LoadedModel, Reader
-
-Array = npt.NDArray[Any]
 
 # From Y up to Z up: x stays, North is -z, Up is y.
 UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
@@ -89,9 +87,7 @@ def _read(document: Document) -> LoadedModel:
     )
 
 
-def _origin(
-    document: Document, messages: list[Finding]
-) -> tuple[npt.NDArray[np.float64], str | None, bool]:
+def _origin(document: Document, messages: list[Finding]) -> tuple[FloatArray, str | None, bool]:
     """What is added to the turned positions, the CRS, and whether the file says either."""
     path = document.path
     extras = document.section("extras", document.section("asset"))
@@ -111,8 +107,8 @@ def _origin(
 
 
 def _joined(
-    pieces: list[Piece], values: list[Array | None], width: int, fill: float, dtype: Any
-) -> Array | None:
+    pieces: list[Piece], values: list[AnyArray | None], width: int, fill: float, dtype: Any
+) -> AnyArray | None:
     """Values per vertex of all pieces, with `fill` where a piece has none; None where all have
     none."""
     if all(v is None for v in values):
@@ -124,8 +120,8 @@ def _joined(
     return np.ascontiguousarray(np.concatenate(parts))
 
 
-def _fields(pieces: list[Piece]) -> dict[str, Array]:
-    result: dict[str, Array] = {}
+def _fields(pieces: list[Piece]) -> dict[str, AnyArray]:
+    result: dict[str, AnyArray] = {}
     for name in dict.fromkeys(n for p in pieces for n in p.fields):
         found = [p.fields.get(name) for p in pieces]
         there = [f.dtype for f in found if f is not None]
@@ -139,7 +135,7 @@ def _fields(pieces: list[Piece]) -> dict[str, Array]:
     return result
 
 
-def _positions(pieces: list[Piece], origin: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _positions(pieces: list[Piece], origin: FloatArray) -> FloatArray:
     upright = np.empty((sum(len(p.positions) for p in pieces), 3))
     end = 0
     for piece in pieces:
@@ -152,7 +148,7 @@ def _positions(pieces: list[Piece], origin: npt.NDArray[np.float64]) -> npt.NDAr
     return upright
 
 
-def _faces(pieces: list[Piece]) -> npt.NDArray[np.int32]:
+def _faces(pieces: list[Piece]) -> Int32Array:
     """By the places of their corners among those of all pieces."""
     joined = np.empty((sum(len(p.faces) for p in pieces if p.faces is not None), 3), np.int32)
     end = start = 0
@@ -169,7 +165,7 @@ def _faces(pieces: list[Piece]) -> npt.NDArray[np.int32]:
 def _mesh(
     document: Document,
     pieces: list[Piece],
-    origin: npt.NDArray[np.float64],
+    origin: FloatArray,
     messages: list[Finding],
 ) -> Mesh:
     used = sorted({p.material for p in pieces}, key=lambda m: (m == -1, m))
@@ -192,7 +188,7 @@ def _mesh(
     )
 
 
-def _cloud(pieces: list[Piece], origin: npt.NDArray[np.float64]) -> PointCloud:
+def _cloud(pieces: list[Piece], origin: FloatArray) -> PointCloud:
     normals = _joined(pieces, [p.normals for p in pieces], 3, np.nan, np.float64)
     return PointCloud(
         _positions(pieces, origin),

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray, GenericArray
 from vomstudio.core.errors import Cancelled, InputError
 from vomstudio.core.files.regular import open_regular
 from vomstudio.core.findings import Finding
@@ -41,8 +41,6 @@ from vomstudio.io.models.formats._las_records import (
 )
 from vomstudio.io.models.formats._las_reference import las_reference
 from vomstudio.io.models.reader import LoadedModel, Reader
-
-Array = npt.NDArray[np.generic]
 
 POINTS_PER_STEP = 500_000
 ROWS_AT_MOST = 50_000_000
@@ -200,7 +198,7 @@ def _read_points(
     if done < promised:
         messages.append(points_missing(done, promised))
     colors = _colors(columns.take("colors", done), messages)
-    fields: dict[str, Array] = {}
+    fields: dict[str, GenericArray] = {}
     for name in wanted:
         values = columns.take(f"field {name}", done)
         assert values is not None
@@ -219,7 +217,7 @@ def _read_points(
     return cloud if withheld is None else _without(cloud, withheld != 0, path, messages)
 
 
-def _colors(rgb16: Array | None, messages: list[Finding]) -> npt.NDArray[np.uint8] | None:
+def _colors(rgb16: GenericArray | None, messages: list[Finding]) -> ByteArray | None:
     if rgb16 is None:
         return None
     if rgb16.any():
@@ -235,12 +233,14 @@ def _no_data(header: Any) -> dict[str, tuple[float, ...]]:
     return {}
 
 
-def _values(chunk: Any, name: str, gaps: dict[str, tuple[float, ...]]) -> Array:
-    values: Array = np.asarray(chunk[name])
+def _values(chunk: Any, name: str, gaps: dict[str, tuple[float, ...]]) -> GenericArray:
+    values: GenericArray = np.asarray(chunk[name])
     return without_no_data(values, chunk.array[name], gaps[name]) if name in gaps else values
 
 
-def _without(cloud: PointCloud, withheld: Array, path: Path, messages: list[Finding]) -> PointCloud:
+def _without(
+    cloud: PointCloud, withheld: GenericArray, path: Path, messages: list[Finding]
+) -> PointCloud:
     """Without the points that the file marks as not to be used. In a COPC file they stand at the
     place of others, so that rows are the same when it is streamed."""
     count = int(np.count_nonzero(withheld))

@@ -12,11 +12,10 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, ByteArray, IntArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
@@ -94,7 +93,7 @@ class _Reading:
     """One file on its way in."""
 
     path: Path
-    data: npt.NDArray[np.uint8]  # ends with a line end that is not in the file
+    data: ByteArray  # ends with a line end that is not in the file
     progress: Progress
     messages: list[Finding] = field(default_factory=list)
     joined: list[int] = field(default_factory=list)
@@ -188,7 +187,7 @@ class _Reading:
         self.words = np.empty((int(total[k.N_WORDS]), 3), np.int64)
         self.polygons = np.empty((int(total[k.N_POLYGONS]), 2), np.int64)
         self.reports = np.zeros((len(blocks), k.REPORTS), np.int64)
-        self.left_over: list[npt.NDArray[np.int64]] = [np.empty((0, 4), np.int64)] * len(blocks)
+        self.left_over: list[IntArray] = [np.empty((0, 4), np.int64)] * len(blocks)
 
         def parse(i: int) -> None:
             start, end = blocks[i]
@@ -254,7 +253,7 @@ class _Reading:
         from vomstudio.io.models.formats import _obj_kernels as k
         from vomstudio.io.models.formats._decimals import python_number
 
-        targets: dict[int, npt.NDArray[Any]] = {
+        targets: dict[int, AnyArray] = {
             k.TO_VERTEX: self.vertices.reshape(-1),
             k.TO_UV: self.uvs.reshape(-1),
             k.TO_COLOR: self.colors.reshape(-1),

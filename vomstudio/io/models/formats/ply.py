@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, FloatArray, GenericArray, Int32Array, IntArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
@@ -34,8 +34,6 @@ from vomstudio.io.models.formats._ply_tables import Table, read_binary, read_tex
 from vomstudio.io.models.mtl import check_image, find_beside, texture_finding
 from vomstudio.io.models.reader import LoadedModel, Reader
 from vomstudio.io.text.encodings import as_utf8
-
-Array = npt.NDArray[np.generic]
 
 MAX_ROWS = 2**31 - 1
 
@@ -76,7 +74,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     return LoadedModel(model, kind, None, tuple(messages), path)
 
 
-def _take(table: Table, names: tuple[str, ...], used: set[str]) -> list[Array] | None:
+def _take(table: Table, names: tuple[str, ...], used: set[str]) -> list[GenericArray] | None:
     by_case = {name.lower(): name for name in table.plain}
     if not all(name in by_case for name in names):
         return None
@@ -172,7 +170,7 @@ def _with_strips(
     return face
 
 
-def _unrolled(counts: npt.NDArray[np.int64], raw: Array) -> npt.NDArray[np.int64]:
+def _unrolled(counts: IntArray, raw: GenericArray) -> IntArray:
     """(n, 3) triangles of strips, in which -1 begins anew (G. Turk's models); every second one is
     turned, so that all look to one side, and those without area, which only lead on, are left
     out."""
@@ -193,7 +191,7 @@ def _unrolled(counts: npt.NDArray[np.int64], raw: Array) -> npt.NDArray[np.int64
     return np.ascontiguousarray(triangles[keep])
 
 
-def _indices(raw: Array) -> npt.NDArray[np.int64]:
+def _indices(raw: GenericArray) -> IntArray:
     whole = raw if raw.dtype.kind in "iu" else whole_numbers(raw)
     return whole.astype(np.int64)
 
@@ -221,28 +219,28 @@ class _Triangles:
     """corners (n, 3): rows of vertices; uv_corners: rows of the faces' own texture coordinates, of
     no use unless `have_uv`; face_of (n,): record that each comes from."""
 
-    corners: npt.NDArray[np.int32]
-    uv_corners: npt.NDArray[np.int32]
-    face_of: npt.NDArray[Any]
+    corners: Int32Array
+    uv_corners: Int32Array
+    face_of: AnyArray
     have_uv: bool
 
-    def ordered(self, order: npt.NDArray[np.int64]) -> _Triangles:
+    def ordered(self, order: IntArray) -> _Triangles:
         uv_corners = self.uv_corners[order] if self.have_uv else self.uv_corners
         return _Triangles(self.corners[order], uv_corners, self.face_of[order], self.have_uv)
 
 
 def _triangles(
     face: Table,
-    uv_counts: npt.NDArray[np.int64],
+    uv_counts: IntArray,
     uv_values: int,
-    vertices: npt.NDArray[np.float64],
+    vertices: FloatArray,
     path: Path,
     messages: list[Finding],
 ) -> _Triangles:
     """The polygons of a table cut into triangles. uv_counts: numbers in each face's own list of
     texture coordinates; uv_values: of them altogether."""
     key = next((n for n in FACE_NAMES if n in face.lists), None)
-    indices: npt.NDArray[Any]
+    indices: AnyArray
     if key is None:
         messages.append(Finding("model.no-face-indices"))
         counts, indices = np.zeros(0, np.int64), np.zeros(0, np.int64)
@@ -300,7 +298,7 @@ def _triangles(
     return found
 
 
-def _only_triangles(triples: npt.NDArray[Any], n_vertices: int) -> tuple[_Triangles, int]:
+def _only_triangles(triples: AnyArray, n_vertices: int) -> tuple[_Triangles, int]:
     """Those whose corners are there, and how many are not."""
     if triples.min() >= 0 and triples.max() < n_vertices:
         face_of = np.arange(len(triples))
@@ -315,7 +313,7 @@ def _only_triangles(triples: npt.NDArray[Any], n_vertices: int) -> tuple[_Triang
 
 def _dressed(
     header: Header, face: Table, faces: _Triangles, path: Path, messages: list[Finding]
-) -> tuple[_Triangles, tuple[Material, ...], npt.NDArray[np.int64]]:
+) -> tuple[_Triangles, tuple[Material, ...], IntArray]:
     """The triangles in the order of their textures, these, and where each one's begin."""
     materials = tuple(_texture(name, i, path, messages) for i, name in enumerate(header.textures))
     ids = np.zeros(len(faces.corners), np.int64)
@@ -337,7 +335,7 @@ def _dressed(
     return faces, materials, offsets
 
 
-def _with_own_uv(mesh: Mesh, uv_corners: npt.NDArray[np.int32], uv_values: Array) -> Mesh:
+def _with_own_uv(mesh: Mesh, uv_corners: Int32Array, uv_values: GenericArray) -> Mesh:
     """The mesh with the texture coordinates that each face has of its own; vertices that have
     several are there several times."""
     from vomstudio.io.models.formats import _obj_kernels

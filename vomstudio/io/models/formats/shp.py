@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray, FloatArray, GenericArray, IntArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files import regular
 from vomstudio.core.findings import Finding
@@ -31,8 +31,7 @@ from vomstudio.io.models.formats._common import (
 )
 from vomstudio.io.models.reader import LoadedModel, Reader
 
-Floats = npt.NDArray[np.float64]
-Fields = dict[str, npt.NDArray[np.generic]]
+Fields = dict[str, GenericArray]
 
 _MAGIC = b"\0\0\x27\x0a"
 _HEADER_BYTES = 100
@@ -100,7 +99,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     return LoadedModel(cloud, "cloud", None, tuple(messages), path)
 
 
-def _cloud(points: Floats, fields: Fields) -> PointCloud:
+def _cloud(points: FloatArray, fields: Fields) -> PointCloud:
     colors = normals = None
     if fields.keys() >= set(_COLORS):
         colors = scale_colors(np.stack([fields.pop(name) for name in _COLORS], -1))
@@ -115,16 +114,14 @@ def _cloud(points: Floats, fields: Fields) -> PointCloud:
 # --- shapes ------------------------------------------------------------------------------------
 
 
-def _points(
-    data: npt.NDArray[np.uint8], messages: list[Finding]
-) -> tuple[Floats, npt.NDArray[np.int64] | None]:
+def _points(data: ByteArray, messages: list[Finding]) -> tuple[FloatArray, IntArray | None]:
     """Return points (n, 3) and their rows in the table, None if a row has several points."""
     body = data[_HEADER_BYTES:]
     if len(body) % POINT_BYTES == 0:
         records = body.view(_RECORD)
         if (records["type"] == POINT_Z).all() and (records["head"][:, 1] == 18).all():
             return np.ascontiguousarray(records["xyzm"][:, :3]), np.arange(len(records))
-    places: list[Floats] = []
+    places: list[FloatArray] = []
     rows: list[int] = []
     is_single = True
     for row, record in enumerate(_records(data, messages)):
@@ -143,7 +140,7 @@ def _points(
     return points, np.array(rows, np.int64) if is_single else None
 
 
-def _records(data: npt.NDArray[np.uint8], messages: list[Finding]) -> Iterator[_Record]:
+def _records(data: ByteArray, messages: list[Finding]) -> Iterator[_Record]:
     view, at, number = data.data, _HEADER_BYTES, 0
     while at + 12 <= len(data):
         _, words = struct.unpack_from(">2i", view, at)
@@ -156,9 +153,9 @@ def _records(data: npt.NDArray[np.uint8], messages: list[Finding]) -> Iterator[_
         at, number = end, number + 1
 
 
-def _patch_corners(data: npt.NDArray[np.uint8], messages: list[Finding]) -> Floats:
+def _patch_corners(data: ByteArray, messages: list[Finding]) -> FloatArray:
     """Return the triangles (n, 3, 3) of multipatches."""
-    patches: list[Floats] = []
+    patches: list[FloatArray] = []
     left_out = 0
     for record in _records(data, messages):
         content = record.content
@@ -182,7 +179,7 @@ def _patch_corners(data: npt.NDArray[np.uint8], messages: list[Finding]) -> Floa
     return np.concatenate(patches) if patches else np.empty((0, 3, 3))
 
 
-def _part_triangles(points: Floats, kind: int) -> Floats | None:
+def _part_triangles(points: FloatArray, kind: int) -> FloatArray | None:
     """Return the triangles of a strip, a fan or a ring of at most four corners, else None."""
     if kind not in (_STRIP, _FAN):
         if len(points) > 1 and (points[0] == points[-1]).all():
@@ -202,7 +199,7 @@ def _part_triangles(points: Floats, kind: int) -> Floats | None:
 # --- attributes --------------------------------------------------------------------------------
 
 
-def _attributes(path: Path, rows: npt.NDArray[np.int64], messages: list[Finding]) -> Fields:
+def _attributes(path: Path, rows: IntArray, messages: list[Finding]) -> Fields:
     """Return the numeric columns of the table beside the shapes, one value per point."""
     table = _table_beside(path)
     if table is None or len(table) < 33:
@@ -232,9 +229,7 @@ def _attributes(path: Path, rows: npt.NDArray[np.int64], messages: list[Finding]
     return fields
 
 
-def _values(
-    cells: npt.NDArray[np.uint8], kind: bytes, decimals: int
-) -> npt.NDArray[np.generic] | None:
+def _values(cells: ByteArray, kind: bytes, decimals: int) -> GenericArray | None:
     """Return the numbers of a column (n,), NaN if blank; None if the column contains text."""
     width = cells.shape[1]
     if kind == b"L":

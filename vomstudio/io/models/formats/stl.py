@@ -16,6 +16,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from vomstudio.core.arrays import ByteArray, FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
@@ -70,7 +71,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     return LoadedModel(model, kind, offset.crs, tuple(messages), path)
 
 
-def _is_binary(data: npt.NDArray[np.uint8]) -> bool:
+def _is_binary(data: ByteArray) -> bool:
     """By the length that the count calls for; a damaged file, by whether it looks like text."""
     if len(data) >= HEADER_BYTES:
         (count,) = struct.unpack_from("<I", data.data, 80)
@@ -84,7 +85,7 @@ def _is_binary(data: npt.NDArray[np.uint8]) -> bool:
 
 
 def _binary(
-    data: npt.NDArray[np.uint8], path: Path, messages: list[Finding]
+    data: ByteArray, path: Path, messages: list[Finding]
 ) -> npt.NDArray[np.float32 | np.float64]:
     if len(data) < HEADER_BYTES:
         raise InputError(Finding("file.other-format", format="STL"), file=path)
@@ -106,7 +107,7 @@ def _binary(
 
 
 def _text(
-    data: npt.NDArray[np.uint8], path: Path, progress: Progress, messages: list[Finding]
+    data: ByteArray, path: Path, progress: Progress, messages: list[Finding]
 ) -> npt.NDArray[np.float32 | np.float64]:
     # The keywords part the loops: a corner too many or too few must not shift all that follow.
     text = in_utf8(data)
@@ -145,7 +146,7 @@ def _text(
     return corners
 
 
-def _blocks(text: npt.NDArray[np.uint8]) -> Iterator[tuple[int, bytes]]:
+def _blocks(text: ByteArray) -> Iterator[tuple[int, bytes]]:
     """Where each block begins, and its bytes; each but the last ends before a corner's word."""
     begin, size = 0, BLOCK_BYTES
     while begin < len(text):
@@ -163,7 +164,7 @@ def _blocks(text: npt.NDArray[np.uint8]) -> Iterator[tuple[int, bytes]]:
         begin, size = begin + len(block), BLOCK_BYTES
 
 
-def _numbers(found: Sequence[tuple[bytes, ...]]) -> npt.NDArray[np.float64]:
+def _numbers(found: Sequence[tuple[bytes, ...]]) -> FloatArray:
     """(n, 3), NaN for what is no number. A fixed width would cut longer words, and what is left of
     1.00000000000000000000000000000000e5 is a number, too."""
     longest = max(len(word) for row in found for word in row)

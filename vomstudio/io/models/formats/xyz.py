@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.file_kinds import require_text
 from vomstudio.core.findings import Finding
@@ -44,8 +44,6 @@ from vomstudio.io.text.rows import (
     sniff,
 )
 from vomstudio.io.text.tables import TextTable, coordinate_columns, read_points
-
-Array = npt.NDArray[Any]
 
 HEAD_BYTES = 1 << 18
 SAMPLE_ROWS = 200
@@ -248,7 +246,7 @@ def _columns_by_value(layout: Layout, path: Path, messages: list[Finding]) -> Co
     return columns
 
 
-def _are_colors(values: Array, fractions_too: bool) -> bool:
+def _are_colors(values: AnyArray, fractions_too: bool) -> bool:
     if not np.isfinite(values).all() or values.min() < 0:
         return False
     if (values == np.rint(values)).all():
@@ -256,13 +254,13 @@ def _are_colors(values: Array, fractions_too: bool) -> bool:
     return fractions_too and bool(values.max() <= 1) and not _are_normals(values)
 
 
-def _are_normals(values: Array) -> bool:
+def _are_normals(values: AnyArray) -> bool:
     if not np.isfinite(values).all():
         return False
     return bool(np.abs(np.sqrt((values**2).sum(axis=1)) - 1).max() < 0.02)
 
 
-def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dict[int, Array]:
+def _numbers(data: bytes, layout: Layout, path: Path, progress: Progress) -> dict[int, AnyArray]:
     """The columns of the table, those that hold more than numbers as objects. Raises InputError
     with the line that does not fit."""
     progress.stage(tr("Reading the points"), len(data))
@@ -338,7 +336,7 @@ _BLANKS = re.compile(r"[ \t]+")
 _EXACT_DIGITS = 15
 
 
-def plain_numbers(data: bytes, layout: Layout) -> dict[int, Array] | None:
+def plain_numbers(data: bytes, layout: Layout) -> dict[int, AnyArray] | None:
     """The columns of a small table whose cells are all plain numbers, as pandas has them to the
     bit: with so few digits a number is rounded once whoever reads it. None for any other table. It
     spares the import of pandas, which takes longer than reading it.
@@ -365,20 +363,20 @@ def plain_numbers(data: bytes, layout: Layout) -> dict[int, Array] | None:
     return {i: _column(cells) for i, cells in enumerate(zip(*rows, strict=True))} or None
 
 
-def _column(cells: Sequence[str]) -> Array:
+def _column(cells: Sequence[str]) -> AnyArray:
     if any("." in cell for cell in cells):
         return np.array([float(cell) for cell in cells])
     return np.array([int(cell) for cell in cells], np.int64)
 
 
 def _cloud(
-    table: dict[int, Array],
+    table: dict[int, AnyArray],
     columns: ColumnUses,
     layout: Layout,
     path: Path,
     messages: list[Finding],
 ) -> PointCloud:
-    def numeric(i: int) -> Array | None:
+    def numeric(i: int) -> AnyArray | None:
         return np.asarray(table[i]) if table[i].dtype.kind in "iuf" else None
 
     points = np.empty((len(table[0]), 3))
@@ -402,7 +400,7 @@ def _cloud(
     if far.any():
         messages.append(Finding("model.points-far-away", count=int(far.sum())))
     colors, normals = _triple(columns.rgb, numeric), _triple(columns.normals, numeric)
-    fields: dict[str, Array] = {}
+    fields: dict[str, AnyArray] = {}
     words = []
     for i, name in columns.others.items():
         values = numeric(i)
@@ -424,7 +422,7 @@ def _cloud(
     )
 
 
-def _triple(indices: list[int], numeric: Any) -> Array | None:
+def _triple(indices: list[int], numeric: Any) -> AnyArray | None:
     found = [numeric(i) for i in indices]
     if not found or any(f is None for f in found):
         return None
@@ -434,10 +432,19 @@ def _triple(indices: list[int], numeric: Any) -> Array | None:
 READER = Reader(
     to_translate("text table of points"),
     (
-        ".xyz", ".csv", ".txt", ".asc", ".pts", ".xyzrgb", ".xyzn",
+        ".xyz",
+        ".csv",
+        ".txt",
+        ".asc",
+        ".pts",
+        ".xyzrgb",
+        ".xyzn",
         # What else tables are called, such as `info` takes for one.
-        ".tsv", ".dat", ".tab", ".prn",
+        ".tsv",
+        ".dat",
+        ".tab",
+        ".prn",
     ),
     matches,
     read,
-)  # fmt: skip
+)

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any, BinaryIO, TextIO
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, FloatArray
 from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.files.regular import open_regular, read_small_text, read_whole
 from vomstudio.core.findings import Finding
@@ -23,17 +23,15 @@ from vomstudio.io.gis.crs import parse_crs
 from vomstudio.io.models.image_store import ending_of, plain_name
 from vomstudio.io.models.writer import Outgoing
 
-Array = npt.NDArray[Any]
-
 ROWS_PER_STEP = 100_000
 
 
-def positions_of(data: Mesh | PointCloud) -> npt.NDArray[np.float64]:
+def positions_of(data: Mesh | PointCloud) -> FloatArray:
     return data.vertices if isinstance(data, Mesh) else data.points
 
 
 def field_names(
-    fields: Mapping[str, Array], used_names: Iterable[str], messages: list[Finding]
+    fields: Mapping[str, AnyArray], used_names: Iterable[str], messages: list[Finding]
 ) -> dict[str, str]:
     """Return a unique ASCII name for each field, none of them in `used_names` (case-insensitive).
 
@@ -78,7 +76,7 @@ def step_rows(n: int, out: Outgoing, title: str) -> Iterator[slice]:
         out.progress.step(min(start + ROWS_PER_STEP, n))
 
 
-def shortest(values: Array) -> list[float]:
+def shortest(values: AnyArray) -> list[float]:
     """Floats whose `repr` is the shortest text that gives back each value of its own precision."""
     if values.dtype != np.float32:
         found: list[float] = values.astype(np.float64).tolist()

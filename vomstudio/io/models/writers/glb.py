@@ -9,8 +9,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray, FloatArray
 from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.files.atomic import atomic_group
 from vomstudio.core.files.untrusted.pictures import open_picture
@@ -24,8 +24,6 @@ from vomstudio.io.models.image_store import ending_of
 from vomstudio.io.models.offset_file import offset_path, offset_text
 from vomstudio.io.models.writer import Outgoing, Writer
 from vomstudio.io.models.writers._common import image_bytes, positions_of
-
-Array = npt.NDArray[Any]
 
 # Up to here float32 keeps 0.02 mm, and a model may keep its own origin.
 NEAR_M = 256.0
@@ -75,7 +73,7 @@ def _axes(out: Outgoing) -> str:
     return f"glTF is +Y up; (x, -z, y) are {out.axes.description}"
 
 
-def _origin(data: Mesh | PointCloud) -> npt.NDArray[np.float64]:
+def _origin(data: Mesh | PointCloud) -> FloatArray:
     bounds = data.bounds
     if np.abs(bounds).max() <= NEAR_M:
         return np.zeros(3)
@@ -83,9 +81,7 @@ def _origin(data: Mesh | PointCloud) -> npt.NDArray[np.float64]:
 
 
 class _Scene:
-    def __init__(
-        self, out: Outgoing, origin: npt.NDArray[np.float64], messages: list[Finding]
-    ) -> None:
+    def __init__(self, out: Outgoing, origin: FloatArray, messages: list[Finding]) -> None:
         self.out, self.origin, self.messages = out, origin, messages
         self.parts: list[bytes] = []
         self._at = 0
@@ -101,7 +97,7 @@ class _Scene:
         self._images: dict[object, int] = {}
         self._error = 0.0
 
-    def chunks(self, origin: npt.NDArray[np.float64]) -> list[bytes]:
+    def chunks(self, origin: FloatArray) -> list[bytes]:
         extras: dict[str, Any] = {
             "origin": [int(x) for x in origin],
             "axes": _axes(self.out) + " + origin",
@@ -135,7 +131,7 @@ class _Scene:
     def _add_mesh(self, mesh: Mesh) -> None:
         materials = mesh.materials or (None,)
         offsets = mesh.material_offsets if mesh.materials else [0, len(mesh.faces)]
-        bare: Array = np.zeros(len(mesh.faces), bool)
+        bare: AnyArray = np.zeros(len(mesh.faces), bool)
         if mesh.uv is not None:
             placed = np.asarray(np.isfinite(mesh.uv).all(axis=1))
             bare = np.logical_not(placed[mesh.faces].all(axis=1))
@@ -203,7 +199,7 @@ class _Scene:
             {"name": name, "primitives": [{"attributes": attributes, **primitive}]}
         )
 
-    def _accessor(self, values: Array, kind: int, target: int = ARRAY_BUFFER) -> int:
+    def _accessor(self, values: AnyArray, kind: int, target: int = ARRAY_BUFFER) -> int:
         view = self._view(np.ascontiguousarray(values).tobytes(), target)
         self.json["accessors"].append(
             {
@@ -261,14 +257,14 @@ def _as_png(path: Any) -> bytes:
     return stream.getvalue()
 
 
-def _fits_float32(values: Array) -> bool:
+def _fits_float32(values: AnyArray) -> bool:
     narrow = values.astype(np.float32)
     if values.dtype.kind == "f":
         return bool(np.array_equal(narrow.astype(values.dtype), values, equal_nan=True))
     return bool((narrow.astype(np.float64) == values.astype(np.float64)).all())
 
 
-def linear(srgb: Array) -> Array:
+def linear(srgb: AnyArray) -> AnyArray:
     """From the values of images and MTL files to the linear light of glTF's factors
     (IEC 61966-2-1)."""
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)

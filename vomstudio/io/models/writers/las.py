@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray
 from vomstudio.core.errors import Cancelled
 from vomstudio.core.files.atomic import atomic_write
 from vomstudio.core.findings import Finding
@@ -24,8 +24,6 @@ from vomstudio.io.models.writers._common import (
     positions_of,
     step_rows,
 )
-
-Array = npt.NDArray[Any]
 
 MAX_INTEGER = 2**31 - 1
 # Of coordinates that are no decimals of some length: float noise, or the result of a calculation.
@@ -120,7 +118,7 @@ def _honest(path: Path) -> Iterator[_Remembering]:
             raise
 
 
-def _grid(values: Array) -> tuple[float, float]:
+def _grid(values: AnyArray) -> tuple[float, float]:
     """(offset, scale): the coarsest power of ten that gives back the coordinates, counted from a
     whole number or from the first point (as in files whose own offset was no whole number); else
     `USUAL_SCALE`, or what the width of the model leaves."""
@@ -141,18 +139,18 @@ def _grid(values: Array) -> tuple[float, float]:
     return centre, float(f"{scale:.0e}")
 
 
-def _rounding(points: Array, offset: Array, scales: Array) -> float:
+def _rounding(points: AnyArray, offset: AnyArray, scales: AnyArray) -> float:
     back = np.rint((points - offset) / scales) * scales + offset
     return float(np.abs(back - points).max(initial=0.0))
 
 
 def _columns(
     data: Mesh | PointCloud, header: Any, messages: list[Finding]
-) -> list[tuple[str, Array]]:
+) -> list[tuple[str, AnyArray]]:
     import laspy
 
-    columns: list[tuple[str, Array]] = []
-    rest: dict[str, Array] = {}
+    columns: list[tuple[str, AnyArray]] = []
+    rest: dict[str, AnyArray] = {}
     for name, values in data.fields.items():
         kind = STANDARD.get(name)
         if kind is not None and _fits(values, kind):
@@ -180,16 +178,16 @@ def _columns(
     return columns
 
 
-def _fits(values: Array, kind: Any) -> bool:
+def _fits(values: AnyArray, kind: Any) -> bool:
     if values.dtype.kind == "f" and not np.isfinite(values).all():
         return bool(np.dtype(kind).kind == "f")
     with np.errstate(all="ignore"):
         return bool((values.astype(kind).astype(values.dtype) == values).all())
 
 
-def _short_names(fields: dict[str, Array], messages: list[Finding]) -> dict[str, Array]:
+def _short_names(fields: dict[str, AnyArray], messages: list[Finding]) -> dict[str, AnyArray]:
     """Names that fit into the 32 bytes which the format has for them."""
-    result: dict[str, Array] = {}
+    result: dict[str, AnyArray] = {}
     for name, values in fields.items():
         short = name.encode()[: NAME_BYTES - 8].decode(errors="ignore")
         label = name if len(name.encode()) <= NAME_BYTES - 8 else short

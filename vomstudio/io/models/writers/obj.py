@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import itertools
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray
 from vomstudio.core.files.atomic import atomic_group
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
@@ -96,7 +95,7 @@ def _write_model(path: Path, out: Outgoing, names: list[str], library: str | Non
             return
         has = None
         if data.uv is not None:
-            finite: npt.NDArray[Any] = np.asarray(np.isfinite(data.uv).all(axis=1))
+            finite: AnyArray = np.asarray(np.isfinite(data.uv).all(axis=1))
             has = finite[data.faces].all(axis=1)
             for rows in step_rows(len(points), out, tr("Writing texture coordinates")):
                 uv = np.where(finite[rows, None], data.uv[rows], np.float32(0))

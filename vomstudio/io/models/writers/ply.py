@@ -6,9 +6,9 @@ import itertools
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from numpy.lib import recfunctions as rfn
 
+from vomstudio.core.arrays import AnyArray
 from vomstudio.core.files.atomic import atomic_group
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
@@ -23,8 +23,6 @@ from vomstudio.io.models.writers._common import (
     prj_beside,
     step_rows,
 )
-
-Array = npt.NDArray[Any]
 
 TYPES = {
     "i1": "char",
@@ -74,10 +72,10 @@ def write(out: Outgoing) -> list[Finding]:
     return messages
 
 
-def _columns(out: Outgoing, messages: list[Finding]) -> list[tuple[str, Array]]:
+def _columns(out: Outgoing, messages: list[Finding]) -> list[tuple[str, AnyArray]]:
     data = out.data
     points = positions_of(data)
-    columns: list[tuple[str, Array]] = [(name, points[:, k]) for k, name in enumerate("xyz")]
+    columns: list[tuple[str, AnyArray]] = [(name, points[:, k]) for k, name in enumerate("xyz")]
     normals = None if isinstance(data, Mesh) else data.normals
     if normals is not None:
         columns += [(name, normals[:, k]) for k, name in enumerate(("nx", "ny", "nz"))]
@@ -88,7 +86,7 @@ def _columns(out: Outgoing, messages: list[Finding]) -> list[tuple[str, Array]]:
     return columns
 
 
-def _storable(values: Array, name: str, messages: list[Finding]) -> Array:
+def _storable(values: AnyArray, name: str, messages: list[Finding]) -> AnyArray:
     """In a type that PLY has."""
     if values.dtype.kind == "b":
         return values.astype(np.uint8)
@@ -101,7 +99,7 @@ def _storable(values: Array, name: str, messages: list[Finding]) -> Array:
 
 
 def _header(
-    out: Outgoing, columns: list[tuple[str, Array]], mesh: Mesh | None, images: Images
+    out: Outgoing, columns: list[tuple[str, AnyArray]], mesh: Mesh | None, images: Images
 ) -> bytes:
     lines = [
         "ply",

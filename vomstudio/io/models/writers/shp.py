@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray
 from vomstudio.core.errors import TargetError
 from vomstudio.core.files.atomic import atomic_group
 from vomstudio.core.findings import Finding
@@ -20,8 +18,6 @@ from vomstudio.io.models.writers._common import (
     prj_beside,
     step_rows,
 )
-
-Array = npt.NDArray[Any]
 
 
 def write(out: Outgoing) -> list[Finding]:
@@ -51,7 +47,7 @@ def write(out: Outgoing) -> list[Finding]:
 
 def _columns(out: Outgoing, messages: list[Finding]) -> list[Column]:
     data = out.data
-    values: dict[str, Array] = {}
+    values: dict[str, AnyArray] = {}
     if data.colors is not None:
         values |= {name: data.colors[:, k] for k, name in enumerate(("red", "green", "blue"))}
     if not isinstance(data, Mesh) and data.normals is not None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import AnyArray
 from vomstudio.core.files.atomic import atomic_group
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
@@ -22,8 +22,6 @@ from vomstudio.io.models.writers._common import (
     write_lines,
 )
 
-Array = npt.NDArray[Any]
-
 NAMES = ("x", "y", "z", "r", "g", "b", "nx", "ny", "nz")
 # Words by which a reader would take a field for a coordinate, a colour or a normal.
 RESERVED = NAMES + ("red", "green", "blue", "normal_x", "normal_y", "normal_z")
@@ -36,7 +34,7 @@ def write(out: Outgoing) -> list[Finding]:
     data = out.data
     bare_points(data, messages)
     points = positions_of(data)
-    columns: list[tuple[str, Array]] = [(name, points[:, k]) for k, name in enumerate("xyz")]
+    columns: list[tuple[str, AnyArray]] = [(name, points[:, k]) for k, name in enumerate("xyz")]
     if data.colors is not None:
         columns += [(name, data.colors[:, k]) for k, name in enumerate("rgb")]
     for name, label in field_names(data.fields, RESERVED, messages).items():
@@ -57,7 +55,7 @@ def write(out: Outgoing) -> list[Finding]:
     return messages
 
 
-def _plain(values: Array) -> list[Any]:
+def _plain(values: AnyArray) -> list[Any]:
     if values.dtype.kind == "f":
         return shortest(values)
     found: list[Any] = values.astype(np.int64 if values.dtype != np.uint64 else object).tolist()

@@ -10,15 +10,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError, InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.io.photos.own_cameras.result import OwnCameras, from_centre, of_views
 from vomstudio.io.text.named_columns import PHOTO, WORLD, NamedTable
-
-Array = npt.NDArray[np.float64]
 
 _ESTIMATED = (
     ("x est", "x estimated", "x east est", "x longitude est", "east est"),
@@ -51,7 +49,7 @@ def read_centres(path: Path) -> OwnCameras:
     return OwnCameras(path, {}, dict(zip(names, places, strict=True)))
 
 
-def _views(table: NamedTable, names: list[str], places: Array) -> list[View]:
+def _views(table: NamedTable, names: list[str], places: FloatArray) -> list[View]:
     rotations = table.columns(_OURS, [name for (name,) in _OURS]).reshape(-1, 3, 3)
     sizes = table.columns((("width",), ("height",)), ("width", "height")).astype(int)
     models, params = table.words(("model",), "model"), table.words(("params",), "params")
@@ -73,7 +71,7 @@ def _views(table: NamedTable, names: list[str], places: Array) -> list[View]:
     return views
 
 
-def _look_like_degrees(places: Array) -> bool:
+def _look_like_degrees(places: FloatArray) -> bool:
     reach = np.ptp(places, axis=0)
     within = (np.abs(places[:, 0]) <= 180).all() and (np.abs(places[:, 1]) <= 90).all()
     return bool(within and max(reach[:2]) < 0.1 and reach[2] > 100 * max(reach[:2]))

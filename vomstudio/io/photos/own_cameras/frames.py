@@ -11,13 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import View
 from vomstudio.io.photos.own_cameras.result import OwnCameras, of_views
-
-Array = npt.NDArray[np.float64]
 
 # The box of the model that cameras must look at is made so much larger on each side.
 _WIDER = 0.5
@@ -35,7 +33,7 @@ class Candidate:
     warnings: tuple[Finding, ...] = ()
 
 
-def best_of(path: Path, candidates: Sequence[Candidate], bounds: Array | None) -> OwnCameras:
+def best_of(path: Path, candidates: Sequence[Candidate], bounds: FloatArray | None) -> OwnCameras:
     """The cameras in the first frame in which most of them look at the model.
 
     bounds : (2, 3) lowest and highest corner of the model; None takes the first candidate.
@@ -57,7 +55,7 @@ def not_looking(path: Path) -> Finding:
     return Finding("cameras.not-looking", file=path.name)
 
 
-def share_looking(views: Sequence[View], bounds: Array) -> float:
+def share_looking(views: Sequence[View], bounds: FloatArray) -> float:
     """The share of the cameras whose axis meets the widened box (2, 3) ahead of them and not too
     far away."""
     if not len(views):

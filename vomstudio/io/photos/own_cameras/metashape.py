@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -21,8 +21,6 @@ from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.frames import Candidate
 from vomstudio.io.photos.own_cameras.result import from_centre, straight, unknown_lens
 from vomstudio.io.text.xml_tree import Element
-
-Array = npt.NDArray[np.float64]
 
 _LOCAL = ("LOCAL", "ENGCRS", "ENGINEERING")
 _STEP_M = 10.0
@@ -45,7 +43,7 @@ def read_metashape(path: Path, root: Element) -> list[Candidate]:
     lenses = {s.get("id"): _lens(path, s) for s in chunk.iter("sensor") if s.get("id") is not None}
     transforms = {c.get("id"): _transform(path, c) for c in chunk.iter("component")}
     whole = _transform(path, chunk)
-    poses, odd = list[tuple[str, Intrinsics, Array, Array]](), list[str]()
+    poses, odd = list[tuple[str, Intrinsics, FloatArray, FloatArray]](), list[str]()
     for camera in chunk.iter("camera"):
         given = camera.find("transform")
         if given is None or camera.get("enabled") in ("false", "0"):
@@ -88,7 +86,7 @@ def _label(path: Path, camera: Element) -> str:
 
 
 def _view(
-    path: Path, chunk: Element, name: str, lens: Intrinsics, matrix: Array, outer: Array
+    path: Path, chunk: Element, name: str, lens: Intrinsics, matrix: FloatArray, outer: FloatArray
 ) -> View:
     scale = np.cbrt(abs(np.linalg.det(outer[:3, :3])))
     both = outer @ matrix
@@ -101,7 +99,7 @@ def _view(
         raise _bad(path, camera, str(error)) from error
 
 
-def _transform(path: Path, element: Element) -> Array | None:
+def _transform(path: Path, element: Element) -> FloatArray | None:
     """(4, 4) of a chunk or component; None where it has none."""
     given = element.find("transform")
     if given is None:
@@ -216,7 +214,7 @@ def _lens(path: Path, sensor: Element) -> tuple[Intrinsics, str | None]:
 
 
 # --- elements ---------------------------------------------------------------------------------
-def _numbers(path: Path, element: Element, count: int) -> Array:
+def _numbers(path: Path, element: Element, count: int) -> FloatArray:
     try:
         values = np.array([float(word) for word in (element.text or "").split()])
     except ValueError as error:

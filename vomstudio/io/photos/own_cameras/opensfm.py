@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError, InputError
 from vomstudio.core.files.regular import read_json, read_small_text
 from vomstudio.core.findings import Finding
@@ -22,8 +22,6 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.io.photos.own_cameras.frames import Candidate
 from vomstudio.io.photos.own_cameras.result import from_centre, posed, straight, unknown_lens
-
-Array = npt.NDArray[np.float64]
 
 NAMES = ("shots.geojson", "reconstruction.json")
 _NUMBERS = (int, float)
@@ -159,7 +157,7 @@ def load_json(path: Path) -> Any:
         raise InputError(Finding("file.damaged", reason=error, format="JSON"), file=path) from error
 
 
-def _matrix(turn: Array) -> Array:
+def _matrix(turn: FloatArray) -> FloatArray:
     from scipy.spatial.transform import Rotation
 
     return np.asarray(Rotation.from_rotvec(turn).as_matrix(), np.float64)
@@ -171,7 +169,7 @@ def _get(path: Path, where: str, row: Any, key: str) -> Any:
     return row[key]
 
 
-def _three(path: Path, where: str, row: Any, key: str) -> Array:
+def _three(path: Path, where: str, row: Any, key: str) -> FloatArray:
     value = _get(path, where, row, key)
     good = isinstance(value, list) and len(value) == 3
     if not good or not all(isinstance(v, _NUMBERS) and np.isfinite(v) for v in value):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.file_kinds import refuse_other_kind
 from vomstudio.core.files.regular import is_regular, open_regular
@@ -18,15 +18,21 @@ from vomstudio.io.photos.own_cameras.result import OwnCameras, of_views
 from vomstudio.io.text.file_text import require_file
 from vomstudio.io.text.xml_tree import is_xml, read_xml
 
-Array = npt.NDArray[np.float64]
-
 _BESIDE = (
-    FILE_NAME, "cameras.xml", *opensfm.NAMES, "odm_report/shots.geojson",
-    "../odm_report/shots.geojson", "sparse/0", "sparse", "../sparse/0", "../sparse", ".",
-)  # fmt: skip
+    FILE_NAME,
+    "cameras.xml",
+    *opensfm.NAMES,
+    "odm_report/shots.geojson",
+    "../odm_report/shots.geojson",
+    "sparse/0",
+    "sparse",
+    "../sparse/0",
+    "../sparse",
+    ".",
+)
 
 
-def read_own_cameras(path: str | Path, bounds: Array | None = None) -> OwnCameras:
+def read_own_cameras(path: str | Path, bounds: FloatArray | None = None) -> OwnCameras:
     """The cameras in the frame of the model, recognised by what is in the file: our own
     `cameras.json`, COLMAP (a folder, or `images` and `cameras` as text or binary), Metashape XML,
     `reconstruction.json` and `shots.geojson` of OpenSfM and OpenDroneMap, or a table of centres.
@@ -87,7 +93,7 @@ def _of_lenses(path: Path) -> bool:
     return path.name == FILE_NAME and b"vomstudio" not in head
 
 
-def _of_json(path: Path, bounds: Array | None) -> OwnCameras:
+def _of_json(path: Path, bounds: FloatArray | None) -> OwnCameras:
     data = opensfm.load_json(path)
     candidates: list[Candidate]
     if opensfm.is_opensfm(data):

@@ -7,15 +7,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.cameras import Intrinsics, View
 from vomstudio.geometry.coordinate_limits import no_places
-
-Array = npt.NDArray[np.float64]
 
 # How far a matrix may be from a rotation: files round to six figures and more.
 _ROUNDED = 1e-3
@@ -31,7 +29,7 @@ class OwnCameras:
 
     path: Path
     views: Mapping[str, View]
-    centres: Mapping[str, Array]
+    centres: Mapping[str, FloatArray]
     photos: Path | None = None
     warnings: tuple[Finding, ...] = field(default=())
 
@@ -56,7 +54,7 @@ def of_views(
     return OwnCameras(path, named, centres, photos, tuple(warnings))
 
 
-def posed(name: str, lens: Intrinsics, rotation: Array, translation: Array) -> View:
+def posed(name: str, lens: Intrinsics, rotation: FloatArray, translation: FloatArray) -> View:
     """A view whose rotation is one. Raises ValueError where it is none, or is nowhere."""
     if not (np.isfinite(rotation).all() and np.isfinite(translation).all()):
         raise ValueError(tr("the pose is not finite"))
@@ -70,7 +68,7 @@ def posed(name: str, lens: Intrinsics, rotation: Array, translation: Array) -> V
     return View(name, lens, better, better @ rotation.T @ translation)
 
 
-def from_centre(name: str, lens: Intrinsics, rotation: Array, centre: Array) -> View:
+def from_centre(name: str, lens: Intrinsics, rotation: FloatArray, centre: FloatArray) -> View:
     """As `posed`, from the projection centre."""
     view = posed(name, lens, rotation, np.zeros(3))
     if not np.isfinite(centre).all() or no_places(centre[None]).any():

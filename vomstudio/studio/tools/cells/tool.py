@@ -114,8 +114,9 @@ class CellsTool(NothingOpen):
         cells, cell = _in_file(grid), self.under[1]
         corners = transform.apply(model.to_world, cells.corners(np.array([cell]))[0])
         told = tr(TITLES[grid_edits.marks_of(grid)[cell]])
-        said = tr("{grid}, cell {cell}: {mark}", grid=grid.name, cell=cell_name(cells, cell),
-                  mark=told)  # fmt: skip
+        said = tr(
+            "{grid}, cell {cell}: {mark}", grid=grid.name, cell=cell_name(cells, cell), mark=told
+        )
         self._context.show(Preview(np.zeros((0, 3)), patch=corners, color=_COLOR, reading=(said,)))
 
     # --- as every tool -----------------------------------------------------------------------
@@ -135,9 +136,13 @@ class CellsTool(NothingOpen):
 
 def _in_file(grid: FaceGrid) -> CellGrid:
     return CellGrid(
-        np.array(grid.origin), np.array(grid.right), np.array(grid.up), grid.cell, grid.columns,
+        np.array(grid.origin),
+        np.array(grid.right),
+        np.array(grid.up),
+        grid.cell,
+        grid.columns,
         grid.rows,
-    )  # fmt: skip
+    )
 
 
 TOOL = ToolEntry(

@@ -69,25 +69,65 @@ def commands(
         return None if net() else Finding("action.net-loading")
 
     return [
-        Command("type_on_net", tr("Draw and turn on the net…"), type_in, "pencil-ruler", (),
-                tr("Type great and small circles, lines on planes, a turning, levels."),
-                not_loaded),
-        Command("figure_style", tr("Style of figures…"), style, "palette-outline", (),
-                tr("Size, letters, symbols and colours of figures of nets and roses."),
-                not_loaded),
-        Command("net_in_middle", tr("Stereonet in the middle"),
-                lambda: fill_middle("stereonet"), "fit-to-page-outline",
-                "Shift+F9", tr("Give the stereonet the place of the outcrop, or put it back.")),
-        Command("import_readings", tr("Import &field measurements…"),
-                lambda: choose_readings(parent, studio),
-                "compass-outline", (), tr("Import compass readings from a table and compare them "
-                                          "with the planes picked on the model.")),
-        Command("export_net", tr("Export stereo&net…"), export, "export-variant", (),
-                tr("The stereonet as a figure: SVG, PDF or PNG."), no_net),
-        Command("copy_net", tr("&Copy stereonet as a figure"), copy, "content-copy", (),
-                tr("The stereonet as a figure on the clipboard: drawing programs take it as SVG, "
-                   "others as a picture."), no_net),
-    ]  # fmt: skip
+        Command(
+            "type_on_net",
+            tr("Draw and turn on the net…"),
+            type_in,
+            "pencil-ruler",
+            (),
+            tr("Type great and small circles, lines on planes, a turning, levels."),
+            not_loaded,
+        ),
+        Command(
+            "figure_style",
+            tr("Style of figures…"),
+            style,
+            "palette-outline",
+            (),
+            tr("Size, letters, symbols and colours of figures of nets and roses."),
+            not_loaded,
+        ),
+        Command(
+            "net_in_middle",
+            tr("Stereonet in the middle"),
+            lambda: fill_middle("stereonet"),
+            "fit-to-page-outline",
+            "Shift+F9",
+            tr("Give the stereonet the place of the outcrop, or put it back."),
+        ),
+        Command(
+            "import_readings",
+            tr("Import &field measurements…"),
+            lambda: choose_readings(parent, studio),
+            "compass-outline",
+            (),
+            tr(
+                "Import compass readings from a table and compare them "
+                "with the planes picked on the model."
+            ),
+        ),
+        Command(
+            "export_net",
+            tr("Export stereo&net…"),
+            export,
+            "export-variant",
+            (),
+            tr("The stereonet as a figure: SVG, PDF or PNG."),
+            no_net,
+        ),
+        Command(
+            "copy_net",
+            tr("&Copy stereonet as a figure"),
+            copy,
+            "content-copy",
+            (),
+            tr(
+                "The stereonet as a figure on the clipboard: drawing programs take it as SVG, "
+                "others as a picture."
+            ),
+            no_net,
+        ),
+    ]
 
 
 # --- field measurements ----------------------------------------------------------------------

@@ -45,8 +45,14 @@ from vomstudio.ui.common.studio import Studio
 if TYPE_CHECKING:
     from vomstudio.products.net.figure_style import FigureStyle
 
-_MARKERS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D", "pentagon": "p",
-            "star": "*"}  # fmt: skip
+_MARKERS = {
+    "circle": "o",
+    "square": "s",
+    "triangle": "^",
+    "diamond": "D",
+    "pentagon": "p",
+    "star": "*",
+}
 MIN_FOLD_PLANES = 3
 MOST_ERRORS = 500
 """Ellipses of more features would be one blot."""

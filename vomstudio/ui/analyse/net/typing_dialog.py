@@ -36,19 +36,37 @@ from vomstudio.ui.common.widgets import Label, allow
 Made = TypeVar("Made")
 
 _FIELDS = (
-    ("planes", to_translate("Great circles"),
-     to_translate("Planes, such as {plane}; several with ; between them.")),
-    ("cones", to_translate("Small circles"),
-     to_translate("trend/plunge/half-angle, such as 125/26/30; several with ; between them.")),
-    ("slips", to_translate("Lines on planes"),
-     to_translate("dip direction/dip/rake, such as 120/60/40: the plane and the line in it.")),
-    ("untilt", to_translate("Untilt by plane"),
-     to_translate("All is turned so that this plane becomes horizontal, such as {plane}.")),
-    ("rotate", to_translate("Turn about axis"),
-     to_translate("trend/plunge/angle, right-handed about the downward end, such as 125/26/30.")),
-    ("levels", to_translate("Levels of contours"),
-     to_translate("Such as 2, 4, 8; empty for round ones.")),
-)  # fmt: skip
+    (
+        "planes",
+        to_translate("Great circles"),
+        to_translate("Planes, such as {plane}; several with ; between them."),
+    ),
+    (
+        "cones",
+        to_translate("Small circles"),
+        to_translate("trend/plunge/half-angle, such as 125/26/30; several with ; between them."),
+    ),
+    (
+        "slips",
+        to_translate("Lines on planes"),
+        to_translate("dip direction/dip/rake, such as 120/60/40: the plane and the line in it."),
+    ),
+    (
+        "untilt",
+        to_translate("Untilt by plane"),
+        to_translate("All is turned so that this plane becomes horizontal, such as {plane}."),
+    ),
+    (
+        "rotate",
+        to_translate("Turn about axis"),
+        to_translate("trend/plunge/angle, right-handed about the downward end, such as 125/26/30."),
+    ),
+    (
+        "levels",
+        to_translate("Levels of contours"),
+        to_translate("Such as 2, 4, 8; empty for round ones."),
+    ),
+)
 
 
 class NetTypingDialog(QDialog):

@@ -50,6 +50,11 @@ def write_shown(
         write_roses(target, shown, format=format_, style=style.of_net(), width_mm=width, dpi=dpi)
         return
     write_stereonet(
-        target, shown, format=format_, style=style.of_net(),
-        width_mm=style.width_mm, height_mm=style.height_mm, dpi=dpi,
-    )  # fmt: skip
+        target,
+        shown,
+        format=format_,
+        style=style.of_net(),
+        width_mm=style.width_mm,
+        height_mm=style.height_mm,
+        dpi=dpi,
+    )

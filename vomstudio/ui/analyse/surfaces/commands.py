@@ -67,13 +67,28 @@ def commands(studio: Studio, parent: QWidget) -> list[Command]:
             dialog.show()
 
     return [
-        Command("patch_surface", tr("Patch as a &surface…"), show_surface, "waves", (),
-                tr("Deviations of the selected patch from its plane, where the plane ceases to "
-                   "hold, its roughness and smoothest direction."),
-                no_patch),
-        Command("extend_plane", tr("E&xtend through the model…"), show_extension,
-                "arrow-expand-horizontal", (),
-                tr("Carry the selected plane on through its model, with the band of its error, "
-                   "also repeated at the thickness of the beds."),
-                no_plane),
-    ]  # fmt: skip
+        Command(
+            "patch_surface",
+            tr("Patch as a &surface…"),
+            show_surface,
+            "waves",
+            (),
+            tr(
+                "Deviations of the selected patch from its plane, where the plane ceases to "
+                "hold, its roughness and smoothest direction."
+            ),
+            no_patch,
+        ),
+        Command(
+            "extend_plane",
+            tr("E&xtend through the model…"),
+            show_extension,
+            "arrow-expand-horizontal",
+            (),
+            tr(
+                "Carry the selected plane on through its model, with the band of its error, "
+                "also repeated at the thickness of the beds."
+            ),
+            no_plane,
+        ),
+    ]

@@ -62,17 +62,21 @@ class ExtendDialog(QDialog):
         self.limits.add_rows(form)
         self.painted = QCheckBox(tr("Colour the band by the distance from the plane"))
         self.painted.setToolTip(
-            tr("Without colours the outcrop keeps its texture under the lines, so that the plane "
-               "can be held against the beds.")
-        )  # fmt: skip
+            tr(
+                "Without colours the outcrop keeps its texture under the lines, so that the plane "
+                "can be held against the beds."
+            )
+        )
         self.painted.setChecked(True)
         self.painted.toggled.connect(self._paint)
         form.addRow(self.painted)
         self.said = Label(
-            tr("Places on the outcrop that lie within the 95 % error of the plane are coloured by "
-               "their distance from it. Lines show the plane and the edges of its band while this "
-               "window is open.")
-        )  # fmt: skip
+            tr(
+                "Places on the outcrop that lie within the 95 % error of the plane are coloured by "
+                "their distance from it. Lines show the plane and the edges of its band while this "
+                "window is open."
+            )
+        )
         self.said.setWordWrap(True)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         role = QDialogButtonBox.ButtonRole.ActionRole
@@ -126,9 +130,13 @@ class ExtendDialog(QDialog):
         self._busy = False
         self.found, lines = made
         self.said.setText(
-            "\n".join([*_lines(self.found, metric=axes_of(self._studio).metric),
-                       *map(str, self.found.warnings)])
-        )  # fmt: skip
+            "\n".join(
+                [
+                    *_lines(self.found, metric=axes_of(self._studio).metric),
+                    *map(str, self.found.warnings),
+                ]
+            )
+        )
         self._refresh_buttons()
         self._studio.extension_shown.emit(ExtendedLines(self._model_id, *lines))
         opened, bands = self._studio.models.get(self._model_id), self.found.bands

@@ -21,10 +21,14 @@ from vomstudio.ui.interpret.tool_panels.common import hint_label, narrow_column
 MARKS = {
     DONE: ("done", "check", "Q", to_translate("Features were picked here, or could have been.")),
     EMPTY: ("empty", "circle-outline", "W", to_translate("There is nothing to pick here.")),
-    UNMEASURABLE: ("unmeasurable", "cancel", "X", to_translate(
-        "Vegetation, debris, shadow or a hole: nothing can be measured here.")),
+    UNMEASURABLE: (
+        "unmeasurable",
+        "cancel",
+        "X",
+        to_translate("Vegetation, debris, shadow or a hole: nothing can be measured here."),
+    ),
     OPEN: ("open", "help", "Z", to_translate("Nobody has looked here yet.")),
-}  # fmt: skip
+}
 """Name, icon and key of the command that marks the cell under the cursor."""
 
 
@@ -35,8 +39,14 @@ class CellsPanel(QWidget):
         self._studio = studio
         self.count = hint_label()
         column = narrow_column(self)
-        column.addWidget(hint_label(tr("Click cells of the grid. A second click takes a mark away; "
-                                       "a key marks the cell under the cursor.")))  # fmt: skip
+        column.addWidget(
+            hint_label(
+                tr(
+                    "Click cells of the grid. A second click takes a mark away; "
+                    "a key marks the cell under the cursor."
+                )
+            )
+        )
         self.buttons = {}
         for mark, (name, *_) in MARKS.items():
             button = QToolButton()
@@ -55,11 +65,14 @@ class CellsPanel(QWidget):
         grids = self._studio.session.of(FaceGrid)
         marks = "".join(marks_of(grid) for grid in grids)
         self.count.setText(
-            tr("{count} of {all} cells are marked.", count=len(marks) - marks.count(OPEN),
-               all=len(marks))
+            tr(
+                "{count} of {all} cells are marked.",
+                count=len(marks) - marks.count(OPEN),
+                all=len(marks),
+            )
             if grids
             else Finding("action.no-grid").message
-        )  # fmt: skip
+        )
 
 
 def commands(studio: Studio) -> list[Command]:
@@ -75,12 +88,18 @@ def commands(studio: Studio) -> list[Command]:
 
     return [
         Command(
-            f"mark_{name}", tr("Cell {mark}", mark=tr(TITLES[mark])),
-            partial(tool.mark_here, mark), icon, key, tr(tip), not_marking,
-            in_viewport=True, checked=partial(marks_so, mark),
+            f"mark_{name}",
+            tr("Cell {mark}", mark=tr(TITLES[mark])),
+            partial(tool.mark_here, mark),
+            icon,
+            key,
+            tr(tip),
+            not_marking,
+            in_viewport=True,
+            checked=partial(marks_so, mark),
         )
         for mark, (name, icon, key, tip) in MARKS.items()
-    ]  # fmt: skip
+    ]
 
 
 PANEL = CellsPanel

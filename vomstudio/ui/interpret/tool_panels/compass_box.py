@@ -135,9 +135,11 @@ class CompassBox(QWidget):
         if len(read) != 1 or measured is None:
             return
         said = field_text(
-            studio.measured(read)[read[0]], kind_read(measured), self._used.turned_deg,
+            studio.measured(read)[read[0]],
+            kind_read(measured),
+            self._used.turned_deg,
             studio.settings.notation,
-        )  # fmt: skip
+        )
         if said:
             self.reading.setText(said)
 
@@ -155,8 +157,9 @@ class CompassBox(QWidget):
             if kind_read(measured) == "lineation":
                 example = "130/25"
             here = orientation_text(measured, notation)
-            self.of.setText(tr("{feature}, as it stands {orientation}", feature=record.name,
-                               orientation=here))  # fmt: skip
+            self.of.setText(
+                tr("{feature}, as it stands {orientation}", feature=record.name, orientation=here)
+            )
         else:
             self.of.setText("" if why is None else why.message)
         self.of.setToolTip(self.of.text())

@@ -69,9 +69,11 @@ class CompassDialog(QDialog):
         )
         self.doubt = _field("north_doubt", _angle_text(there.doubt_deg), "")
         self.doubt.setToolTip(
-            tr("One standard error. What the compass is off for all readings alike does not "
-               "become less by more readings.")
-        )  # fmt: skip
+            tr(
+                "One standard error. What the compass is off for all readings alike does not "
+                "become less by more readings."
+            )
+        )
         self.says = Label()
         self.says.setWordWrap(True)
         self.says.setMinimumHeight(3 * self.says.fontMetrics().lineSpacing())
@@ -157,9 +159,12 @@ class CompassDialog(QDialog):
         self.place.setPlaceholderText(
             tr("latitude, longitude, such as 46.52, 11.35")
             if place is None
-            else tr("{latitude:.3f}, {longitude:.3f}: that of the model", latitude=place[1],
-                    longitude=place[0])
-        )  # fmt: skip
+            else tr(
+                "{latitude:.3f}, {longitude:.3f}: that of the model",
+                latitude=place[1],
+                longitude=place[0],
+            )
+        )
         if place is None or known.day is None or made.north != "magnetic":
             self.declination.setPlaceholderText(tr("by day and place, or typed: east positive"))
             return

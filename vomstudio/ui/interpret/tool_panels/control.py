@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
@@ -22,6 +21,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError, VomError
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.words import tr
@@ -79,7 +79,7 @@ class ControlPanel(QWidget):
         self._points: list[ControlPoint] = []
         self._lines: list[KnownLine] = []
         self._found, self._reach = 0, 0.0
-        self._photo_up_of: tuple[Path | None, npt.NDArray[np.float64] | None] | None = None
+        self._photo_up_of: tuple[Path | None, FloatArray | None] | None = None
         self._solving = NewestResult(self, self._solved, self._unsolved, self._say_solving)
         self.model: Model | None = None
         self.placed: Placed | None = None
@@ -223,10 +223,21 @@ class ControlPanel(QWidget):
                 raise GeometryError(Finding("action.no-model"))
             extent = None if opened is None else some_points(opened.data)
             return placed_by_points(
-                pairs, bounds, model, self.crs, extent, lines, north.doubt_deg, compass,
-                north.turned_deg, north_sigma_stated=stated, photo_up=photo_up,
-                keep_scale=keep_scale, click_sigma_m=click_m, resolution=resolution,
-            )  # fmt: skip
+                pairs,
+                bounds,
+                model,
+                self.crs,
+                extent,
+                lines,
+                north.doubt_deg,
+                compass,
+                north.turned_deg,
+                north_sigma_stated=stated,
+                photo_up=photo_up,
+                keep_scale=keep_scale,
+                click_sigma_m=click_m,
+                resolution=resolution,
+            )
 
         self.north, self._counted = None, ""
         try:
@@ -252,7 +263,7 @@ class ControlPanel(QWidget):
             self._explain_button(Finding("registration.pending"))
             self._solving.ask(work)
 
-    def _photo_up(self, model: Model | None) -> npt.NDArray[np.float64] | None:
+    def _photo_up(self, model: Model | None) -> FloatArray | None:
         """As of `known_lines.photo_up`, read once for each model."""
         from vomstudio.studio.placing.known_lines import photo_up
 
@@ -351,14 +362,18 @@ class ControlPanel(QWidget):
         self.map.show_points(
             [
                 MapPoint(
-                    p.name, p.position[0], p.position[1], not p.check, bool(p.vertices),
+                    p.name,
+                    p.position[0],
+                    p.position[1],
+                    not p.check,
+                    bool(p.vertices),
                     off.get(p.name),
                 )
                 for p in self._points
                 if p.position is not None
             ],
             self.placed,
-        )  # fmt: skip
+        )
 
     def _show_current(self, *_: object) -> None:
         current = self._tool.current
@@ -374,10 +389,17 @@ class ControlPanel(QWidget):
         path = None if model is None else studio.project.find_model(model)
         if path is not None:
             copy_register(
-                self, studio, path, self._points, self._lines, self.crs, self.readings, self.north,
+                self,
+                studio,
+                path,
+                self._points,
+                self._lines,
+                self.crs,
+                self.readings,
+                self.north,
                 kept_scale=self._metres() if self.keep_scale.isChecked() else None,
                 click_sigma_m=self._typed_click_error(),
-            )  # fmt: skip
+            )
 
     # --- what is done ------------------------------------------------------------------------
     def ask_for_points(self) -> None:

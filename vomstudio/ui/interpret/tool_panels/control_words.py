@@ -120,15 +120,21 @@ def _of_reading(
     said = [tr("Placed: {placed}; read: {read}.", placed=shown, read=as_read(read, notation))]
     if seen.sigma_deg is not None and line.sigma is not None:
         said.append(
-            tr("What the model shows is itself known to ± {error:.1f}° (1σ), which counts too.",
-               error=seen.sigma_deg)
-        )  # fmt: skip
+            tr(
+                "What the model shows is itself known to ± {error:.1f}° (1σ), which counts too.",
+                error=seen.sigma_deg,
+            )
+        )
     for each in placed.without:
         if each.label == line.name:
             said.append(
-                tr("Without it the others agree to {others:.1f}° (RMS), and the model turns by "
-                   "{turn:.1f}°.", others=each.others_deg, turn=each.turned_deg)
-            )  # fmt: skip
+                tr(
+                    "Without it the others agree to {others:.1f}° (RMS), and the model turns by "
+                    "{turn:.1f}°.",
+                    others=each.others_deg,
+                    turn=each.turned_deg,
+                )
+            )
     return said
 
 

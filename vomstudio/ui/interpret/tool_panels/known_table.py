@@ -44,14 +44,29 @@ class KnownTable(QTableWidget):
         header.setMinimumSectionSize(34)
         for column, tip in (
             (TICK, tr("Ticked ones place the model, the others judge it.")),
-            (VALUE, tr("Azimuth (°) from the first end to the second, length (m), or what was read "
-                       "by compass, such as 213/45.")),
-            (SIGMA, tr("One standard error; empty for what is usual: 0.5° of a level or plumb "
-                       "line, 3° of an azimuth, 0.5 % of a length. Of planes and lines by compass "
-                       "it is then taken from what is left over.")),
-            (LEFT, tr("What is left over: placed less known; of planes and lines by compass the "
-                      "angle between the two.")),
-        ):  # fmt: skip
+            (
+                VALUE,
+                tr(
+                    "Azimuth (°) from the first end to the second, length (m), or what was read "
+                    "by compass, such as 213/45."
+                ),
+            ),
+            (
+                SIGMA,
+                tr(
+                    "One standard error; empty for what is usual: 0.5° of a level or plumb "
+                    "line, 3° of an azimuth, 0.5 % of a length. Of planes and lines by compass "
+                    "it is then taken from what is left over."
+                ),
+            ),
+            (
+                LEFT,
+                tr(
+                    "What is left over: placed less known; of planes and lines by compass the "
+                    "angle between the two."
+                ),
+            ),
+        ):
             item = self.horizontalHeaderItem(column)
             if item is not None:
                 item.setToolTip(tip)

@@ -144,9 +144,13 @@ class SelectPanel(QWidget):
         self.count.setVisible(chosen is not None)
         if chosen is not None and model is not None:
             self.count.setText(
-                tr("{count:,} of {all:,} of {model}", count=chosen.count, all=len(chosen.mask),
-                   model=model.name)
-            )  # fmt: skip
+                tr(
+                    "{count:,} of {all:,} of {model}",
+                    count=chosen.count,
+                    all=len(chosen.mask),
+                    model=model.name,
+                )
+            )
         measured = tool.measurement
         self.fit_view.show_measurement(
             measured, studio.settings.notation, local=not studio.north_known()
