@@ -81,7 +81,7 @@ def test_an_open_project_can_be_read_by_another_process_but_not_opened(project):
         capture_output=True,
         text=True,
         check=True,
-        cwd=Path(__file__).parents[3],
+        cwd=Path(__file__).parents[2],
     )
     count, message = done.stdout.splitlines()
     assert int(count) == len(project.session.records)
@@ -215,7 +215,7 @@ def test_what_was_shown_before_a_kill_is_there_after_it(tmp_path):
     project = Project.create(tmp_path / "a.vom")
     project.session.apply(edits.add_model(project.session.records, MODEL))
     project.close()
-    root = Path(__file__).parents[3]
+    root = Path(__file__).parents[2]
     for wait_for in (0, 3, 17):
         child = subprocess.Popen(
             [sys.executable, "-c", _WRITER, str(tmp_path / "a.vom"), str(root)],

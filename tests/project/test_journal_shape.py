@@ -15,7 +15,7 @@ from vomstudio.core.errors import InputError
 from vomstudio.project.folder import Project
 from vomstudio.project.journal.database import read_replay
 
-SPECIMENS = Path(__file__).parents[2] / "specimens"
+SPECIMENS = Path(__file__).parents[1] / "specimens"
 ENDLESS = "WITH RECURSIVE n(k) AS (SELECT 1 UNION ALL SELECT k + 1 FROM n)"
 
 HOSTILE = {

@@ -17,7 +17,7 @@ from vomstudio.project import edits
 from vomstudio.project.folder import Project
 from vomstudio.project.records import Feature
 
-SPECIMENS = Path(__file__).parents[2] / "specimens"
+SPECIMENS = Path(__file__).parents[1] / "specimens"
 FOLDERS = [
     "assets",
     "assets-before-compaction",

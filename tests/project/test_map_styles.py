@@ -18,7 +18,7 @@ from vomstudio.io.gis.qgis_project import MapLayer, qgs
 from vomstudio.io.gis.qml import Category, Style
 from vomstudio.project.exports.export import export_project
 
-SPECIMEN = Path(__file__).parents[2] / "specimens" / "schema1.vom"
+SPECIMEN = Path(__file__).parents[1] / "specimens" / "schema1.vom"
 
 
 @pytest.fixture(scope="module")

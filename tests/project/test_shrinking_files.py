@@ -96,7 +96,7 @@ print(float(np.nansum(loaded.data.vertices)), loaded.data.faces.sum())
 def ran(program: str, *words: object) -> str:
     done = subprocess.run(
         [sys.executable, "-c", program, *map(str, words)],
-        cwd=Path(__file__).resolve().parents[3],
+        cwd=Path(__file__).resolve().parents[2],
         capture_output=True,
         text=True,
         check=False,

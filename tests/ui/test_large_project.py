@@ -57,4 +57,4 @@ def test_one_that_cannot_be_read_leaves_the_present_one_open(window, studio, lar
     studio.workspace.notices.told.connect(lambda notice: codes.append(notice.code))
     window.open_path(large)
     assert studio.project.folder == present
-    assert codes == ["journal.unreadable"]
+    assert codes == ["journal.damaged"]

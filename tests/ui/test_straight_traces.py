@@ -59,7 +59,7 @@ def test_a_straight_trace_shows_its_band_and_the_sets_that_fit(beds, studio):
     compatible = next(line for line in said.splitlines() if line.startswith("Compatible sets"))
     assert "east" in compatible
     assert "J" not in compatible
-    assert "As a plane of east it is" in said
+    assert "As a plane of Bedding: east it is" in said
     beds.net.canvas.grab()
     driver.keep_picture(beds, "straight_trace")
 

@@ -166,7 +166,7 @@ def test_a_folder_for_results_in_a_project_is_no_link(
     place.parent.mkdir(exist_ok=True)
     (victim.parent / "empty").mkdir()
     place.symlink_to(victim.parent / "empty")
-    photos = Path(__file__).parents[1] / "specimens" / "photos"
+    photos = Path(__file__).parents[2] / "specimens" / "photos"
     words = {
         "frames": ["frames", str(photos / "HL_2041.jpg")],
         "demo": ["demo", "--without-photos"],

@@ -56,7 +56,7 @@ def test_a_lock_that_another_process_holds_is_kept_and_its_holder_named(tmp_path
         "lock = ProjectLock(pathlib.Path(sys.argv[1])); print('held', flush=True);"
         "sys.stdin.read()"
     )
-    root = Path(__file__).resolve().parents[2]
+    root = Path(__file__).resolve().parents[3]
     with subprocess.Popen(
         [sys.executable, "-c", code, str(tmp_path / "lock")],
         stdin=subprocess.PIPE,

@@ -23,7 +23,7 @@ from vomstudio.core.files.untrusted.databases import harden, open_to_read, requi
 from vomstudio.io.gis import vector_layers
 from vomstudio.io.gis.line_reading import read_gis_lines
 
-PROGRAM = Path(__file__).parents[2] / "vomstudio"
+PROGRAM = Path(__file__).parents[3] / "vomstudio"
 posix = pytest.mark.skipif(os.name != "posix", reason="no process signals itself there")
 
 
