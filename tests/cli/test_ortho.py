@@ -10,7 +10,7 @@ import pytest
 import rasterio
 
 from tests.marked import UTM, found_dots, marked_mesh
-from tests.messages import codes, messages, shown_codes
+from tests.messages import codes, error_of, messages, shown_codes
 
 PROMISED = (
     "image",
@@ -112,29 +112,31 @@ def test_a_fold_is_looked_along_and_its_verdict_said(run, write, model, tmp_path
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "code", "field"),
     [
-        ([], "--trend"),
-        (["--trend", 1], "--plunge"),
-        (["--plunge", 1], "--trend"),
-        (["--trend", 1, "--plunge", 91], "90"),
-        (["--trend", 1, "--plunge", 2, "--plane", "3/4"], "exclude each other"),
-        (["--plane", "3/4", "--domain", "A"], "--draw"),
-        (["--plane", "steep"], "--plane"),
-        (["--plane", "3/4", "--gsd", "0"], "--gsd"),
-        (["--plane", "3/4", "--gsd", "nan"], "--gsd"),
-        (["--plane", "3/4", "--gsd", "1e-6"], "or larger"),
-        (["--plane", "3/4", "--unit", "0"], "--unit"),
-        (["--plane", "3/4", "--unit", "0.3048"], "--unit"),
-        (["--plane", "3/4", "--sheet", "s.doc"], "--sheet"),
-        (["--fold", "missing.csv"], "missing.csv"),
+        ([], "option.none-given", "--trend"),
+        (["--trend", 1], "option.requires", "--trend"),
+        (["--plunge", 1], "option.requires", "--plunge"),
+        (["--trend", 1, "--plunge", 91], "option.out-of-range", "--plunge"),
+        (["--trend", 1, "--plunge", 2, "--plane", "3/4"], "option.conflict", "--plane"),
+        (["--plane", "3/4", "--domain", "A"], "option.requires", "--domain"),
+        (["--plane", "steep"], "notation.unknown-word", "--plane"),
+        (["--plane", "3/4", "--gsd", "0"], "option.not-a-length", "--gsd"),
+        (["--plane", "3/4", "--gsd", "nan"], "option.not-a-length", "--gsd"),
+        (["--plane", "3/4", "--gsd", "1e-6"], "gsd.too-many-pixels", "--gsd"),
+        (["--plane", "3/4", "--unit", "0"], "option.not-a-choice", "--unit"),
+        (["--plane", "3/4", "--unit", "0.3048"], "option.not-a-choice", "--unit"),
+        (["--plane", "3/4", "--sheet", "s.doc"], "output.unknown-format", "--sheet"),
+        (["--fold", "missing.csv"], "file.missing", None),
     ],
 )
-def test_wrong_wishes_are_refused_in_a_sentence(run, model, tmp_path, words, said) -> None:  # type: ignore[no-untyped-def]
+def test_invalid_options_are_refused_and_nothing_is_written(
+    run, model: Path, tmp_path: Path, words: list[str | int], code: str, field: str | None
+) -> None:
     before = files(tmp_path)
-    ran = run("ortho", model, "-o", tmp_path / "o.tif", *words)
+    ran = run("ortho", model, "-o", tmp_path / "o.tif", *words, "--json")
     assert ran.code == 2
-    assert said in ran.said
+    error_of(ran.json, code, field=field)
     assert files(tmp_path) == before
 
 
