@@ -84,7 +84,7 @@ def _defined(module: Path) -> set[str]:
 def test_every_step_of_the_walks_names_a_function_of_its_module() -> None:
     page = (DOCS / "architecture.md").read_text("utf-8")
     steps = re.findall(r"^\| `(vomstudio/[\w/]+\.py)` \| `([\w.]+)` \|", page, re.MULTILINE)
-    assert len(steps) > 40
+    assert len(steps) >= 40
     assert [step for step in steps if step[1] not in _defined(ROOT / step[0])] == []
 
 

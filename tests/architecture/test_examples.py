@@ -27,7 +27,6 @@ AFFECTED = (
     "tests/project",
     "tests/studio/tools",
     "tests/io/models/test_registry.py",
-    "tests/io/control",
     "tests/cli/test_contract.py",
     "tests/cli/test_first_words.py",
     "tests/specimens",
@@ -47,29 +46,19 @@ import numpy as np
 from vomstudio.project import edits
 from vomstudio.project.kinds import kind_named
 from vomstudio.project.kinds.remark import Remark
-from vomstudio.project.records import Frame, Model
-from vomstudio.io.control.control_files import crs_of, read_control, read_marks
+from vomstudio.geometry.frames import Frame
+from vomstudio.project.records import Model
 from vomstudio.io.models.opening import read_model
-from vomstudio.project.exports.export import export_records
 from vomstudio.project.folder import Project
 from vomstudio.studio.tools.registry import TOOLS
 from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
 
 here = Path(sys.argv[1])
-said = {}
+result = {}
 
 (here / "a.off").write_text("OFF 3 1 0\\n0 0 0\\n2 0 0\\n0 3 0\\n3 0 1 2\\n")
 loaded = read_model(here / "a.off")
-said["vertices"], said["faces"] = loaded.data.vertices.tolist(), loaded.data.faces.tolist()
-
-(here / "control.json").write_text(json.dumps({
-    "crs": "EPSG:32633",
-    "points": [{"label": "T1", "x": 1.0, "y": 2.0, "z": 3.5}],
-    "marks": [{"label": "T1", "photo": "a.jpg", "x": 10.5, "y": 20.0}],
-}))
-(point,), (mark,) = read_control(here / "control.json"), read_marks(here / "control.json")
-said["control"] = [point.label, *point.position, mark.photo, mark.x, mark.y]
-said["crs"] = crs_of(here / "control.json")
+result["vertices"], result["faces"] = loaded.data.vertices.tolist(), loaded.data.faces.tolist()
 
 project = Project.create(here / "p.vom")
 session = project.session
@@ -99,13 +88,10 @@ session.save()
 project.close()
 again = Project.open(here / "p.vom")
 (remark,) = again.session.of(Remark)
-said["remark"] = [remark.name, remark.notes, list(remark.vertices[0])]
-said["kind"] = kind_named("remark").title
-export_records(again.session.records, "gpkg", here / "layers.gpkg")
+result["remark"] = [remark.name, remark.notes, list(remark.vertices[0])]
+result["kind"] = kind_named("remark").title
 again.close()
-import pyogrio
-said["layers"] = [name for name, _ in pyogrio.list_layers(here / "layers.gpkg")]
-print(json.dumps(said))
+print(json.dumps(result))
 """
 
 
@@ -161,7 +147,6 @@ def test_the_page_has_an_example_of_each_thing_that_can_be_added() -> None:
     folders = {Path(name).parent.as_posix() for name, _ in NEW.findall(page)}
     assert folders == {
         "vomstudio/io/models/formats",
-        "vomstudio/io/control/formats",
         "vomstudio/project/kinds",
         "vomstudio/studio/tools",
         "vomstudio/ui/interpret/tool_panels",
@@ -172,26 +157,23 @@ def test_the_page_has_an_example_of_each_thing_that_can_be_added() -> None:
 
 
 @pytest.mark.full
-def test_reader_control_format_kind_and_tool_work(program: Path, tmp_path: Path) -> None:
-    said = json.loads(in_the_copy(program, "-c", USED, str(tmp_path)))
-    assert said["vertices"] == [[0, 0, 0], [2, 0, 0], [0, 3, 0]]
-    assert said["faces"] == [[0, 1, 2]]
-    assert said["control"] == ["T1", 1.0, 2.0, 3.5, "a.jpg", 10.5, 20.0]
-    assert said["crs"] == "EPSG:32633"
-    assert said["remark"] == ["R01", "slickensides here", [0.5, 1.0, 0.0]]
-    assert said["kind"] == "Remark"
-    assert "remarks" in said["layers"]
+def test_reader_kind_and_tool_work(program: Path, tmp_path: Path) -> None:
+    result = json.loads(in_the_copy(program, "-c", USED, str(tmp_path)))
+    assert result["vertices"] == [[0, 0, 0], [2, 0, 0], [0, 3, 0]]
+    assert result["faces"] == [[0, 1, 2]]
+    assert result["remark"] == ["R01", "slickensides here", [0.5, 1.0, 0.0]]
+    assert result["kind"] == "Remark"
 
 
 @pytest.mark.full
 def test_the_command_prints_poles(program: Path, tmp_path: Path) -> None:
     table = tmp_path / "planes.csv"
     table.write_text("dip_direction,dip\n100,30\n")
-    said = json.loads(in_the_copy(program, "-m", "vomstudio", "poles", str(table), "--json"))
+    result = json.loads(in_the_copy(program, "-m", "vomstudio", "poles", str(table), "--json"))
     # The pole of 100/30 is the line 280/60.
-    assert said["n"] == 1
-    assert said["poles"][0]["trend_deg"] == pytest.approx(280.0)
-    assert said["poles"][0]["plunge_deg"] == pytest.approx(60.0)
+    assert result["n"] == 1
+    assert result["poles"][0]["trend_deg"] == pytest.approx(280.0)
+    assert result["poles"][0]["plunge_deg"] == pytest.approx(60.0)
 
 
 @pytest.mark.full
