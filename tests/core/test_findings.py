@@ -21,7 +21,7 @@ from vomstudio.core.findings import (
     cause_of,
     finding_of,
     uncoded,
-    without_repeats,
+    unique_findings,
 )
 from vomstudio.studio.jobs.serialisation import decode, encode
 
@@ -106,7 +106,7 @@ def test_numbers_in_lists_are_restored_in_another_process() -> None:
 
 def test_repeats_are_dropped_in_order() -> None:
     other = uncoded("Plain.")
-    assert without_repeats([other, ASSUMED, other, ASSUMED]) == (other, ASSUMED)
+    assert unique_findings([other, ASSUMED, other, ASSUMED]) == (other, ASSUMED)
 
 
 @pytest.mark.parametrize("subject", SUBJECTS, ids=lambda each: each.__name__.rpartition(".")[2])

@@ -23,7 +23,7 @@ from vomstudio.api.reporting import Reported, told
 from vomstudio.core.arrays import ByteArray, Float32Array, FloatArray, GenericArray, Int32Array
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
-from vomstudio.core.reprs import html_table, in_lines
+from vomstudio.core.reprs import html_table, text_table
 from vomstudio.geometry import cloud as clouds
 from vomstudio.geometry import mesh as meshes
 from vomstudio.geometry import transform
@@ -210,7 +210,7 @@ class _Model:
         }
 
     def __repr__(self) -> str:
-        return in_lines(type(self).__name__, self._figures())
+        return text_table(type(self).__name__, self._figures())
 
     def _repr_html_(self) -> str:
         return html_table(type(self).__name__, self._figures())

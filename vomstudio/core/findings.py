@@ -169,7 +169,7 @@ def plain(messages: Iterable[Finding]) -> list[dict[str, Any]]:
     return [each.to_dict() for each in messages]
 
 
-def without_repeats(messages: Iterable[Finding]) -> tuple[Finding, ...]:
+def unique_findings(messages: Iterable[Finding]) -> tuple[Finding, ...]:
     """Return the messages in their order, each once."""
     return tuple(dict.fromkeys(messages))
 
