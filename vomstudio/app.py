@@ -102,7 +102,7 @@ def _run(words: list[str], before: dict[int, Any], *, ours: bool) -> int:
     finally:
         exception_hooks.uninstall()
     if ours:
-        from vomstudio.core.failures.quick_exit import end_with
+        from vomstudio.core.failures.quick_exit import exit_without_finalising
 
-        end_with(code)
+        exit_without_finalising(code)
     return code

@@ -183,14 +183,14 @@ class HeadlessProject:
     def open(cls, folder: Path, progress: Progress | None = None) -> Self:
         """Open a project. Raises InputError if the folder is not one, or is open elsewhere."""
         settings, problems = read_settings()
-        project = Project.open(folder, settings=settings.affecting_results)
+        project = Project.open(folder, settings=settings.recorded_settings)
         return cls(project, settings, problems, progress)
 
     @classmethod
     def create(cls, folder: Path) -> Self:
         """Create a project. Raises TargetError if the folder exists or cannot be made."""
         settings, problems = read_settings()
-        project = Project.create(folder, settings=settings.affecting_results)
+        project = Project.create(folder, settings=settings.recorded_settings)
         return cls(project, settings, problems)
 
     def __enter__(self) -> Self:

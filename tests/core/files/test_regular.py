@@ -19,7 +19,7 @@ from tests.messages import refused
 from vomstudio.core.errors import InputError, TargetError, VomError
 from vomstudio.core.files.containment import refuse_links
 from vomstudio.core.files.lock import ProjectLock
-from vomstudio.core.files.regular import open_regular, read_small, require_regular_beside
+from vomstudio.core.files.regular import open_regular, read_small, require_regular_siblings
 from vomstudio.io.control.formats.micmac import marks_beside
 from vomstudio.io.gis.raster import size_and_bands
 from vomstudio.io.gis.raster_georeference import place_on_map
@@ -82,8 +82,8 @@ def test_what_may_lie_beside_a_file(tmp_path: Path) -> None:
     (tmp_path / "a.tiles").mkdir()
     (tmp_path / "a.prj").symlink_to("nowhere")
     os.mkfifo(tmp_path / "b.prj")
-    require_regular_beside(tmp_path / "a.obj")
-    require_regular_beside(tmp_path / "none" / "a.obj")
+    require_regular_siblings(tmp_path / "a.obj")
+    require_regular_siblings(tmp_path / "none" / "a.obj")
 
 
 def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:

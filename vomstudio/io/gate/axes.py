@@ -12,7 +12,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.frame_options import FrameOptions
 from vomstudio.io.gis.axis_units import StatedAxes, stated_axes
-from vomstudio.io.gis.crs import crs_name, typed_crs
+from vomstudio.io.gis.crs import crs_name, parse_crs_option
 
 MAX_SHOWN_CHARACTERS = 80
 _SAME_UNIT = 2e-7
@@ -117,7 +117,7 @@ def assumed_frame(
 def _typed_axes(options: FrameOptions, height_unit: str | None, file: Path) -> StatedAxes:
     assert options.crs is not None
     if options.to_crs is None:
-        typed_crs(options.crs)
+        parse_crs_option(options.crs)
     try:
         return stated_axes(options.crs, height_unit)
     except InputError as error:

@@ -16,7 +16,7 @@ import numpy as np
 
 from vomstudio.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ObjectArray
 from vomstudio.core.errors import InputError, UsageError
-from vomstudio.core.files.regular import is_folder, is_there
+from vomstudio.core.files.regular import is_folder, path_exists
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.geometry.outlines.self_crossing import taken_apart
@@ -24,8 +24,13 @@ from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gate.points import ModelFrame, WorldPoints, points_to_world
 from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
 from vomstudio.io.gis.axis_units import MOST_DEGREES, suggested_zone
-from vomstudio.io.gis.dxf_properties import ENTITY_COLUMNS, dxf_facts, select_lines, why_unreadable
-from vomstudio.io.gis.layer_reading import names_no_crs, symbol_layers
+from vomstudio.io.gis.dxf_properties import (
+    ENTITY_COLUMNS,
+    read_dxf_properties,
+    select_lines,
+    unreadable_reason,
+)
+from vomstudio.io.gis.layer_reading import is_geojson_without_crs, symbol_layers
 from vomstudio.io.gis.vector_layers import VectorLayer, list_layers, read_layers
 from vomstudio.io.gis.wkb_shapes import shapes_from_wkb, surfaces_left_out
 
@@ -254,7 +259,7 @@ def _read(
 ) -> RawLayer:
     import shapely
 
-    if not is_there(path) or is_folder(path):
+    if not path_exists(path) or is_folder(path):
         raise InputError(Finding("file.missing"), file=path)
     layer = layer or _find_layer(path, kinds, progress)
     names = {name.casefold() for name in (*attributes, *ENTITY_COLUMNS, "layer")}
@@ -302,7 +307,7 @@ def _no_shapes_error(raw: RawLayer, kinds: tuple[str, ...]) -> InputError:
 
 def _unreadable(path: Path) -> InputError:
     return InputError(
-        why_unreadable(path) or Finding("drawing.unreadable"),
+        unreadable_reason(path) or Finding("drawing.unreadable"),
         file=path,
     )
 
@@ -346,7 +351,7 @@ def _frame(
     alone : bool
         Whether there is no other data whose CRS the drawing would be converted to.
     """
-    if names_no_crs(path):
+    if is_geojson_without_crs(path):
         if options.crs is not None:
             return StatedCrs(), options
         in_degrees = float(np.abs(bounds).max(initial=0.0)) <= MOST_DEGREES
@@ -358,7 +363,7 @@ def _frame(
         if sidecar.text is not None:
             return sidecar, options
     if crs is None and options.unit is None and path.suffix.lower() == ".dxf":
-        unit_m = dxf_facts(path).unit_m
+        unit_m = read_dxf_properties(path).unit_m
         return StatedCrs(is_local=unit_m is not None, unit_m=unit_m), options
     return StatedCrs(crs), options
 

@@ -13,7 +13,7 @@ from vomstudio.core.arrays import AnyArray, FloatArray, ObjectArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
-from vomstudio.io.gis.dxf_properties import ENTITY_COLUMNS, select_lines, why_unreadable
+from vomstudio.io.gis.dxf_properties import ENTITY_COLUMNS, select_lines, unreadable_reason
 from vomstudio.io.gis.layer_reading import symbol_layers
 from vomstudio.io.gis.vector_layers import list_layers, read_layers
 from vomstudio.io.gis.wkb_shapes import shapes_from_wkb, surfaces_left_out
@@ -156,7 +156,7 @@ def _is_sound(points: FloatArray) -> bool:
 
 def _unreadable(path: Path) -> InputError:
     return InputError(
-        why_unreadable(path) or Finding("drawing.unreadable"),
+        unreadable_reason(path) or Finding("drawing.unreadable"),
         file=path,
     )
 

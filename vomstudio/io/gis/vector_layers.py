@@ -21,9 +21,9 @@ from vomstudio.core.files.untrusted.databases import SQLITE_MARK
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
-from vomstudio.io.gis.dxf_blocks import refuse_endless_blocks
-from vomstudio.io.gis.layer_reading import layers_of
-from vomstudio.io.gis.layer_transport import packed, unpacked
+from vomstudio.io.gis.dxf_blocks import count_block_entities
+from vomstudio.io.gis.layer_reading import readable_layers
+from vomstudio.io.gis.layer_transport import pack, unpack
 from vomstudio.io.text.file_text import MOST_OBJECTS
 
 _SMALL_BYTES = 2 << 20
@@ -53,7 +53,7 @@ class VectorLayer:
 def list_layers(
     path: Path, unreadable: Callable[[], InputError], progress: Progress | None = None
 ) -> list[VectorLayer]:
-    """List names and kinds of the layers. unreadable : as in `layers_of`
+    """List names and kinds of the layers. unreadable : as in `readable_layers`
 
     Raises InputError and Cancelled.
     """
@@ -92,10 +92,10 @@ def _request_layers(
     reporter = Silent() if progress is None else progress
     reporter.step(0)
     if _is_small(path):
-        with layers_of(path, unreadable) as named:
+        with readable_layers(path, unreadable) as named:
             return read_named_layers(path, named, request)
     message = {"path": os.fspath(path.absolute()), **request}
-    header, arrays = unpacked(reader_process.ask(__name__, message, reporter, path))
+    header, arrays = unpack(reader_process.run_reader(__name__, message, reporter, path))
     if header.get("unreadable"):
         raise unreadable()
     if "refused" in header:
@@ -131,7 +131,7 @@ def _is_small(path: Path) -> bool:
         if max(size, path.stat().st_size) > _SMALL_BYTES:
             return False
         if path.suffix.lower() == ".dxf":
-            return refuse_endless_blocks(path) <= _SMALL_DRAWING
+            return count_block_entities(path) <= _SMALL_DRAWING
     except (OSError, ValueError):
         # The reader reports the error.
         pass
@@ -143,7 +143,7 @@ def _plain(stem: str) -> str:
 
 
 def read_named_layers(path: Path, named: Path, request: Mapping[str, Any]) -> list[VectorLayer]:
-    """Read layers with pyogrio, within `layers_of`, which returned `named`.
+    """Read layers with pyogrio, within `readable_layers`, which returned `named`.
 
     Raises InputError if there are too many features.
     """
@@ -195,7 +195,7 @@ def _answer(request: dict[str, Any]) -> bytes:
     """Answer a request in the reader process."""
     path = Path(request["path"])
     try:
-        with layers_of(path, lambda: _Unreadable(path.name)) as named:
+        with readable_layers(path, lambda: _Unreadable(path.name)) as named:
             layers = read_named_layers(path, named, request)
         header: dict[str, Any] = {"layers": []}
         arrays = []
@@ -205,11 +205,11 @@ def _answer(request: dict[str, Any]) -> bytes:
             read = layer.shapes is not None
             header["layers"].append({**about, "read": read, "columns": list(columns)})
             arrays += [layer.shapes] * read + list(columns.values())
-        return packed(header, arrays)
+        return pack(header, arrays)
     except _Unreadable:
-        return packed({"unreadable": True}, [])
+        return pack({"unreadable": True}, [])
     except InputError as error:
-        return packed({"refused": error.to_dict()}, [])
+        return pack({"refused": error.to_dict()}, [])
 
 
 class _Unreadable(InputError):

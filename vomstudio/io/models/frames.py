@@ -20,7 +20,7 @@ from vomstudio.io.gate.axes import assumed_frame, choose_axes
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gate.metric import check_metric, looks_like_degrees
 from vomstudio.io.gate.reprojection import Reprojection
-from vomstudio.io.gis.crs import metres_of, typed_crs
+from vomstudio.io.gis.crs import parse_crs_option, unit_in_metres
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.models.registration_file import (
     FoundRegistration,
@@ -116,7 +116,7 @@ def stored_registration(
     stated = None
     # With `to_crs` what the file states was converted when it was read.
     if options.to_crs is None:
-        stated = loaded.crs if options.crs is None else typed_crs(options.crs)[0]
+        stated = loaded.crs if options.crs is None else parse_crs_option(options.crs)[0]
     found = registration_beside(loaded.path, loaded.content_hash, stated)
     registration = found.registration
     if registration is None:
@@ -151,7 +151,7 @@ def registration_beside(path: Path, content_hash: str, stated: str | None) -> Fo
     frame = registration.frame
     if stated is None or (frame.crs is not None and _is_same_crs(stated, frame.crs)):
         return found
-    if frame.kind == "local" and _is_in_world(registration) and metres_of(stated) == 1.0:
+    if frame.kind == "local" and _is_in_world(registration) and unit_in_metres(stated) == 1.0:
         # The CRS was stated later: the local frame has become that of a map.
         return FoundRegistration(replace(registration, frame=Frame("crs", stated)))
     return _not_used(path, registration, stated)
@@ -273,7 +273,7 @@ def frame_of_file(path: Path, crs: str | None) -> Frame:
     A model reconstructed with control points in a local system is in metres and knows north.
     """
     if crs:
-        return Frame("crs", crs, metres_of(crs))
+        return Frame("crs", crs, unit_in_metres(crs))
     return Frame("local") if scale_known(path) else Frame()
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.memory_limit import limited_by
+from vomstudio.core.files.memory_limit import limit_for_file
 from vomstudio.core.files.regular import open_regular
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
@@ -89,7 +89,7 @@ def _read(path: Path, progress: Progress | None) -> LoadedModel:
     content_hash = run_in_thread(file_hash, path, lambda: not is_stopped.is_set(), name="file hash")
     try:
         # Damaged files hold NaN of every kind; readers look for them themselves.
-        with np.errstate(all="ignore"), limited_by(path):
+        with np.errstate(all="ignore"), limit_for_file(path):
             loaded = reader.read(path, progress)
     except MemoryError:
         is_stopped.set()

@@ -15,7 +15,7 @@ from itertools import repeat
 from pathlib import Path
 
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.spreadsheet_cells import unguarded
+from vomstudio.core.files.spreadsheet_cells import unescape_formula
 from vomstudio.core.findings import Finding
 from vomstudio.io.text.commented_rows import commented_finding, commented_rows
 from vomstudio.io.text.file_text import MOST_LINES, read_text, refuse_too_many
@@ -132,7 +132,7 @@ def read_rows(path: Path, *, named: bool = False, most: int = MOST_LINES) -> Tex
         rows, numbers, comments, separators = _quoted_rows(path, lines, delimiter)
         first = rows[0]
     elif cells_apart:
-        rows = [[unguarded(cell) for cell in cut(line, delimiter)] for line in data]
+        rows = [[unescape_formula(cell) for cell in cut(line, delimiter)] for line in data]
         first = rows[0]
     else:
         first = cut(data[0], delimiter)
@@ -248,7 +248,7 @@ def _quoted_rows(
     while True:
         source.fresh = True
         try:
-            rows.append([unguarded(cell.strip()) for cell in next(reader)])
+            rows.append([unescape_formula(cell.strip()) for cell in next(reader)])
         except StopIteration:
             return rows, numbers, source.comments, source.separators
         except csv.Error as error:

@@ -11,7 +11,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.spreadsheet_cells import guarded, guarded_word, head_line
+from vomstudio.core.files.spreadsheet_cells import comment_line, escape_foreign_cell, escape_formula
 from vomstudio.core.findings import Finding
 from vomstudio.geology.sets.discontinuities import Pieces
 from vomstudio.io.text.column_names import plain
@@ -115,24 +115,24 @@ def table_with_sets(
     delimiter = "," if text.delimiter == " " else text.delimiter
     out = io.StringIO()
     for line in (*text.comments, *notes):
-        out.write(head_line(line))
+        out.write(comment_line(line))
     writer = csv.writer(out, delimiter=delimiter, lineterminator="\n")
     names = text.names or _names_of(table)
     new = [SET, PROBABILITY, *([DISCONTINUITY] if discontinuity else [])]
     taken = {plain(name) for name in new}
     heads = [f"{name}_before" if plain(name) in taken else name for name in names]
-    writer.writerow([*map(guarded_word, heads), *new])
+    writer.writerow([*map(escape_foreign_cell, heads), *new])
     cells = [[""] * len(new) for _ in range(len(text))]
     commas = _has_decimal_commas(text.delimiter, text.rows)
     for k, (row, name, share) in enumerate(zip(rows, sets, probability, strict=True)):
         number = f"{share:.6g}"
         cells[int(table.kept[row])] = [
-            guarded(name),
+            escape_formula(name),
             number.replace(".", ",") if commas else number,
-            *([guarded(discontinuity[k])] if discontinuity else []),
+            *([escape_formula(discontinuity[k])] if discontinuity else []),
         ]
     for own, more in zip(text.rows, cells, strict=True):
-        writer.writerow([*map(guarded_word, own), *more])
+        writer.writerow([*map(escape_foreign_cell, own), *more])
     return out.getvalue()
 
 

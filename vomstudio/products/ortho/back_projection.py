@@ -18,7 +18,7 @@ from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.gis.dxf_properties import dxf_facts
+from vomstudio.io.gis.dxf_properties import read_dxf_properties
 from vomstudio.io.gis.line_reading import (
     NO_LAYERS,
     FeatureWords,
@@ -286,7 +286,7 @@ def _gis_lines(
     pixels = [_through(line, inverse) for line in lines]
     if not pixels or _inside_share(pixels, sidecar) >= LEAST_INSIDE:
         return pixels, warnings
-    unit = dxf_facts(path).unit_m if path.suffix.lower() == ".dxf" else None
+    unit = read_dxf_properties(path).unit_m if path.suffix.lower() == ".dxf" else None
     if unit not in (None, 1.0):
         scaled = [_through(replace(line, points=line.points * unit), inverse) for line in lines]
         if _inside_share(scaled, sidecar) >= LEAST_INSIDE:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.core.arrays import ByteArray, FloatArray
-from vomstudio.core.files.plain_characters import plain
+from vomstudio.core.files.plain_characters import replace_control_characters
 from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.io.gis import dxf
 from vomstudio.io.gis.layer_reading import SYMBOLS
@@ -157,7 +157,7 @@ def left_margin_mm(bounds: FloatArray, text_mm: float) -> float:
 
 
 def _escaped(words: str) -> str:
-    return html.escape(plain(words))
+    return html.escape(replace_control_characters(words))
 
 
 def svg_text(drawing: Drawing) -> str:

@@ -54,21 +54,21 @@ def read_profile_line(path: str | Path, progress: Progress | None = None) -> Pro
     path = Path(path)
     if path.suffix.lower() not in GIS_ENDINGS:
         return _line_of_table(path)
-    from vomstudio.io.gis.dxf_properties import dxf_facts
-    from vomstudio.io.gis.layer_reading import names_no_crs
+    from vomstudio.io.gis.dxf_properties import read_dxf_properties
+    from vomstudio.io.gis.layer_reading import is_geojson_without_crs
     from vomstudio.io.gis.line_reading import read_gis_lines
 
     read = read_gis_lines(path, progress)
     if len(read.lines) != 1:
         raise _not_one(len(read.lines), path)
     line = read.lines[0]
-    unit = dxf_facts(path).unit_m if path.suffix.lower() == ".dxf" else None
+    unit = read_dxf_properties(path).unit_m if path.suffix.lower() == ".dxf" else None
     return ProfileLine(
         path,
         line.points[:, :2],
         StatedCrs(line.crs),
         unit_m=unit,
-        is_unnamed=names_no_crs(path),
+        is_unnamed=is_geojson_without_crs(path),
         warnings=read.warnings,
     )
 

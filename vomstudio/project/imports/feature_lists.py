@@ -15,7 +15,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.regular import read_small
-from vomstudio.core.files.spreadsheet_cells import unguarded
+from vomstudio.core.files.spreadsheet_cells import unescape_formula
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.progress import Progress, Silent
@@ -327,7 +327,9 @@ def _table(path: Path, findings: list[Finding]) -> Iterator[_Row]:
         except csv.Error as error:
             message = Finding("table.unreadable", reason=error)
             raise InputError(message, file=path, line=body.line_num) from error
-        row = {k.casefold(): unguarded(v) for k in wanted if isinstance(v := told.get(k), str)}
+        row = {
+            k.casefold(): unescape_formula(v) for k in wanted if isinstance(v := told.get(k), str)
+        }
         if row.get(WKT):
             try:
                 (shape,) = shapes_of([row[WKT]])

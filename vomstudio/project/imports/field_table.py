@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.spreadsheet_cells import unguarded
+from vomstudio.core.files.spreadsheet_cells import unescape_formula
 from vomstudio.core.findings import Finding
 from vomstudio.geology.notation import parse_line, parse_plane
 from vomstudio.io.text.file_text import MOST_OBJECTS, read_text
@@ -97,13 +97,13 @@ def read_field_table(path: str | Path) -> FieldTable:
 
 def _cut(line: str, delimiter: str) -> list[str]:
     if '"' not in line:
-        return [unguarded(cell) for cell in cut(line, delimiter)]
+        return [unescape_formula(cell) for cell in cut(line, delimiter)]
     try:
         cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
     except csv.Error:
         # A cell of more than 131,072 characters.
         cells = cut(line, delimiter)
-    return [unguarded(cell.strip()) for cell in cells]
+    return [unescape_formula(cell.strip()) for cell in cells]
 
 
 def is_orientation(text: str) -> bool:

@@ -105,7 +105,7 @@ def understand(
     planes, and `name`, `quadrant`, `geometry`, `type`, `set`, `overturned`, `notes`, `x`, `y`, `z`,
     `longitude`, `latitude`. notation: one of `NOTATIONS`. A line that points up is given by its
     other end. A position needs x, y and z, or longitude, latitude and z and what turns
-    degrees into x and y (`io.crs.from_degrees`); else the reading has none.
+    degrees into x and y (`io.crs.degrees_to_grid`); else the reading has none.
     """
     if notation not in NOTATIONS:
         raise ValueError(notation)
