@@ -96,7 +96,7 @@ def test_utm_zones_are_accepted_without_proj_only_where_proj_accepts_them() -> N
             continue
         scale = map_scale(crs, bounds)
         assert scale.is_metric
-        assert bool(quick) == (not scale.in_area)
+        assert bool(quick) == (not scale.is_in_area)
 
 
 def test_the_limit_is_half_a_percent() -> None:

@@ -1,4 +1,4 @@
-"""Which CRS and units coordinates have: by the options, else by what their file states."""
+"""CRS and units of coordinates: from the options, else from the statements of the file."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def choose_axes(
     text : str or None
         Code, name or WKT that the file states.
     options : FrameOptions
-        What the caller knows; it replaces what the file states.
+        Options of the caller, which override the statements of the file.
     file : Path
         For messages.
     height_unit : str, optional
@@ -71,7 +71,7 @@ def choose_axes(
                 )
             )
     if options.unit is not None:
-        axes = _with_unit(axes, options.unit, file)
+        axes = _check_unit(axes, options.unit, file)
     return axes, tuple(findings)
 
 
@@ -103,7 +103,7 @@ def assumed_frame(
     Parameters
     ----------
     up, unit : str
-        What is in use.
+        Up axis and unit in use.
     has_up, has_unit : bool
         Whether the file states them.
     severity : optional
@@ -124,7 +124,7 @@ def _typed_axes(options: FrameOptions, height_unit: str | None, file: Path) -> S
         raise UsageError(error, file=file, field="--crs") from error
 
 
-def _with_unit(axes: StatedAxes, unit: str, file: Path) -> StatedAxes:
+def _check_unit(axes: StatedAxes, unit: str, file: Path) -> StatedAxes:
     """Return the axes with a unit that was given. Raise UsageError if their CRS has another one."""
     if axes.kind == "local":
         return StatedAxes()

@@ -23,7 +23,7 @@ from vomstudio.geometry.outlines.self_crossing import taken_apart
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gate.points import ModelFrame, WorldPoints, points_to_world
 from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
-from vomstudio.io.gis.axis_units import MOST_DEGREES, suggested_zone
+from vomstudio.io.gis.axis_units import MAX_DEGREES, suggested_zone
 from vomstudio.io.gis.dxf_properties import (
     ENTITY_COLUMNS,
     read_dxf_properties,
@@ -32,7 +32,7 @@ from vomstudio.io.gis.dxf_properties import (
 )
 from vomstudio.io.gis.layer_reading import is_geojson_without_crs, symbol_layers
 from vomstudio.io.gis.vector_layers import VectorLayer, list_layers, read_layers
-from vomstudio.io.gis.wkb_shapes import shapes_from_wkb, surfaces_left_out
+from vomstudio.io.gis.wkb_shapes import excluded_surfaces_finding, shapes_from_wkb
 
 _LINES, _AREAS = ("LineString", "LinearRing"), ("Polygon",)
 OUTLINE_LAYERS = ("patches", "lithologies")
@@ -96,7 +96,7 @@ class RawLayer:
         Row of each shape in the file.
     columns, crs, fields
         As in `DrawnLayer`.
-    warnings, left_out : tuple
+    warnings, excluded : tuple
         Findings about coordinates, and about entities of a drawing that were not read.
     field : str or None
         Argument name, for shapes passed to the Python interface instead of a file.
@@ -108,7 +108,7 @@ class RawLayer:
     columns: Mapping[str, AnyArray]
     crs: str | None
     warnings: tuple[Finding, ...] = ()
-    left_out: tuple[Finding, ...] = ()
+    excluded: tuple[Finding, ...] = ()
     fields: tuple[str, ...] = ()
     field: str | None = None
 
@@ -196,12 +196,12 @@ def raw_shapes(
     return RawLayer(path, shapes, rows, {}, placed.crs, placed.findings, field=name)
 
 
-def extract_lines(raw: RawLayer, *, with_rings: bool = True) -> DrawnLayer:
+def extract_lines(raw: RawLayer, *, include_rings: bool = True) -> DrawnLayer:
     """Return the lines of a layer as single parts, heights dropped.
 
     Parameters
     ----------
-    with_rings : bool
+    include_rings : bool
         False excludes closed lines, with the finding ``lines.closed``.
 
     Raises
@@ -209,7 +209,7 @@ def extract_lines(raw: RawLayer, *, with_rings: bool = True) -> DrawnLayer:
     InputError
         If there are none.
     """
-    return _build_layer(raw, _LINES, (), with_rings)
+    return _build_layer(raw, _LINES, (), include_rings)
 
 
 def extract_area(raw: RawLayer) -> tuple[Any, DrawnLayer]:
@@ -229,12 +229,12 @@ def extract_area(raw: RawLayer) -> tuple[Any, DrawnLayer]:
 
 
 def _build_layer(
-    raw: RawLayer, kinds: tuple[str, ...], messages: Iterable[Finding], with_rings: bool
+    raw: RawLayer, kinds: tuple[str, ...], messages: Iterable[Finding], include_rings: bool
 ) -> DrawnLayer:
     import shapely
 
     shapes = shapely.force_2d(raw.shapes)
-    parts, row, part_messages = _parts(shapes, raw.feature, kinds, with_rings)
+    parts, row, part_messages = _parts(shapes, raw.feature, kinds, include_rings)
     if not len(parts):
         raise _no_shapes_error(raw, kinds)
     return DrawnLayer(
@@ -243,7 +243,7 @@ def _build_layer(
         raw.feature[row] + 1,
         {name: values[row] for name, values in raw.columns.items()},
         raw.crs,
-        (*raw.warnings, *messages, *part_messages, *raw.left_out),
+        (*raw.warnings, *messages, *part_messages, *raw.excluded),
         raw.fields,
     )
 
@@ -270,12 +270,12 @@ def _read(
     # A table without geometry has no layer of shapes.
     shapes, surfaces = shapes_from_wkb(read.shapes)
     columns = dict(read.columns or {})
-    left_out: list[Finding] = []
+    excluded: list[Finding] = []
     keep = np.ones(len(shapes), np.bool_)
     if path.suffix.lower() == ".dxf":
-        keep, left_out = select_lines(path, columns, surfaces)
+        keep, excluded = select_lines(path, columns, surfaces)
     elif surfaces.any():
-        left_out.append(surfaces_left_out(int(surfaces.sum())))
+        excluded.append(excluded_surfaces_finding(int(surfaces.sum())))
     # Report a surface once, not again as a shape without coordinates.
     keep = keep & ~(shapely.is_missing(shapes) & (surfaces > 0))
     if not keep.all():
@@ -290,7 +290,7 @@ def _read(
         columns,
         placed.crs,
         placed.findings,
-        tuple(left_out),
+        tuple(excluded),
         read.fields,
     )
 
@@ -298,7 +298,7 @@ def _read(
 def _no_shapes_error(raw: RawLayer, kinds: tuple[str, ...]) -> InputError:
     if raw.field is not None:
         return InputError(Finding("drawing.zero-length"), field=raw.field)
-    for finding in raw.left_out:
+    for finding in raw.excluded:
         if isinstance(finding, Finding) and finding.code == "drawing.no-lines":
             return InputError(Finding("drawing.only-bodies", **finding.values), file=raw.path)
     code = "drawing.no-polygons" if kinds is _AREAS else "drawing.no-traces"
@@ -349,13 +349,13 @@ def _frame(
     bounds : (2, 2) float
         Lowest and highest x and y.
     alone : bool
-        Whether there is no other data whose CRS the drawing would be converted to.
+        Whether there is no model to whose CRS the drawing is converted.
     """
     if is_geojson_without_crs(path):
         if options.crs is not None:
             return StatedCrs(), options
-        in_degrees = float(np.abs(bounds).max(initial=0.0)) <= MOST_DEGREES
-        if alone and options.to_crs is None and in_degrees:
+        is_in_degrees = float(np.abs(bounds).max(initial=0.0)) <= MAX_DEGREES
+        if alone and options.to_crs is None and is_in_degrees:
             options = replace(options, to_crs=suggested_zone(bounds))
         return StatedCrs(crs), options
     if crs is None:
@@ -384,19 +384,19 @@ def _convert_to_world(
     finite = points[np.isfinite(points).all(axis=1), :2]
     bounds = np.array([finite.min(axis=0), finite.max(axis=0)]) if len(finite) else np.zeros((2, 2))
     stated, options = _frame(path, crs, bounds, options, alone=model is None)
-    placed = points_to_world(points, file=path, stated=stated, options=options, model=model)
-    if placed.points is points or np.array_equal(placed.points, points, equal_nan=True):
-        return shapes, placed
+    world = points_to_world(points, file=path, stated=stated, options=options, model=model)
+    if world.points is points or np.array_equal(world.points, points, equal_nan=True):
+        return shapes, world
     converted = shapes.copy()
     has_z = shapely.has_z(shapes)
-    for with_z in (False, True):
-        selected = has_z == with_z
+    for is_3d in (False, True):
+        selected = has_z == is_3d
         if selected.any():
-            new = placed.points[selected[row]]
+            new = world.points[selected[row]]
             converted[selected] = shapely.set_coordinates(
-                shapes[selected].copy(), new if with_z else new[:, :2]
+                shapes[selected].copy(), new if is_3d else new[:, :2]
             )
-    return converted, placed
+    return converted, world
 
 
 def _close_outlines(shapes: ObjectArray) -> tuple[ObjectArray, list[Finding]]:
@@ -423,7 +423,7 @@ def _parts(
     shapes: ObjectArray,
     numbers: IntArray,
     kinds: tuple[str, ...],
-    with_rings: bool,
+    include_rings: bool,
 ) -> tuple[ObjectArray, IntArray, list[Finding]]:
     """Return single parts of the requested kinds, the row of each, and messages about others.
 
@@ -459,7 +459,7 @@ def _parts(
             )
         )
     parts, feature = parts[has_size], feature[has_size]
-    if not with_rings:
+    if not include_rings:
         closed = np.asarray(shapely.is_closed(parts))
         if closed.any():
             messages.append(Finding("lines.closed", lines=int(closed.sum())))

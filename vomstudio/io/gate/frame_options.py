@@ -1,4 +1,4 @@
-"""The options that define the frame of whatever is read, declared once for every door."""
+"""Options for the frame of input files, declared once for every door."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class FrameOptions(Options):
 
     @property
     def first_given(self) -> str | None:
-        """The first option given, as on the command line; None if none was given."""
+        """Flag of the first option that was given, None if none was."""
         given = given_options(self)
         return next((each.flag for each in declarations(type(self)) if each.name in given), None)
 

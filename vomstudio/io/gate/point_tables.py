@@ -1,4 +1,4 @@
-"""Tables of points in World: the readers that commands, Python functions and the window use."""
+"""Reading tables of points in World, for commands, Python functions and the window."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def read_points(
     by : str, optional
         Column that names the feature of each point; see `vomstudio.io.text.tables.read_points`.
     options : FrameOptions
-        What the caller knows about the frame.
+        Frame options of the caller.
     model : ModelFrame, optional
         The model that the points belong to; without a statement of their own they are in its World.
 

@@ -23,7 +23,7 @@ _LOCAL = ("local", "none", "engcrs", "engineering", "unknown", "undefined")
 
 @dataclass(frozen=True)
 class StatedCrs:
-    """What a table states about its coordinate reference system.
+    """Coordinate reference system that a table states.
 
     Parameters
     ----------
@@ -125,5 +125,5 @@ def _axes(text: str) -> StatedAxes | None:
 
 
 def _differ(text: str, axes: StatedAxes) -> bool:
-    own = _axes(text)
-    return own is not None and own.crs != axes.crs
+    other = _axes(text)
+    return other is not None and other.crs != axes.crs

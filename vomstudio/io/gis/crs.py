@@ -67,7 +67,7 @@ def parse_crs(text: str) -> tuple[str, float]:
     if not crs.is_projected:
         raise InputError(Finding("frame.not-projected", crs=crs.name), field="CRS")
     axes = stated_axes(plain)
-    if axes.grows:
+    if axes.unusual_directions:
         raise InputError(Finding("frame.other-axes", crs=crs.name), field="CRS")
     if axes.height_factor != 1.0 or axes.crs is None or axes.unit_m is None:
         raise InputError(Finding("frame.other-height-unit", crs=crs.name), field="CRS")
@@ -283,7 +283,7 @@ def sidecar_crs(model: Path, bounds: FloatArray | None = None) -> tuple[str | No
         return text, None
     if axes.kind != "projected":
         return None, Finding("frame.crs-unused", file=name, crs=_shown(text))
-    if axes.height_factor != 1.0 or axes.grows:
+    if axes.height_factor != 1.0 or axes.unusual_directions:
         return text, None
     return axes.crs, None
 

@@ -277,12 +277,12 @@ def with_axes(
     axes = _axes(loaded, options, messages)
     if axes.kind == "none" and loaded.units != UNKNOWN:
         axes = replace(axes, units=loaded.units, unit_m=METRES.get(loaded.units[0]))
-    if options.to_crs is not None and not axes.grows:
+    if options.to_crs is not None and not axes.unusual_directions:
         return _reprojected(loaded, axes, options, messages), None
     refused = refusal(axes, loaded.data.bounds)
     messages += unit_findings(axes) if refused is None else ()
     named = axes.kind not in ("none", "local") and refused is None
-    if axes.crs is None and named and not axes.grows:
+    if axes.crs is None and named and not axes.unusual_directions:
         messages.append(unreadable(loaded.path, loaded.crs or axes.kind))
     data = _scaled(loaded.data, axes)
     unit_m = 1.0 if axes.kind == "local" and axes.unit_m else axes.unit_m

@@ -218,7 +218,7 @@ def _placed(raw: RawLayer, attitude: Plane | None) -> _Placed:
         findings = [*findings, Finding("lines.no-heights", lines=count, plane=plane.name)]
         raw = raw.only(~lacks_heights)
     projected = replace(raw, shapes=plane.project(raw.shapes))
-    drawn = _first_picks(extract_lines(projected, with_rings=False))
+    drawn = _first_picks(extract_lines(projected, include_rings=False))
     findings = [plane.finding(len(drawn.shapes)), *findings]
     z = np.concatenate([line[:, 2] for line in in_space]) if in_space else np.array([math.nan])
     return _Placed(_add_findings(drawn, findings), plane, (float(z.min()), float(z.max())))
