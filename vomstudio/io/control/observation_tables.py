@@ -23,7 +23,7 @@ from vomstudio.io.gate.points import ModelFrame, points_to_world
 from vomstudio.io.gate.stated_crs import crs_of_table
 from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
 from vomstudio.io.text.orientation_reading import orientations_of
-from vomstudio.io.text.rows import shortened
+from vomstudio.io.text.rows import shorten
 
 _MODEL = (
     ("model x", "local x", "xm", "mx"),
@@ -174,10 +174,10 @@ def read_pairs(path: str | Path, crs: str | None = None) -> Pairs:
     """
     table = NamedTable(path, _PAIRS)
     labels = table.words(LABEL, "label")
-    table.require_once(labels)
+    table.require_unique(labels)
     model = table.columns(_MODEL, ("model_x", "model_y", "model_z"))
     world = table.columns(WORLD, ("x", "y", "z"))
-    table.require_places(world)
+    table.require_coordinates(world)
     placed = points_to_world(
         world,
         file=table.path,
@@ -231,7 +231,7 @@ def read_scale_bars(path: str | Path) -> list[ScaleBar]:
         if one == other:
             raise table.at(
                 bar,
-                Finding("control.bar-of-one-point", label=shortened(one)),
+                Finding("control.bar-of-one-point", label=shorten(one)),
                 "to",
             )
     sigma = table.positive(("sigma", "sigma m", "accuracy", "accuracy m", "error"), "sigma_m")
@@ -261,11 +261,11 @@ def read_positions(path: str | Path) -> Positions:
         return Positions(geo.photos, geo.places, False, sigma, geo.crs, file=path, line=geo.line)
     table = NamedTable(path, ("photo", "x", "y", "z"))
     photos = table.words(PHOTO, "photo")
-    table.require_once(photos)
+    table.require_unique(photos)
     places = table.columns(WORLD, ("x", "y", "z"))
     degrees = table.has(("lon", "longitude", "x longitude"))
     if not degrees:
-        table.require_places(places)
+        table.require_coordinates(places)
     stated, findings = crs_of_table(path, table.table.comments)
     return Positions(
         photos,

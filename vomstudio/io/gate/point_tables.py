@@ -11,7 +11,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gate.points import ModelFrame, WorldPoints, points_to_world
 from vomstudio.io.text import log_reading, tables
-from vomstudio.io.text.file_text import MOST_OBJECTS
+from vomstudio.io.text.file_text import MAX_OBJECTS
 from vomstudio.io.text.log_reading import Boundaries
 from vomstudio.io.text.orientation_reading import OrientationTable
 from vomstudio.io.text.tables import PointGroups, TextTable, coordinate_columns, read_table
@@ -117,7 +117,7 @@ def read_boundaries(table: str | Path | TextTable, options: FrameOptions = AS_ST
         For a table that cannot be read, and as `points_to_world`.
     """
     text = _table(table)
-    read = log_reading.boundaries_of(text)
+    read = log_reading.extract_boundaries(text)
     placed = points_to_world(read.points, file=text.path, comments=text.comments, options=options)
     return replace(read, points=placed.points, findings=placed.findings)
 
@@ -131,7 +131,7 @@ def read_pairs(table: str | Path | TextTable, options: FrameOptions = AS_STATED)
         For a table that cannot be read, and as `points_to_world`.
     """
     text = _table(table)
-    names, points = log_reading.pairs_of(text)
+    names, points = log_reading.extract_pairs(text)
     placed = points_to_world(
         points.reshape(-1, 3), file=text.path, comments=text.comments, options=options
     )
@@ -139,4 +139,4 @@ def read_pairs(table: str | Path | TextTable, options: FrameOptions = AS_STATED)
 
 
 def _table(table: str | Path | TextTable) -> TextTable:
-    return table if isinstance(table, TextTable) else read_table(table, most=MOST_OBJECTS)
+    return table if isinstance(table, TextTable) else read_table(table, max_lines=MAX_OBJECTS)

@@ -14,7 +14,7 @@ from vomstudio.core.files.regular import read_small
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.io.gis.axis_units import stated_axes
-from vomstudio.io.text.encodings import as_utf8
+from vomstudio.io.text.encodings import convert_to_utf8
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -246,7 +246,7 @@ def read_sidecar(file: Path) -> str:
         If it cannot be read.
     """
     # Names in a Windows code page do not affect the numbers.
-    return as_utf8(read_small(sidecar_path(file), _MAX_BYTES)).decode("utf-8", "replace")
+    return convert_to_utf8(read_small(sidecar_path(file), _MAX_BYTES)).decode("utf-8", "replace")
 
 
 def sidecar_crs(model: Path, bounds: FloatArray | None = None) -> tuple[str | None, Finding | None]:

@@ -24,7 +24,7 @@ from vomstudio.core.words import tr
 from vomstudio.io.gis.dxf_blocks import count_block_entities
 from vomstudio.io.gis.layer_reading import readable_layers
 from vomstudio.io.gis.layer_transport import pack, unpack
-from vomstudio.io.text.file_text import MOST_OBJECTS
+from vomstudio.io.text.file_text import MAX_OBJECTS
 
 _MAX_SMALL_BYTES = 2 << 20
 """Every driver reads such a file in a fraction of a second."""
@@ -112,7 +112,7 @@ def read_layers(
         "names": list(names),
         "columns": sorted(columns),
         "flat": flat,
-        "max_features": MOST_OBJECTS,
+        "max_features": MAX_OBJECTS,
     }
     return _request_layers(path, request, unreadable, progress)
 

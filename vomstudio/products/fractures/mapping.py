@@ -41,7 +41,7 @@ from vomstudio.io.gate.drawn_layers import (
 from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
 from vomstudio.io.gate.points import ModelFrame
 from vomstudio.io.gis.raster import is_view_plane
-from vomstudio.io.text.repeated_rows import repeats_left_out
+from vomstudio.io.text.repeated_rows import repeats_finding
 
 SET_COLUMN = "set"
 _REPEAT = "repeat_of"
@@ -261,7 +261,7 @@ def _first_picks(drawn: DrawnLayer) -> DrawnLayer:
         shapes=drawn.shapes[first],
         feature=drawn.feature[first],
         columns={key: values[first] for key, values in drawn.columns.items()},
-        warnings=(*drawn.warnings, repeats_left_out(int((~first).sum()))),
+        warnings=(*drawn.warnings, repeats_finding(int((~first).sum()))),
     )
 
 

@@ -13,14 +13,14 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.files.spreadsheet_cells import unescape_formula
 from vomstudio.core.findings import Finding
 from vomstudio.geology.notation import parse_line, parse_plane
-from vomstudio.io.text.file_text import MOST_OBJECTS, read_text
+from vomstudio.io.text.file_text import MAX_OBJECTS, read_text
 from vomstudio.io.text.rows import (
     DELIMITER_NAMES,
     cut,
     is_blank,
     is_header,
     parse_number,
-    rejoined_header,
+    rejoin_header,
     sniff,
 )
 
@@ -52,7 +52,7 @@ def read_field_table(path: str | Path) -> FieldTable:
     Raises InputError where the file is missing, is no text, or has no rows.
     """
     path = Path(path)
-    text, notes = read_text(path, MOST_OBJECTS)
+    text, notes = read_text(path, MAX_OBJECTS)
     lines = [line.rstrip("\r") for line in text.split("\n")]
     kept = [
         (i, line)
@@ -75,7 +75,7 @@ def read_field_table(path: str | Path) -> FieldTable:
     if header:
         rows, numbers = rows[1:], numbers[1:]
         if delimiter == " " and rows:
-            first = rejoined_header(first, [], rows)
+            first = rejoin_header(first, [], rows)
     names = tuple(first) if header else None
     if not rows:
         raise InputError(Finding("table.no-rows"), file=path)
