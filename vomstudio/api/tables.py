@@ -281,7 +281,7 @@ def _other_cells(
     others: dict[str, list[str]] = {}
     for place, name in enumerate(table.table.names or ()):
         cells = table.table.cells(place)
-        kept = [cells[i] for i in table.kept]
+        kept = [cells[i] for i in table.row_indices]
         if name in COLUMNS:
             own[name] = kept
         else:

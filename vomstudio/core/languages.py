@@ -14,7 +14,7 @@ _LANGUAGE_VARIABLES = ("VOMSTUDIO_LANGUAGE", "LANGUAGE", "LC_ALL", "LC_MESSAGES"
 
 
 def use_user_language(folder: Path | None = None) -> None:
-    """Use the catalogue of the user's language, or English if there is no valid one.
+    """Use the catalogue of the user's language, English without a valid one.
 
     The language is the value of VOMSTUDIO_LANGUAGE, else of the usual variables of gettext.
 

@@ -1,8 +1,8 @@
 """Translation of every string that a user sees.
 
-English is written in the code and is shown if there is no catalogue, or no entry of it fits. Codes,
-columns, keys of JSON and the words of verdicts are data and are not translated. This module knows
-no folder: the entry points load the catalogue.
+English is written in the code and is shown without a catalogue or a fitting entry. Codes, columns,
+keys of JSON and the words of verdicts are data and are not translated. This module knows no folder:
+the entry points load the catalogue.
 """
 
 from __future__ import annotations

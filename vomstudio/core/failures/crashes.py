@@ -67,7 +67,7 @@ def has_new_crash() -> bool:
             continue
         with contextlib.suppress(OSError):
             if file.stat().st_size == 0:
-                # The process was killed: there is no trace.
+                # The process was killed without a trace.
                 file.unlink()
                 continue
             has_crashed = has_crashed or role == WINDOW

@@ -57,7 +57,7 @@ def stop() -> None:
 
 
 def tail(lines: int) -> str:
-    """Return the newest lines of the log, empty if there is no log."""
+    """Return the newest lines of the log, empty without a log."""
     try:
         with path().open("rb") as stream:
             stream.seek(0, os.SEEK_END)

@@ -299,11 +299,11 @@ def read_compass(path: str | Path) -> CompassTable:
             Finding("control.no-model-direction"), file=table.path, line=table.table.header_line
         )
     read = orientations_of(table.table)
-    vectors = table.columns(_MODEL, ("model_x", "model_y", "model_z"))[read.kept]
+    vectors = table.columns(_MODEL, ("model_x", "model_y", "model_z"))[read.row_indices]
     length = np.linalg.norm(vectors, axis=1)
     for place in np.flatnonzero(~(length > 0)):
         raise table.at(
-            int(read.kept[place]),
+            int(read.row_indices[place]),
             Finding("control.no-model-direction"),
             "model_x",
         )
@@ -317,12 +317,14 @@ def read_compass(path: str | Path) -> CompassTable:
     labels = read.ids
     if not table.has(("id",)) and table.has(LABEL):
         names = table.words(LABEL, "label", empty=True)
-        labels = tuple(names[row] or label for row, label in zip(read.kept, labels, strict=True))
+        labels = tuple(
+            names[row] or label for row, label in zip(read.row_indices, labels, strict=True)
+        )
     return CompassTable(
         labels,
         read.is_plane,
         np.where(read.is_plane, read.dip_direction_deg, read.trend_deg),
         np.where(read.is_plane, read.dip_deg, read.plunge_deg),
         vectors / length[:, None],
-        sigma[read.kept],
+        sigma[read.row_indices],
     )

@@ -207,7 +207,7 @@ def extract_lines(raw: RawLayer, *, include_rings: bool = True) -> DrawnLayer:
     Raises
     ------
     InputError
-        If there are none.
+        Without such shapes.
     """
     return _build_layer(raw, _LINES, (), include_rings)
 
@@ -218,7 +218,7 @@ def extract_area(raw: RawLayer) -> tuple[Any, DrawnLayer]:
     Raises
     ------
     InputError
-        If there are none.
+        Without such shapes.
     """
     import shapely
 
@@ -349,7 +349,7 @@ def _frame(
     bounds : (2, 2) float
         Lowest and highest x and y.
     alone : bool
-        Whether there is no model to whose CRS the drawing is converted.
+        Whether the drawing belongs to no model, to whose CRS it would be converted.
     """
     if is_geojson_without_crs(path):
         if options.crs is not None:
@@ -400,7 +400,7 @@ def _convert_to_world(
 
 
 def _close_outlines(shapes: ObjectArray) -> tuple[ObjectArray, list[Finding]]:
-    """Convert closed lines to polygons if there are none, and return a message about them.
+    """Convert closed lines to polygons in a layer without polygons, and return a finding.
 
     CAD drawings have no polygons.
     """

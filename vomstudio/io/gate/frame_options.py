@@ -57,8 +57,8 @@ class FrameOptions(Options):
     @property
     def first_given(self) -> str | None:
         """Flag of the first option that was given, None if none was."""
-        given = given_options(self)
-        return next((each.flag for each in declarations(type(self)) if each.name in given), None)
+        options = given_options(self)
+        return next((each.flag for each in declarations(type(self)) if each.name in options), None)
 
 
 AS_STATED = FrameOptions()

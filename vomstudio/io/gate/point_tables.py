@@ -100,7 +100,7 @@ def read_places(
     if text.names is None:
         return None
     try:
-        points = text.numbers(coordinate_columns(text))[table.kept]
+        points = text.numbers(coordinate_columns(text))[table.row_indices]
     except InputError:
         return None
     return points_to_world(

@@ -118,7 +118,7 @@ class Drawing:
         points : (n, 3) float
         layer : str
         colors : (n,) int, optional
-            Colour numbers; default: that of the layer.
+            Colour numbers; default: the colour of the layer.
         """
         if not len(points):
             return

@@ -87,7 +87,7 @@ def decode_keys(keys: Keys) -> NamedKeys:
 
 
 def read_tiff_keys(path: Path) -> Keys:
-    """Return the keys of the first picture of a GeoTIFF, empty if there are none."""
+    """Return the keys of the first picture of a GeoTIFF, empty without keys."""
     from PIL.TiffImagePlugin import ImageFileDirectory_v2
 
     try:
@@ -115,7 +115,7 @@ def _value(rows: Sequence[tuple[int, int, int, int]], target_key: int) -> int:
 
 
 def _local_system(keys: Keys, rows: Sequence[tuple[int, int, int, int]]) -> str | None:
-    """Return a local CRS in the stated unit of length, None if there is none."""
+    """Return a local CRS in the stated unit of length, None without a unit."""
     code = _value(rows, _UNIT)
     name, size = _UNITS.get(code, ""), METRES.get(_UNITS.get(code, ""), 0.0)
     for key, at, _, place in rows:

@@ -1,8 +1,8 @@
 """Reading layers of vector files with GDAL, limited to the formats listed here.
 
 GDAL chooses a driver by the content, not by the file name. Some drivers open other files or send
-requests because the file tells them to: a virtual layer may be named `faults.geojson`, and the CRS
-of a GeoJSON may be the address of a web page. Nothing is loaded from the network here.
+requests if the file refers to them: a virtual layer may be named `faults.geojson`, and the CRS of a
+GeoJSON may be the address of a web page. Nothing is loaded from the network here.
 """
 
 from __future__ import annotations

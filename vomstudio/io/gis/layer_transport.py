@@ -49,18 +49,18 @@ def _arrays(blocks: Iterator[memoryview]) -> Iterator[AnyArray]:
         name = bytes(kind).decode()
         if name == "bytes":
             sizes, content = np.frombuffer(next(blocks), np.int64), next(blocks)
-            values = np.empty(len(sizes), np.object_)
+            array = np.empty(len(sizes), np.object_)
             offset = 0
             for i, size in enumerate(sizes.tolist()):
                 if size >= 0:
-                    values[i] = bytes(content[offset : offset + size])
+                    array[i] = bytes(content[offset : offset + size])
                     offset += size
-            yield values
+            yield array
         elif name == "texts":
             values = json.loads(bytes(next(blocks)))
-            values = np.empty(len(values), np.object_)
-            values[:] = values
-            yield values
+            array = np.empty(len(values), np.object_)
+            array[:] = values
+            yield array
         else:
             yield np.frombuffer(next(blocks), np.dtype(name)).copy()
 

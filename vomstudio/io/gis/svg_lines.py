@@ -364,11 +364,11 @@ def _transform_matrix(style: dict[str, str]) -> FloatArray:
     origin = re.findall(rf"{NUMBER}[A-Za-z]*", style.get("transform-origin", ""))
     if len(origin) < 2:
         return matrix
-    to_origin = np.eye(3)
-    to_origin[:2, 2] = [parse_length(word) for word in origin[:2]]
-    from_origin = to_origin.copy()
-    from_origin[:2, 2] *= -1
-    return np.asarray(to_origin @ matrix @ from_origin)
+    shift = np.eye(3)
+    shift[:2, 2] = [parse_length(word) for word in origin[:2]]
+    back_shift = shift.copy()
+    back_shift[:2, 2] *= -1
+    return np.asarray(shift @ matrix @ back_shift)
 
 
 def _viewport(

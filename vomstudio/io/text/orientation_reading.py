@@ -41,7 +41,7 @@ class OrientationTable:
     """Table of n planes and lines; NaN if a row does not have that geometry."""
 
     table: TextTable
-    kept: IntArray
+    row_indices: IntArray
     """(n,) rows of `table` with angles."""
     is_plane: BoolArray
     dip_direction_deg: FloatArray
@@ -63,12 +63,12 @@ class OrientationTable:
     warnings: tuple[Finding, ...]
 
     def __len__(self) -> int:
-        return len(self.kept)
+        return len(self.row_indices)
 
     @cached_property
     def turns(self) -> Turns | None:
         """Rotation errors of the registrations of the rows, None if not stated."""
-        return table_rotation_errors(self.table, self.kept)
+        return table_rotation_errors(self.table, self.row_indices)
 
     @property
     def bowed_deg(self) -> float | None:
@@ -88,12 +88,12 @@ class OrientationTable:
     @property
     def line_numbers(self) -> IntArray:
         """Line (n,) of each row in the file."""
-        return self.table.line_numbers[self.kept]
+        return self.table.line_numbers[self.row_indices]
 
     def column(self, key: str) -> list[str]:
         """Return the text (n,) of the column `key` of the user. Raises `UsageError`."""
         cells = self.table.labels(self.table.find(key))
-        return [cells[i] for i in self.kept]
+        return [cells[i] for i in self.row_indices]
 
     def vectors(self) -> FloatArray:
         """Return unit vectors (n, 3) in World: downward poles of planes, and directed lines."""
@@ -156,7 +156,7 @@ class _TableReader:
         has_plane = np.isfinite(self.dip_direction) & np.isfinite(self.dip)
         has_line = np.isfinite(self.trend) & np.isfinite(self.plunge)
         geometry = self._geometry(has_plane, has_line)
-        kept = np.flatnonzero(geometry != _NONE)
+        row_indices = np.flatnonzero(geometry != _NONE)
         dropped = tuple(int(n) for n in table.line_numbers[geometry == _NONE])
         if dropped:
             self.warnings.append(
@@ -164,29 +164,29 @@ class _TableReader:
                     "table.rows-left-out", count=len(dropped), needed=tr("angles"), lines=dropped
                 )
             )
-        if not len(kept):
+        if not len(row_indices):
             raise InputError(
                 Finding("table.no-valid-rows", count=len(table), needed=tr("angles")),
                 file=table.path,
                 line=int(table.line_numbers[0]),
             )
-        is_plane = geometry[kept] == _PLANE
-        overturned = self.columns.overturned(kept)
+        is_plane = geometry[row_indices] == _PLANE
+        overturned = self.columns.overturned(row_indices)
 
         def select(values: FloatArray, mask: BoolArray) -> FloatArray:
-            return np.where(mask, values[kept], np.nan)
+            return np.where(mask, values[row_indices], np.nan)
 
         return OrientationTable(
             table=table,
-            kept=kept,
+            row_indices=row_indices,
             is_plane=is_plane,
             dip_direction_deg=select(self.dip_direction, is_plane),
             dip_deg=select(self.dip, is_plane),
             trend_deg=select(self.trend, ~is_plane),
             plunge_deg=select(self.plunge, ~is_plane),
-            ids=self.columns.words("id", kept) or tuple(str(i + 1) for i in kept),
-            kinds=self.columns.words("kind", kept),
-            sets=self.columns.words("set", kept),
+            ids=self.columns.words("id", row_indices) or tuple(str(i + 1) for i in row_indices),
+            kinds=self.columns.words("kind", row_indices),
+            sets=self.columns.words("set", row_indices),
             overturned=overturned,
             convention="; ".join(self.conventions),
             dropped=dropped,

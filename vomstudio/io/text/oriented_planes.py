@@ -75,4 +75,4 @@ def _numbers(table: OrientationTable, column: str) -> FloatArray:
     if not _has(table, column):
         return np.full(len(table), np.nan)
     values = table.table.numbers([table.table.find(column)])
-    return np.asarray(values[table.kept, 0], np.float64)
+    return np.asarray(values[table.row_indices, 0], np.float64)

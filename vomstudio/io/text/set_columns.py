@@ -51,17 +51,17 @@ def pieces_of(table: OrientationTable, places: FloatArray | None) -> Pieces | No
         if not all(table.table.has(name) for name in names):
             return np.full((n, len(names)), np.nan)
         columns = [table.table.find(name) for name in names]
-        return np.asarray(table.table.numbers(columns)[table.kept])
+        return np.asarray(table.table.numbers(columns)[table.row_indices])
 
     rms, l1, l2, l3 = numbers("rms_m", "lambda1", "lambda2", "lambda3").T
     with np.errstate(divide="ignore", invalid="ignore"):
         normal_variance = rms**2
-        in_plane_variance = normal_variance * (l1 + l2) / (2.0 * l3)
+        tangential_variance = normal_variance * (l1 + l2) / (2.0 * l3)
     poles = table.vectors()
     normal_products = poles[:, :, None] * poles[:, None, :]
-    scatters = (normal_variance - in_plane_variance)[
+    scatters = (normal_variance - tangential_variance)[
         :, None, None
-    ] * normal_products + in_plane_variance[:, None, None] * np.eye(3)
+    ] * normal_products + tangential_variance[:, None, None] * np.eye(3)
     return Pieces(places, scatters, numbers("area_m2")[:, 0], _rings(table, n))
 
 
@@ -72,7 +72,7 @@ def _rings(table: OrientationTable, n: int) -> tuple[FloatArray, ...]:
 
     cells = table.table.cells(table.table.find(_WKT))
     try:
-        return parse_rings([cells[i].strip() or None for i in table.kept.tolist()])
+        return parse_rings([cells[i].strip() or None for i in table.row_indices.tolist()])
     except shapely.errors.GEOSException as error:
         raise InputError(Finding("table.invalid-wkt"), file=table.path, field=_WKT) from error
 
@@ -91,7 +91,7 @@ def parse_rings(texts: Sequence[str | None]) -> tuple[FloatArray, ...]:
 def _outer_ring(shape: Any) -> FloatArray:
     """Return the corners (k, 3) of the largest polygon of a geometry with z.
 
-    The first corner is not repeated; empty if there is no such polygon.
+    The first corner is not repeated; empty without such a polygon.
     """
     import shapely
 
@@ -147,7 +147,7 @@ def table_with_sets(
     has_commas = _has_decimal_commas(text.delimiter, text.rows)
     for k, (row, name, p) in enumerate(zip(rows, sets, probability, strict=True)):
         number = f"{p:.6g}"
-        cells[int(table.kept[row])] = [
+        cells[int(table.row_indices[row])] = [
             escape_formula(name),
             number.replace(".", ",") if has_commas else number,
             *([escape_formula(discontinuity[k])] if discontinuity else []),
@@ -162,7 +162,7 @@ def _default_names(table: OrientationTable) -> list[str]:
 
     Its first two columns are a dip direction or strike, and a dip.
     """
-    first = table.table.numbers([0])[table.kept, 0]
+    first = table.table.numbers([0])[table.row_indices, 0]
     difference_deg = np.abs((first - table.dip_direction_deg + 180.0) % 360.0 - 180.0)
     name = "dip_direction_deg" if np.nanmedian(difference_deg) < 1.0 else "strike_rhr_deg"
     return [name, "dip_deg", *(f"column_{i + 1}" for i in range(2, table.table.width))]

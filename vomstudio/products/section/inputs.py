@@ -189,7 +189,7 @@ def read_features(
     table = read_orientations(path, azimuth)
     columns = coordinate_columns(table.table)
     placed = points_to_world(
-        table.table.numbers(columns)[table.kept],
+        table.table.numbers(columns)[table.row_indices],
         file=path,
         comments=table.table.comments,
         model=model,
