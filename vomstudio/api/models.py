@@ -28,7 +28,7 @@ from vomstudio.geometry import cloud as clouds
 from vomstudio.geometry import mesh as meshes
 from vomstudio.geometry import transform
 from vomstudio.geometry.units import Axes
-from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
+from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 
 if TYPE_CHECKING:
     from vomstudio.geometry.registrations import Registration
@@ -398,7 +398,7 @@ def model_of(given: Any, name: str = "model") -> Mesh | PointCloud:
         return model
     if not is_path(given):
         raise wrong_type(given, "Mesh, PointCloud, str, pathlib.Path", name)
-    model = _read(path_of(given, name), AS_STATED, None)
+    model = _read(path_of(given, name), DEFAULT_FRAME, None)
     warn(model.warnings, 4, notes=True)
     return model
 

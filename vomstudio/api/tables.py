@@ -24,7 +24,7 @@ from vomstudio.io.text import orientation_reading
 from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.flags import parse_flag
 from vomstudio.io.text.orientation_columns import ALIASES
-from vomstudio.io.text.orientation_reading import OrientationTable, orientations_of
+from vomstudio.io.text.orientation_reading import OrientationTable, extract_orientations
 from vomstudio.io.text.registration_comments import stated_registrations
 from vomstudio.io.text.tables import TextTable, read_table, table_from_cells
 from vomstudio.project import catalogue
@@ -124,9 +124,9 @@ def rows_of(
         registrations = registration_lines(getattr(table, "attrs", {}).get("registrations", ()))
         comments = (*registrations, f"CRS: {dataframe_crs(table) or 'local'}")
         text_table = table_from_cells(names, cells, _IN_MEMORY, comments)
-        rows = orientations_of(text_table, azimuth, repeats=repeats)
+        rows = extract_orientations(text_table, azimuth, repeats=repeats)
     else:
-        rows = orientations_of(_arrays(table, name), None)
+        rows = extract_orientations(_arrays(table, name), None)
     warn(_noticed(rows), depth)
     return rows
 

@@ -22,7 +22,7 @@ def stop(number: int, frame: object) -> None:
         os._exit(_EXIT_CODE)
 
 
-def hear() -> None:
+def handle_signals() -> None:
     """Handle SIGINT, SIGTERM and SIGHUP from now on, except those that are ignored.
 
     A worker ignores them: its parent ends it, and a signal of a terminal may reach both.

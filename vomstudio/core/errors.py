@@ -110,7 +110,7 @@ class InputError(VomError):
 
     code = "input"
 
-    def of_file(self, file: str | Path) -> Self:
+    def with_file(self, file: str | Path) -> Self:
         """Return the error with a file, or the error itself if it has a file or field already."""
         if self.file is not None or self.field is not None:
             return self

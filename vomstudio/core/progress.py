@@ -114,7 +114,7 @@ class Executor(Protocol):
         """Release the executor; it accepts no more work."""
 
 
-class Ahead:
+class ResumedProgress:
     """Progress of a stage, some steps of which an earlier run has completed."""
 
     def __init__(self, progress: Progress, done: int) -> None:
@@ -127,7 +127,7 @@ class Ahead:
         self._progress.step(self._done + done)
 
 
-class Inline:
+class InlineExecutor:
     """Executor that works in this process, one item after the other."""
 
     def map(

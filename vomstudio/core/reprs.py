@@ -11,7 +11,7 @@ from vomstudio.core.results import Result
 _MAX_SHOWN_ITEMS = 6
 
 
-class Shown(Result):
+class PrintableResult(Result):
     """Dataclass that consoles and notebooks show with one line for each field."""
 
     def __repr__(self) -> str:
@@ -62,10 +62,10 @@ def _flatten(figures: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str
         if isinstance(value, Mapping) and any(isinstance(v, Mapping) for v in value.values()):
             yield from _flatten(value, f"{name}.")
         else:
-            yield name, shown(value)
+            yield name, format_figure(value)
 
 
-def shown(value: Any) -> str:
+def format_figure(value: Any) -> str:
     """Format a figure with six significant digits, an undefined one as a dash."""
     if value is None:
         return "–"
@@ -74,12 +74,12 @@ def shown(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, Mapping):
-        return ", ".join(f"{key} {shown(each)}" for key, each in value.items())
+        return ", ".join(f"{key} {format_figure(each)}" for key, each in value.items())
     if isinstance(value, list | tuple):
         if len(value) > _MAX_SHOWN_ITEMS or any(
             isinstance(each, Mapping | list | tuple) for each in value
         ):
             return f"{len(value)} entries"
         separator = "; " if any(isinstance(each, str) for each in value) else ", "
-        return separator.join(shown(each) for each in value)
+        return separator.join(format_figure(each) for each in value)
     return str(value)

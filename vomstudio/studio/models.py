@@ -264,7 +264,7 @@ class Models:
     def _warn_of(self, path: Path, findings: Sequence[Finding]) -> None:
         """Show the findings about a file in one notice."""
         if findings:
-            first, *others = (each.of_file(path.name) for each in findings)
+            first, *others = (each.with_file(path.name) for each in findings)
             self._notices.tell(Notice(first, "warning", more=tuple(others)))
 
 

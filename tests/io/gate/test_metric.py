@@ -10,7 +10,7 @@ from vomstudio.core.errors import InputError
 from vomstudio.io.gate.metric import (
     MAX_SCALE_ERROR,
     check_metric,
-    looks_like_degrees,
+    degrees_finding,
     map_scale,
 )
 
@@ -115,5 +115,5 @@ def test_the_limit_is_half_a_percent() -> None:
     ],
 )
 def test_degrees_beside_metres_are_noticed(low, high, expected) -> None:
-    found = looks_like_degrees(np.array([low, high]))
+    found = degrees_finding(np.array([low, high]))
     assert (found is not None and found.code == "frame.maybe-degrees") == expected

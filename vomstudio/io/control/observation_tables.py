@@ -20,9 +20,9 @@ from vomstudio.io.control.control_files import read_control
 from vomstudio.io.control.geo_file import is_geo, read_geo
 from vomstudio.io.control.registry import choose_format
 from vomstudio.io.gate.points import ModelFrame, points_to_world
-from vomstudio.io.gate.stated_crs import crs_of_table
+from vomstudio.io.gate.stated_crs import table_crs
 from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
-from vomstudio.io.text.orientation_reading import orientations_of
+from vomstudio.io.text.orientation_reading import extract_orientations
 from vomstudio.io.text.rows import shorten
 
 _MODEL = (
@@ -266,7 +266,7 @@ def read_positions(path: str | Path) -> Positions:
     degrees = table.has(("lon", "longitude", "x longitude"))
     if not degrees:
         table.require_coordinates(places)
-    stated, findings = crs_of_table(path, table.table.comments)
+    stated, findings = table_crs(path, table.table.comments)
     return Positions(
         photos,
         places,
@@ -298,7 +298,7 @@ def read_compass(path: str | Path) -> CompassTable:
         raise InputError(
             Finding("control.no-model-direction"), file=table.path, line=table.table.header_line
         )
-    read = orientations_of(table.table)
+    read = extract_orientations(table.table)
     vectors = table.columns(_MODEL, ("model_x", "model_y", "model_z"))[read.row_indices]
     length = np.linalg.norm(vectors, axis=1)
     for place in np.flatnonzero(~(length > 0)):

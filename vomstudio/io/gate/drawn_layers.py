@@ -20,9 +20,9 @@ from vomstudio.core.files.regular import is_folder, path_exists
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.geometry.outlines.self_crossing import taken_apart
-from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
+from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gate.points import ModelFrame, WorldPoints, points_to_world
-from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
+from vomstudio.io.gate.stated_crs import StatedCrs, table_crs
 from vomstudio.io.gis.axis_units import MAX_DEGREES, suggested_zone
 from vomstudio.io.gis.dxf_properties import (
     ENTITY_COLUMNS,
@@ -135,7 +135,7 @@ def read_raw_lines(
     layer: str | None = None,
     columns: Iterable[str] = (),
     progress: Progress | None = None,
-    options: FrameOptions = AS_STATED,
+    options: FrameOptions = DEFAULT_FRAME,
     model: ModelFrame | None = None,
 ) -> RawLayer:
     """Read all features of a layer of lines in World, with heights.
@@ -169,7 +169,7 @@ def read_raw_areas(
     path: str | Path,
     layer: str | None = None,
     progress: Progress | None = None,
-    options: FrameOptions = AS_STATED,
+    options: FrameOptions = DEFAULT_FRAME,
     model: ModelFrame | None = None,
 ) -> RawLayer:
     """Read all features of a layer of polygons in World, as `read_raw_lines`."""
@@ -177,7 +177,7 @@ def read_raw_areas(
 
 
 def raw_shapes(
-    shapes: ObjectArray, name: str, crs: str | None = None, options: FrameOptions = AS_STATED
+    shapes: ObjectArray, name: str, crs: str | None = None, options: FrameOptions = DEFAULT_FRAME
 ) -> RawLayer:
     """Convert shapes (n,) passed to the Python interface to a layer in World.
 
@@ -359,7 +359,7 @@ def _frame(
             options = replace(options, to_crs=suggested_zone(bounds))
         return StatedCrs(crs), options
     if crs is None:
-        sidecar, _ = crs_of_table(path, ())
+        sidecar, _ = table_crs(path, ())
         if sidecar.text is not None:
             return sidecar, options
     if crs is None and options.unit is None and path.suffix.lower() == ".dxf":

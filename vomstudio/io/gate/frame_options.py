@@ -61,5 +61,5 @@ class FrameOptions(Options):
         return next((each.flag for each in declarations(type(self)) if each.name in options), None)
 
 
-AS_STATED = FrameOptions()
+DEFAULT_FRAME = FrameOptions()
 """No option given: the frame is what the file states."""

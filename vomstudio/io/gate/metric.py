@@ -159,7 +159,7 @@ def check_metric(
     return () if scale.is_in_area else (Finding("frame.outside-area", **values),)
 
 
-def looks_like_degrees(bounds: FloatArray) -> Finding | None:
+def degrees_finding(bounds: FloatArray) -> Finding | None:
     """Return ``frame.maybe-degrees`` if x and y may be longitude and latitude.
 
     Parameters

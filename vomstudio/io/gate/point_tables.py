@@ -8,7 +8,7 @@ from pathlib import Path
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
+from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gate.points import ModelFrame, WorldPoints, points_to_world
 from vomstudio.io.text import log_reading, tables
 from vomstudio.io.text.file_text import MAX_OBJECTS
@@ -53,7 +53,7 @@ class PairsInWorld:
 def read_points(
     path: str | Path,
     by: str | None = None,
-    options: FrameOptions = AS_STATED,
+    options: FrameOptions = DEFAULT_FRAME,
     model: ModelFrame | None = None,
 ) -> GroupsInWorld:
     """Read the points of a text table, by feature, in World.
@@ -82,7 +82,7 @@ def read_points(
 
 
 def read_places(
-    table: OrientationTable, options: FrameOptions = AS_STATED, model: ModelFrame | None = None
+    table: OrientationTable, options: FrameOptions = DEFAULT_FRAME, model: ModelFrame | None = None
 ) -> WorldPoints | None:
     """Return the coordinates of the rows of an orientation table, in World.
 
@@ -108,7 +108,9 @@ def read_places(
     )
 
 
-def read_boundaries(table: str | Path | TextTable, options: FrameOptions = AS_STATED) -> Boundaries:
+def read_boundaries(
+    table: str | Path | TextTable, options: FrameOptions = DEFAULT_FRAME
+) -> Boundaries:
     """Read points with names and notes, such as the boundaries of a log, in World.
 
     Raises
@@ -122,7 +124,9 @@ def read_boundaries(table: str | Path | TextTable, options: FrameOptions = AS_ST
     return replace(read, points=placed.points, findings=placed.findings)
 
 
-def read_pairs(table: str | Path | TextTable, options: FrameOptions = AS_STATED) -> PairsInWorld:
+def read_pairs(
+    table: str | Path | TextTable, options: FrameOptions = DEFAULT_FRAME
+) -> PairsInWorld:
     """Read pairs of points on both sides of a fault, in World.
 
     Raises

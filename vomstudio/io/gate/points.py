@@ -13,10 +13,10 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.axes import assumed_frame, choose_axes, require_crs, unreadable
-from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
-from vomstudio.io.gate.metric import check_metric, looks_like_degrees
+from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
+from vomstudio.io.gate.metric import check_metric, degrees_finding
 from vomstudio.io.gate.reprojection import Reprojection
-from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
+from vomstudio.io.gate.stated_crs import StatedCrs, table_crs
 from vomstudio.io.gis.axis_units import StatedAxes, refusal, unit_findings, unit_text
 from vomstudio.io.gis.crs import crs_name, metric_crs, world_crs
 
@@ -59,7 +59,7 @@ def points_to_world(
     file: Path,
     comments: Sequence[str] = (),
     stated: StatedCrs | None = None,
-    options: FrameOptions = AS_STATED,
+    options: FrameOptions = DEFAULT_FRAME,
     model: ModelFrame | None = None,
 ) -> WorldPoints:
     """Establish the frame of the points of a table and convert them to World.
@@ -97,7 +97,7 @@ def points_to_world(
     points = np.ascontiguousarray(points, np.float64)
     findings: tuple[Finding, ...] = ()
     if stated is None:
-        stated, findings = crs_of_table(file, comments)
+        stated, findings = table_crs(file, comments)
     if options.up == "y":
         # x East, y Up, z South.
         points = np.ascontiguousarray(points[:, [0, 2, 1]] * [1.0, -1.0, 1.0])
@@ -141,8 +141,8 @@ def _local_points(
         unit = f"{unit_m:g} m" if known_unit is None else unit_text(known_unit)
         findings += (Finding("frame.unit-converted", unit=unit, height_unit=unit),)
     if options.unit is None and model is None:
-        degrees_finding = looks_like_degrees(_bounds(points))
-        findings += () if degrees_finding is None else (degrees_finding.of_file(file.name),)
+        finding = degrees_finding(_bounds(points))
+        findings += () if finding is None else (finding.with_file(file.name),)
     if model is None:
         findings += assumed_frame(
             file,

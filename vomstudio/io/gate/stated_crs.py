@@ -70,7 +70,7 @@ def crs_in_comments(comments: Sequence[str]) -> StatedCrs:
     return StatedCrs(f"EPSG:{codes.pop()}" if len(codes) == 1 else None)
 
 
-def crs_of_table(path: Path, comments: Sequence[str]) -> tuple[StatedCrs, tuple[Finding, ...]]:
+def table_crs(path: Path, comments: Sequence[str]) -> tuple[StatedCrs, tuple[Finding, ...]]:
     """Return the CRS of a table of coordinates, from its comments, else `NAME.prj` beside it.
 
     Parameters

@@ -138,7 +138,7 @@ def open_geotiff(path: Path, raster: Raster, shown: str | Path | None = None) ->
                 yield dataset
             finally:
                 del _checksums[id(dataset)]
-                with libtiff_silent():
+                with silence_libtiff():
                     dataset.close()
         with rasterio.Env(), rasterio.open(path) as written:
             is_complete = _is_complete(written, path.stat().st_size) and _has_tiles(written, tiles)
@@ -148,7 +148,7 @@ def open_geotiff(path: Path, raster: Raster, shown: str | Path | None = None) ->
         raise _incomplete_error(shown or path)
 
 
-def size_and_bands(path: Path) -> tuple[int, int, list[str]]:
+def read_size_and_bands(path: Path) -> tuple[int, int, list[str]]:
     """Return width, height and the bands of a GeoTIFF, with "F" for numbers as in Pillow.
 
     Raises
@@ -162,7 +162,7 @@ def size_and_bands(path: Path) -> tuple[int, int, list[str]]:
     require_regular_siblings(path)
     check_raster(path)
     try:
-        with warnings.catch_warnings(), libtiff_silent(), rasterio.Env():
+        with warnings.catch_warnings(), silence_libtiff(), rasterio.Env():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
             with (
                 utf8_name(path) as named,
@@ -182,7 +182,7 @@ def size_and_bands(path: Path) -> tuple[int, int, list[str]]:
 
 
 @contextlib.contextmanager
-def libtiff_silent() -> Iterator[None]:
+def silence_libtiff() -> Iterator[None]:
     """Suppress messages of libtiff, which bypass the handlers of GDAL.
 
     On a full disk it prints a line per block to stderr; the user gets one error instead.
@@ -261,7 +261,7 @@ def write_tile(dataset: Any, column: int, row: int, values: np.ndarray[Any, Any]
         bands = np.ascontiguousarray(values[None])
     if (tiles := _checksums.get(id(dataset))) is not None:
         tiles[place] = zlib.crc32(bands.astype(dataset.dtypes[0], copy=False).tobytes())
-    with libtiff_silent():
+    with silence_libtiff():
         dataset.write(bands, window=_window(*place))
 
 

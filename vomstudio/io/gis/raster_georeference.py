@@ -8,10 +8,10 @@ from typing import Any
 
 from vomstudio.core.errors import InputError
 from vomstudio.io.gis.crs import parse_crs
-from vomstudio.io.gis.raster import libtiff_silent
+from vomstudio.io.gis.raster import silence_libtiff
 
 
-def place_on_map(path: Path) -> dict[str, Any] | None:
+def read_map_placement(path: Path) -> dict[str, Any] | None:
     """Return crs, bounds, units and resolution_m of a TIFF that is a map.
 
     Returns
@@ -30,7 +30,7 @@ def place_on_map(path: Path) -> dict[str, Any] | None:
     try:
         require_regular_siblings(path)
         check_raster(path)
-        with warnings.catch_warnings(), libtiff_silent(), rasterio.Env():
+        with warnings.catch_warnings(), silence_libtiff(), rasterio.Env():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
             with utf8_name(path) as named, rasterio.open(named, driver="GTiff") as dataset:
                 if dataset.crs is None or not dataset.crs.is_projected:

@@ -17,8 +17,8 @@ from vomstudio.geometry.registration_frames import change_file_frame, change_wor
 from vomstudio.geometry.registrations import Registration
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.axes import assumed_frame, choose_axes
-from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
-from vomstudio.io.gate.metric import check_metric, looks_like_degrees
+from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
+from vomstudio.io.gate.metric import check_metric, degrees_finding
 from vomstudio.io.gate.reprojection import Reprojection
 from vomstudio.io.gis.crs import parse_crs_option, unit_in_metres
 from vomstudio.io.models.reader import LoadedModel
@@ -56,7 +56,9 @@ class FrameWithFindings:
         return self.placement.to_world()
 
 
-def establish_frame(loaded: LoadedModel, options: FrameOptions = AS_STATED) -> FrameWithFindings:
+def establish_frame(
+    loaded: LoadedModel, options: FrameOptions = DEFAULT_FRAME
+) -> FrameWithFindings:
     """Establish the frame of a model that was read with the same options.
 
     A file that states nothing is taken as local, in metres, z up. A registration beside the file
@@ -97,7 +99,7 @@ def establish_frame(loaded: LoadedModel, options: FrameOptions = AS_STATED) -> F
 
 
 def stored_registration(
-    loaded: LoadedModel, options: FrameOptions = AS_STATED
+    loaded: LoadedModel, options: FrameOptions = DEFAULT_FRAME
 ) -> FoundRegistration:
     """Find the registration beside a model that was read with the same options.
 
@@ -234,7 +236,9 @@ def check_frame(
     return check_metric(frame.crs, _map_bounds(bounds, frame), file=file, field=field)
 
 
-def frame_findings(loaded: LoadedModel, options: FrameOptions = AS_STATED) -> tuple[Finding, ...]:
+def frame_findings(
+    loaded: LoadedModel, options: FrameOptions = DEFAULT_FRAME
+) -> tuple[Finding, ...]:
     """Return what `establish_frame` reports or would refuse."""
     try:
         return establish_frame(loaded, options).findings
@@ -290,7 +294,7 @@ def _assumed(loaded: LoadedModel, options: FrameOptions, up: UpAxis) -> tuple[Fi
     if scale_known(loaded.path) is not None:
         # Our own reconstruction states what it knows in the file beside it.
         return ()
-    maybe = looks_like_degrees(np.asarray(loaded.data.bounds, np.float64))
+    maybe = degrees_finding(np.asarray(loaded.data.bounds, np.float64))
     findings = () if maybe is None or options.unit is not None else (maybe,)
     assumed = assumed_frame(
         loaded.path,

@@ -26,7 +26,7 @@ from vomstudio.geometry.model_transform import moved
 from vomstudio.geometry.resolution import COUNTS, FewPoints, effective_resolution, resolving_points
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.axes import choose_axes, require_crs, unreadable
-from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
+from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gate.reprojection import Reprojection
 from vomstudio.io.gis.axis_units import (
     UNKNOWN,
@@ -50,7 +50,7 @@ MOST_FIELDS = 300
 
 
 def read_model(
-    path: str | Path, progress: Progress | None = None, options: FrameOptions = AS_STATED
+    path: str | Path, progress: Progress | None = None, options: FrameOptions = DEFAULT_FRAME
 ) -> LoadedModel:
     """Read the model in a file, by whichever reader knows it, in a metric frame.
 
@@ -263,7 +263,7 @@ def _first_positive(distance: FloatArray) -> FloatArray:
 
 
 def with_axes(
-    loaded: LoadedModel, options: FrameOptions = AS_STATED
+    loaded: LoadedModel, options: FrameOptions = DEFAULT_FRAME
 ) -> tuple[LoadedModel, Finding | None]:
     """Settle the CRS of what a reader returned, with x, y, z in one unit.
 
@@ -358,7 +358,7 @@ def _scaled(data: Mesh | PointCloud, axes: StatedAxes) -> Mesh | PointCloud:
 
 
 def describe(
-    path: str | Path, progress: Progress | None = None, options: FrameOptions = AS_STATED
+    path: str | Path, progress: Progress | None = None, options: FrameOptions = DEFAULT_FRAME
 ) -> dict[str, object]:
     """What is in a model, in the words of the command line's `info`; safe for JSON.
 

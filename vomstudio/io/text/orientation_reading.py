@@ -122,10 +122,10 @@ def read_orientations(
     UsageError
         If `azimuth` must be given.
     """
-    return orientations_of(read_table(path, max_lines=MAX_OBJECTS), azimuth, repeats=repeats)
+    return extract_orientations(read_table(path, max_lines=MAX_OBJECTS), azimuth, repeats=repeats)
 
 
-def orientations_of(
+def extract_orientations(
     table: TextTable, azimuth: Azimuth | None = None, *, repeats: bool = False
 ) -> OrientationTable:
     """Extract planes and lines from a table, as `read_orientations`."""
@@ -468,10 +468,6 @@ class _TableReader:
     def _no_orientations(self) -> InputError:
         finding = Finding("orientation.no-columns", columns=self.table.names or ())
         return self.table.header_error(finding, "dip")
-
-
-def _first(*columns: int | None) -> int:
-    return next(c for c in columns if c is not None)
 
 
 def _plain_number(cell: str) -> float | None:

@@ -22,7 +22,7 @@ from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.rows import parse_number
 from vomstudio.io.text.tables import TextTable
 
-MARK = "registration:"
+REGISTRATION_PREFIX = "registration:"
 """First word of a comment with the covariance of a registration."""
 _COLUMN = "registration_error_deg"
 _MODEL = "model"
@@ -77,10 +77,10 @@ def _stated_covariances(
 
 def _parse_registration(comment: str) -> list[tuple[str, FloatArray]]:
     text = comment.lstrip("# \t")
-    if not text.startswith(MARK):
+    if not text.startswith(REGISTRATION_PREFIX):
         return []
     try:
-        statement = json.loads(text[len(MARK) :])
+        statement = json.loads(text[len(REGISTRATION_PREFIX) :])
         covariance = np.array(statement["rotation_covariance_deg2"], np.float64)
         models = [str(name) for name in statement["models"]]
     except (ValueError, TypeError, KeyError):
@@ -96,7 +96,7 @@ def _parse_registration(comment: str) -> list[tuple[str, FloatArray]]:
 def stated_registrations(comments: Iterable[str]) -> list[dict[str, Any]]:
     """Return the valid registrations in comments."""
     return [
-        json.loads(comment.lstrip("# \t")[len(MARK) :])
+        json.loads(comment.lstrip("# \t")[len(REGISTRATION_PREFIX) :])
         for comment in comments
         if _parse_registration(comment)
     ]

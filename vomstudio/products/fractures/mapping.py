@@ -38,7 +38,7 @@ from vomstudio.io.gate.drawn_layers import (
     read_raw_areas,
     read_raw_lines,
 )
-from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
+from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gate.points import ModelFrame
 from vomstudio.io.gis.raster import is_view_plane
 from vomstudio.io.text.repeated_rows import repeats_finding
@@ -62,7 +62,7 @@ class FractureOrder:
 
     traces: Path | None
     options: FractureOptions = field(default_factory=FractureOptions)
-    frame: FrameOptions = AS_STATED
+    frame: FrameOptions = DEFAULT_FRAME
 
 
 def map_fractures(

@@ -15,7 +15,7 @@ from vomstudio.core.files.atomic import atomic_group, write_bytes
 from vomstudio.core.files.extensions import check_extension
 from vomstudio.core.files.spreadsheet_cells import comment_line
 from vomstudio.core.findings import Finding
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import HIDDEN
 from vomstudio.core.version import __version__
 from vomstudio.geology.beds.extended import Bands, PlaneBelief, Repeats, bands, repeated
@@ -59,7 +59,7 @@ class Bed:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ExtendedPlane(Shown):
+class ExtendedPlane(PrintableResult):
     """A plane carried on through a model, with what the command says of it.
 
     middle : (3,) World, where it is known best; max_error95_deg, min_error95_deg : half-angles of

@@ -13,7 +13,7 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.io.gate.points import ModelFrame, points_to_world
-from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
+from vomstudio.io.gate.stated_crs import StatedCrs, table_crs
 from vomstudio.products.ortho.interpretation import Item, items_of_table, read_items
 
 if TYPE_CHECKING:
@@ -144,7 +144,7 @@ def _line_of_table(path: Path) -> ProfileLine:
     points = points[np.isfinite(points).all(axis=1)]
     if len(points) < 2:
         raise InputError(Finding("section.too-few-points"), file=path, field="--section-line")
-    stated, findings = crs_of_table(path, table.comments)
+    stated, findings = table_crs(path, table.comments)
     return ProfileLine(path, points, stated, warnings=findings)
 
 

@@ -25,7 +25,7 @@ from vomstudio.geometry.coordinate_limits import why_no_coordinate, why_not_at
 from vomstudio.geometry.lines import ring_area
 from vomstudio.geometry.matrices import Point
 from vomstudio.io.gate.points import ModelFrame, points_to_world
-from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
+from vomstudio.io.gate.stated_crs import StatedCrs, table_crs
 from vomstudio.io.text.encodings import decode_text
 from vomstudio.io.text.file_text import MAX_OBJECTS, refuse_many_lines
 from vomstudio.io.text.wkt_columns import parse_wkt
@@ -312,7 +312,7 @@ def _table(path: Path, findings: list[Finding]) -> Iterator[_Row]:
         raise InputError(Finding("table.unreadable", reason=error), file=path) from (error)
     refuse_many_lines(path, len(lines), MAX_OBJECTS)
     comments = [line[1:].strip() for line in lines if line.startswith("#")]
-    frame, about_crs = crs_of_table(path, comments)
+    frame, about_crs = table_crs(path, comments)
     crs = frame.text
     findings += about_crs
     layer = _layer_word(path.stem)

@@ -21,7 +21,7 @@ from vomstudio.core.words import to_translate
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import in_metres
-from vomstudio.io.gate.stated_crs import crs_of_table
+from vomstudio.io.gate.stated_crs import table_crs
 from vomstudio.io.text.file_text import MAX_OBJECTS
 from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
 from vomstudio.io.text.tables import TABLE_EXTENSIONS, read_table
@@ -92,7 +92,7 @@ def crs_of(path: Path) -> str | None:
     InputError
         For a CRS in degrees, or one that is not known.
     """
-    stated, findings = crs_of_table(path, read_table(path, max_lines=MAX_OBJECTS).comments)
+    stated, findings = table_crs(path, read_table(path, max_lines=MAX_OBJECTS).comments)
     if findings and stated.text is None:
         raise InputError(findings[0], file=path, field="CRS")
     return in_metres(path, (), stated.text)[1]

@@ -20,7 +20,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.io.gis.geo_keys import COMPOUND, decode_keys, read_tiff_keys
-from vomstudio.io.gis.raster import libtiff_silent
+from vomstudio.io.gis.raster import silence_libtiff
 from vomstudio.io.models.formats._common import drop_unsound
 from vomstudio.io.models.reader import LoadedModel, Reader
 
@@ -90,7 +90,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     messages: list[Finding] = []
     try:
         with (
-            libtiff_silent(),
+            silence_libtiff(),
             rasterio.Env(GDAL_CACHEMAX=RASTER_CACHE_BYTES, **COMPOUND),
             utf8_name(path) as named,
             _opened(named) as dataset,
