@@ -51,7 +51,7 @@ def _is_writable(folder: Path) -> bool:
 
 
 def _is_private(folder: Path) -> bool:
-    """Return whether the folder belongs to this user alone; anybody may write beside it."""
+    """Return whether the folder belongs to this user alone; its parent is shared."""
     try:
         folder.mkdir(mode=0o700, exist_ok=True)
         status = folder.lstat()

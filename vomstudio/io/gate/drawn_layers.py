@@ -151,7 +151,7 @@ def read_raw_lines(
         Names of the attributes to read.
     progress : Progress, optional
     options : FrameOptions
-        Frame options of the caller, which complete what the file states.
+        Frame options of the caller, which complete the statements of the file.
     model : ModelFrame, optional
         Frame of the data that the drawing belongs to, to which it is converted.
 
@@ -340,7 +340,7 @@ def _frame(
     *,
     alone: bool,
 ) -> tuple[StatedCrs, FrameOptions]:
-    """Return what a drawing states about its CRS, and the options that complete it.
+    """Return the CRS that a drawing states, and the options that complete it.
 
     Parameters
     ----------

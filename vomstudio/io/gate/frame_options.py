@@ -14,7 +14,7 @@ UpAxis = Literal["z", "y"]
 
 @dataclass(frozen=True)
 class FrameOptions(Options):
-    """Up axis, unit and CRS of a file; None for what the file itself states.
+    """Up axis, unit and CRS of a file; None for the statement of the file.
 
     Raises
     ------
@@ -62,4 +62,4 @@ class FrameOptions(Options):
 
 
 DEFAULT_FRAME = FrameOptions()
-"""No option given: the frame is what the file states."""
+"""No options: the frame is the one that the file states."""

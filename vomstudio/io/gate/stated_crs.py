@@ -44,7 +44,7 @@ def crs_in_comments(comments: Sequence[str]) -> StatedCrs:
     """Return the CRS that the comments of a table name.
 
     Understood are ``CRS: EPSG:32633`` and ``CoordinateSystem: WKT`` (as Metashape writes it),
-    WKT on a line of its own, and a code at the start of a comment or of an item of a list in it, if
+    WKT on a separate line, and a code at the start of a comment or of an item of a list in it, if
     all comments name the same one.
 
     Parameters

@@ -252,7 +252,7 @@ def _arc(
 
 
 def _separate_flags(text: str) -> str:
-    """Separate the two flags of an arc from what follows, as in `a1 1 0 01.5 2`."""
+    """Separate the two flags of an arc from the next number, as in `a1 1 0 01.5 2`."""
     return re.sub(r"([Aa])([^A-DF-Za-df-z]*)", lambda arc: f"{arc[1]} {_arc_numbers(arc[2])}", text)
 
 

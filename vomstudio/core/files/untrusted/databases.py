@@ -171,7 +171,7 @@ def open_to_read(path: Path, patience_s: float = 5.0) -> sqlite3.Connection:
 
 
 def harden(db: sqlite3.Connection) -> None:
-    """Limit what code in the schema of a database can do.
+    """Restrict code in the schema of a database.
 
     Functions with side effects are disabled, statements have limits, and a request to end the
     process interrupts a running statement.

@@ -419,7 +419,7 @@ def _entries(
 
 
 def _numbers(file: BinaryIO, order: str, big: bool, kind: int, count: int, value: int) -> list[int]:
-    """Return up to a few hundred whole numbers of an entry, which holds them or their place."""
+    """Return up to a few hundred integers of an entry, which contains them or their offset."""
     code = {1: "B", 3: "H", 4: "I", 13: "I", 16: "Q", 18: "Q"}.get(kind)
     if code is None:
         return []
