@@ -38,7 +38,7 @@ class MapScale:
         it differs most from 1.
     anisotropy : float
         Largest scale divided by smallest scale at one place, minus 1.
-    in_area : bool
+    is_in_area : bool
         Whether the data lie within the area of use of the CRS.
     suggested_crs : str
         ``EPSG:n`` of the UTM zone (WGS 84) at the data.

@@ -227,8 +227,8 @@ class _Context:
         Width and height of the innermost viewport.
     name : str
         Name of the clone.
-    seen : bool
-        Not hidden.
+    is_visible : bool
+        Whether both `shown` and `visible` are true.
     shown, visible : bool
         Inherited display and visibility.
     uses : int
