@@ -12,7 +12,7 @@ from babel.messages.extract import extract_from_dir
 from babel.messages.mofile import write_mo
 
 from vomstudio.cli import main
-from vomstudio.core.languages import use_users_language
+from vomstudio.core.languages import use_user_language
 from vomstudio.core.words import tr, use_catalogue
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -60,7 +60,7 @@ def test_a_whole_language_reaches_the_command_line(
 ) -> None:
     german(tmp_path)
     monkeypatch.setenv("LANG", "de_AT.UTF-8")
-    use_users_language(tmp_path)
+    use_user_language(tmp_path)
     assert main(["fit", str(tmp_path / "none.csv")]) == 2
     said = capfd.readouterr().err.strip()
     assert "*" in said
@@ -83,7 +83,7 @@ def test_the_usual_variables_choose(
     )
     monkeypatch.setenv("LANG", "fr")
     monkeypatch.setenv(name, wish)
-    use_users_language(tmp_path)
+    use_user_language(tmp_path)
     assert tr(some) == f"*{some}*"
 
 
@@ -93,7 +93,7 @@ def test_without_a_catalogue_it_is_english(
 ) -> None:
     german(tmp_path)
     monkeypatch.setenv("LANG", wish)
-    use_users_language(tmp_path)
+    use_user_language(tmp_path)
     assert tr("Cancelled.") == "Cancelled."
 
 
@@ -105,11 +105,11 @@ def test_a_damaged_catalogue_is_as_good_as_none(
     whole = path.read_bytes()
     path.write_bytes(whole[: len(whole) // 2] if content is None else content)
     monkeypatch.setenv("LANG", "de")
-    use_users_language(tmp_path)
+    use_user_language(tmp_path)
     assert tr("Cancelled.") == "Cancelled."
 
 
 def test_only_english_is_shipped(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("LANG", "de")
-    use_users_language()
+    use_user_language()
     assert tr("Cancelled.") == "Cancelled."

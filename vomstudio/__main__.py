@@ -1,8 +1,8 @@
 """Where the program begins, as a command and as `python -m vomstudio`."""
 
-from vomstudio.core.early_stop import hear
+from vomstudio.core.early_stop import handle_signals
 
-hear()
+handle_signals()
 
 from vomstudio.app import main  # noqa: E402 - reading it takes longer than all that is before it
 

@@ -63,9 +63,9 @@ def _run(words: list[str], before: dict[int, Any], *, ours: bool) -> int:
     if words[:1] == ["--worker"]:
         # Ctrl+C reaches every process of a terminal: whoever started the worker ends it.
         _leave({number: signal.SIG_IGN for number in before if number == signal.SIGINT})
-    from vomstudio.core.languages import use_users_language
+    from vomstudio.core.languages import use_user_language
 
-    use_users_language()
+    use_user_language()
     if words[:1] == ["--graphics"]:
         # Whoever asks for it says that it was cancelled.
         _leave(dict.fromkeys(before, signal.SIG_DFL))
@@ -102,7 +102,7 @@ def _run(words: list[str], before: dict[int, Any], *, ours: bool) -> int:
     finally:
         exception_hooks.uninstall()
     if ours:
-        from vomstudio.core.failures.quick_exit import end_with
+        from vomstudio.core.failures.quick_exit import exit_without_finalising
 
-        end_with(code)
+        exit_without_finalising(code)
     return code

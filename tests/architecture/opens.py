@@ -49,7 +49,7 @@ LIBRARIES = {
     "QMovie",
 }
 """Calls that open what is named to them; SQLite waits for a pipe only where it may not write."""
-ASKS = {"is_file", "refuse_links", "links_of", "layers_of"}
+ASKS = {"is_file", "refuse_links", "special_files", "readable_layers"}
 """Who asks about names besides the functions of the house: in folders, and before GDAL."""
 _MODE = re.compile(r"[rwaxbt+]{1,4}")
 

@@ -128,14 +128,14 @@ def test_the_shaded_zone_holds_the_critical_poles_and_no_others() -> None:
     from vomstudio.geology.slope_options import SlopeOptions
     from vomstudio.geology.stereonet import project
     from vomstudio.geology.table_slopes import slope_face, table_slope
-    from vomstudio.io.text.orientation_reading import orientations_of
-    from vomstudio.io.text.tables import table_of_cells
+    from vomstudio.io.text.orientation_reading import extract_orientations
+    from vomstudio.io.text.tables import table_from_cells
     from vomstudio.products.net.slope_figure import draw_slope
 
     generator = np.random.default_rng(3)
     azimuth, dip = generator.uniform(0, 360, 300), generator.uniform(1, 89, 300)
     cells = [[repr(float(a)), repr(float(d))] for a, d in zip(azimuth, dip, strict=True)]
-    table = orientations_of(table_of_cells(("dipdir", "dip"), cells, "t"))
+    table = extract_orientations(table_from_cells(("dipdir", "dip"), cells, "t"))
     face = slope_face("120/75", SlopeOptions(30.0))
     found = table_slope(table, face)
     planar, _, flexural, _ = draw_slope(Figure((6, 7)), table, face, found)

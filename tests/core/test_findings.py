@@ -21,7 +21,7 @@ from vomstudio.core.findings import (
     cause_of,
     finding_of,
     uncoded,
-    without_repeats,
+    unique_findings,
 )
 from vomstudio.studio.jobs.serialisation import decode, encode
 
@@ -53,7 +53,7 @@ def test_an_answer_prints_findings_as_objects() -> None:
     assert answer["warnings"] == [ASSUMED.to_dict()]
 
 
-@pytest.mark.parametrize("finding", [ASSUMED, uncoded("Plain."), uncoded("Plain.").of_file("b")])
+@pytest.mark.parametrize("finding", [ASSUMED, uncoded("Plain."), uncoded("Plain.").with_file("b")])
 def test_a_finding_survives_every_way_between_processes(finding: Finding) -> None:
     assert pickle.loads(pickle.dumps(finding)) == finding
     assert copy.deepcopy(finding) == finding
@@ -76,8 +76,8 @@ def test_an_unknown_code_or_a_missing_value_is_an_error_of_the_programmer() -> N
 
 
 def test_a_finding_names_its_file_once() -> None:
-    assert ASSUMED.of_file("other.obj") is ASSUMED
-    assert uncoded("Plain.").of_file("b.obj").message == "b.obj: Plain."
+    assert ASSUMED.with_file("other.obj") is ASSUMED
+    assert uncoded("Plain.").with_file("b.obj").message == "b.obj: Plain."
 
 
 def test_the_finding_of_an_error_states_its_file_line_and_field() -> None:
@@ -106,7 +106,7 @@ def test_numbers_in_lists_are_restored_in_another_process() -> None:
 
 def test_repeats_are_dropped_in_order() -> None:
     other = uncoded("Plain.")
-    assert without_repeats([other, ASSUMED, other, ASSUMED]) == (other, ASSUMED)
+    assert unique_findings([other, ASSUMED, other, ASSUMED]) == (other, ASSUMED)
 
 
 @pytest.mark.parametrize("subject", SUBJECTS, ids=lambda each: each.__name__.rpartition(".")[2])

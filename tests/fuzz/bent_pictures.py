@@ -322,9 +322,9 @@ def _heights(path: Path) -> object:
 
 
 def _place(path: Path) -> object:
-    from vomstudio.io.gis.raster_georeference import place_on_map
+    from vomstudio.io.gis.raster_georeference import read_map_placement
 
-    return place_on_map(path)
+    return read_map_placement(path)
 
 
 def _refused(message: str, path: Path) -> object:

@@ -95,9 +95,9 @@ def _aligned(pipe: Path) -> object:
 
 
 def _set_aside(pipe: Path) -> object:
-    from vomstudio.core.files.backup import set_aside
+    from vomstudio.core.files.backup import back_up
 
-    return set_aside(pipe)
+    return back_up(pipe)
 
 
 def _hashed(pipe: Path) -> object:

@@ -377,11 +377,11 @@ def test_what_is_not_defined_is_null_with_a_reason(v: np.ndarray, directed: bool
 def test_weights_without_errors_are_refused() -> None:
     from vomstudio.geology.populations.statistics_options import StatisticsOptions
     from vomstudio.geology.populations.table_statistics import table_statistics
-    from vomstudio.io.text.orientation_reading import orientations_of
-    from vomstudio.io.text.tables import table_of_cells
+    from vomstudio.io.text.orientation_reading import extract_orientations
+    from vomstudio.io.text.tables import table_from_cells
 
-    table = orientations_of(
-        table_of_cells(["dipdir", "dip"], [["10", "20"], ["30", "40"]], Path("t.csv"))
+    table = extract_orientations(
+        table_from_cells(["dipdir", "dip"], [["10", "20"], ["30", "40"]], Path("t.csv"))
     )
     with refused("table.no-errors", UsageError, columns=ERROR_COLUMNS, field="--weights"):
         table_statistics(table, StatisticsOptions(weights="error"))

@@ -13,8 +13,8 @@ from vomstudio.geology.intersections import intersection_line, uncertain_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.geology.table_slopes import slope_face, table_slope
-from vomstudio.io.text.orientation_reading import orientations_of
-from vomstudio.io.text.tables import table_of_cells
+from vomstudio.io.text.orientation_reading import extract_orientations
+from vomstudio.io.text.tables import table_from_cells
 
 CHI = math.sqrt(5.991464547107979)
 ERRORS = ("dip_direction", "dip", "max_confidence95_deg", "min_confidence95_deg", "error_rake_deg")
@@ -22,7 +22,7 @@ ERRORS = ("dip_direction", "dip", "max_confidence95_deg", "min_confidence95_deg"
 
 def table(rows, names=ERRORS, comments=()):
     cells = [["" if cell is None else repr(cell) for cell in row] for row in rows]
-    return orientations_of(table_of_cells(names, cells, "the table", comments))
+    return extract_orientations(table_from_cells(names, cells, "the table", comments))
 
 
 @pytest.mark.parametrize("dip", [28.0, 30.0, 33.0, 67.0, 71.0])

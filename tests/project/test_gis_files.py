@@ -110,7 +110,7 @@ def test_a_bare_cloud_still_has_a_column_and_a_mesh_says_what_is_lost(tmp_path: 
 def test_more_points_than_a_shapefile_holds_are_refused_before_anything_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(shapefile, "MOST_BYTES", 30_000)
+    monkeypatch.setattr(shapefile, "MAX_BYTES", 30_000)
     with refused("model.exceeds-format", TargetError):
         write_model(cloud(), None, tmp_path / "c.shp")
     assert list(tmp_path.iterdir()) == []

@@ -43,7 +43,7 @@ def records() -> dict[str, Any]:
     return found | {"r2": upright}
 
 
-def layers_of(path: Path) -> dict[str, tuple[str, list[Any], dict[str, Any]]]:
+def readable_layers(path: Path) -> dict[str, tuple[str, list[Any], dict[str, Any]]]:
     """By name: kind of geometry, shapes and columns."""
     found = {}
     for name, kind in pyogrio.list_layers(path):
@@ -61,7 +61,7 @@ def test_the_geopackage_holds_what_the_shapefiles_hold(
 ) -> None:
     export_records(records, "gpkg", tmp_path / "o.gpkg")
     table = export_records(records, "shp", tmp_path / "o.shp")
-    whole = layers_of(tmp_path / "o.gpkg")
+    whole = readable_layers(tmp_path / "o.gpkg")
     assert list(whole) == ["planes", "traces", "lines", "lineations", "patches", "dimensions"]
     assert [kind for kind, _, _ in whole.values()] == [
         "Point Z",
@@ -72,7 +72,7 @@ def test_the_geopackage_holds_what_the_shapefiles_hold(
         "LineString Z",
     ]
     for path, (_, shapes, columns) in zip(table.files, whole.values(), strict=True):
-        ((_, others, shortened),) = layers_of(path).values()
+        ((_, others, shortened),) = readable_layers(path).values()
         assert len(shapes) == len(others)
         assert len(columns) == len(shortened)
         for one, other in zip(shapes, others, strict=True):
@@ -348,7 +348,7 @@ def test_an_ending_in_capitals_is_a_shapefile_too_and_what_is_said_is_there(tmp_
     with refused("export.not-shp", UsageError) as caught:
         write_shapefiles(tmp_path / "o.txt", [points], None)
     assert "o.txt" in str(caught.value)
-    (about, shapes, columns) = next(iter(layers_of(tmp_path / "O.shp").values()))
+    (about, shapes, columns) = next(iter(readable_layers(tmp_path / "O.shp").values()))
     assert about == "Point Z"
     assert shapely.get_coordinates(shapes, include_z=True).tolist() == [[1.0, 2.0, 3.0]]
     assert list(columns["name"]) == ["é"]
@@ -358,7 +358,7 @@ def test_traces_of_a_project_keep_their_order_of_vertices(
     tmp_path: Path, records: dict[str, Any]
 ) -> None:
     export_records(records, "gpkg", tmp_path / "o.gpkg")
-    _, shapes, columns = layers_of(tmp_path / "o.gpkg")["traces"]
+    _, shapes, columns = readable_layers(tmp_path / "o.gpkg")["traces"]
     for id_, shape in zip(columns["id"], shapes, strict=True):
         trace = records[id_]
         assert isinstance(trace, Trace)

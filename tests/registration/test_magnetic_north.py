@@ -8,7 +8,7 @@ import pytest
 
 from tests.messages import refused
 from vomstudio.core.errors import UsageError
-from vomstudio.io.gis.crs import convergence_deg, from_degrees
+from vomstudio.io.gis.crs import convergence_deg, degrees_to_grid
 from vomstudio.registration.north import North, declination_deg
 
 
@@ -65,7 +65,7 @@ def test_where_there_is_none(place, when, code, capsys) -> None:
 
 
 CRS, PLACE = "EPSG:32633", (13.4, 46.5)
-CONVERGENCE = convergence_deg(CRS, *from_degrees(CRS)(*PLACE))
+CONVERGENCE = convergence_deg(CRS, *degrees_to_grid(CRS)(*PLACE))
 IN_CRS = North(CRS, PLACE, date(2024, 5, 12), 3.0)
 
 

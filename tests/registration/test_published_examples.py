@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vomstudio.io.gis.crs import from_degrees
+from vomstudio.io.gis.crs import degrees_to_grid
 from vomstudio.registration.placing import register_points
 from vomstudio.registration.similarity import fit_similarity
 
@@ -60,6 +60,6 @@ def test_wgs_72_to_wgs_84_is_the_published_point() -> None:
 def test_positions_in_degrees_are_where_the_guidance_note_has_them(
     crs: str, base: str, longitude: float, latitude: float, east: float, north: float
 ) -> None:
-    there = from_degrees(crs, base)(longitude, latitude)
+    there = degrees_to_grid(crs, base)(longitude, latitude)
     assert there is not None
     assert there[:2] == pytest.approx((east, north), abs=0.01)

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.core.files.spreadsheet_cells import unguarded
+from vomstudio.core.files.spreadsheet_cells import unescape_formula
 
 HERE = Path(__file__).resolve().parent
 SPECIMENS = ("schema1",)
@@ -88,7 +88,7 @@ def read_table(path: Path) -> dict[str, Any]:
     lines = path.read_text(encoding="utf-8").splitlines()
     comments = [line for line in lines if line.startswith("#")][1:]
     rows = csv.DictReader(line for line in lines if not line.startswith("#"))
-    plain = [{name: unguarded(cell) for name, cell in row.items()} for row in rows]
+    plain = [{name: unescape_formula(cell) for name, cell in row.items()} for row in rows]
     return {"comments": comments, "rows": {row["id"]: row for row in plain}}
 
 

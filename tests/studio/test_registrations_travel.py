@@ -22,7 +22,7 @@ from vomstudio.core.progress import Silent
 from vomstudio.geometry import transform
 from vomstudio.geometry.registrations import Registration
 from vomstudio.io.control.observation_tables import read_pairs
-from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
+from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.models.model_copy import copy_model
 from vomstudio.io.models.registration_file import registration_path
 from vomstudio.io.photos.cameras_file import FILE_NAME, Cameras, write_cameras
@@ -104,7 +104,7 @@ def bed_on(project: HeadlessProject, model: Model, points: Array) -> Measurement
 
 
 def bed_in_new_project(
-    folder: Path, file: Path, points: Array, options: FrameOptions = AS_STATED
+    folder: Path, file: Path, points: Array, options: FrameOptions = DEFAULT_FRAME
 ) -> tuple[Measurement, AddedModel]:
     with desk(folder) as project:
         added = project.add_model(file, options)

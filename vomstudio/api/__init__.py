@@ -4,6 +4,6 @@
 for. Whoever asks first brings the language of the user.
 """
 
-from vomstudio.core.languages import use_users_language
+from vomstudio.core.languages import use_user_language
 
-use_users_language()
+use_user_language()

@@ -19,7 +19,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology.notation import exact_plane, parse_plane
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.coordinate_limits import no_places
-from vomstudio.io.text.column_names import plain
+from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.tables import COORDINATES
 
 _MAX_ANGLE_DEG = 720
@@ -120,7 +120,7 @@ def _coordinates_of(values: Any, name: str) -> Any:
 
 def coordinate_names(columns: list[Any], name: str) -> list[Any]:
     """Which columns of a DataFrame are x, y and z. Raises InputError."""
-    known = {column: plain(str(column)) for column in columns}
+    known = {column: normalise_name(str(column)) for column in columns}
     found = []
     for letter, others in COORDINATES.items():
         matches = [c for c, word in known.items() if word == letter]

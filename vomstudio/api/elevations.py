@@ -15,7 +15,7 @@ from vomstudio.api.planes import plane_text
 from vomstudio.api.reporting import Reported, told
 from vomstudio.core.arrays import ByteArray, Float32Array
 from vomstudio.core.findings import Finding
-from vomstudio.core.reprs import html_table, in_lines
+from vomstudio.core.reprs import html_table, text_table
 from vomstudio.core.results import HIDDEN
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
@@ -117,7 +117,7 @@ class ElevationModel(ElevationFigures):
         }
 
     def __repr__(self) -> str:
-        return in_lines("ElevationModel", self._named())
+        return text_table("ElevationModel", self._named())
 
     def _repr_html_(self) -> str:
         return html_table("ElevationModel", self._named())

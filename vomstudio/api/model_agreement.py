@@ -7,7 +7,7 @@ from typing import Any
 from vomstudio.api.tables import rows_of
 from vomstudio.geology import model_agreement as of_planes
 from vomstudio.geology.model_agreement import Agreement
-from vomstudio.io.text.oriented_planes import planes_of
+from vomstudio.io.text.oriented_planes import extract_planes
 
 
 def agreement(first: Any, second: Any) -> Agreement:
@@ -49,7 +49,7 @@ def agreement(first: Any, second: Any) -> Agreement:
     (4.0, 5.0, True)
     """
     planes = [
-        planes_of(rows_of(table, name=name))
+        extract_planes(rows_of(table, name=name))
         for table, name in ((first, "first"), (second, "second"))
     ]
     return of_planes.agreement(*planes)

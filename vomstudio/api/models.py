@@ -23,12 +23,12 @@ from vomstudio.api.reporting import Reported, told
 from vomstudio.core.arrays import ByteArray, Float32Array, FloatArray, GenericArray, Int32Array
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
-from vomstudio.core.reprs import html_table, in_lines
+from vomstudio.core.reprs import html_table, text_table
 from vomstudio.geometry import cloud as clouds
 from vomstudio.geometry import mesh as meshes
 from vomstudio.geometry import transform
 from vomstudio.geometry.units import Axes
-from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
+from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 
 if TYPE_CHECKING:
     from vomstudio.geometry.registrations import Registration
@@ -210,7 +210,7 @@ class _Model:
         }
 
     def __repr__(self) -> str:
-        return in_lines(type(self).__name__, self._figures())
+        return text_table(type(self).__name__, self._figures())
 
     def _repr_html_(self) -> str:
         return html_table(type(self).__name__, self._figures())
@@ -398,7 +398,7 @@ def model_of(given: Any, name: str = "model") -> Mesh | PointCloud:
         return model
     if not is_path(given):
         raise wrong_type(given, "Mesh, PointCloud, str, pathlib.Path", name)
-    model = _read(path_of(given, name), AS_STATED, None)
+    model = _read(path_of(given, name), DEFAULT_FRAME, None)
     warn(model.warnings, 4, notes=True)
     return model
 

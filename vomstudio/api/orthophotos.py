@@ -16,7 +16,7 @@ from vomstudio.api.reporting import Reported, told
 from vomstudio.api.sets import fold as fold_of
 from vomstudio.core.arrays import ByteArray, Float32Array
 from vomstudio.core.findings import Finding
-from vomstudio.core.reprs import html_table, in_lines
+from vomstudio.core.reprs import html_table, text_table
 from vomstudio.core.results import HIDDEN
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.geology.table_folds import TableFold
@@ -102,7 +102,7 @@ class Orthophoto(OrthophotoFigures):
         }
 
     def __repr__(self) -> str:
-        return in_lines("Orthophoto", self._named())
+        return text_table("Orthophoto", self._named())
 
     def _repr_html_(self) -> str:
         return html_table("Orthophoto", self._named())

@@ -33,7 +33,7 @@ from vomstudio.geology.notation import format_attitude
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.profiles import PROFILES
 from vomstudio.io.gate.points import points_to_world
-from vomstudio.io.text.group_columns import COLUMNS, Words, words_of_groups
+from vomstudio.io.text.group_columns import COLUMNS, Words, group_words
 from vomstudio.project.tables.fit_options import FitOptions
 from vomstudio.project.tables.fitted_planes import FittedPlanes, fitted_planes
 
@@ -466,7 +466,7 @@ def groups_of(given: Any, by: Any) -> _Groups:
     attributes = {
         c: given[c].fillna("").astype(str).tolist() for c in COLUMNS if c != by and c in columns
     }
-    words, word_messages = words_of_groups(attributes, names.tolist(), keep.tolist())
+    words, word_messages = group_words(attributes, names.tolist(), keep.tolist())
     findings: list[Finding] = [*placed.findings, *word_messages]
     return _Groups(list(ids), array[keep][order], offsets, int((~keep).sum()), words, findings)
 

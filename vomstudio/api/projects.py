@@ -14,7 +14,7 @@ from vomstudio.api.models import Mesh, PointCloud, as_recorded
 from vomstudio.api.planes import LineFit, PlaneFit, line_of_row, plane_of_row
 from vomstudio.core.errors import DocumentError, GeometryError, InputError, VomWarning
 from vomstudio.core.findings import Finding, finding_of
-from vomstudio.core.reprs import html_table, in_lines
+from vomstudio.core.reprs import html_table, text_table
 from vomstudio.project.exports.export import export_records, refuse_empty
 from vomstudio.project.journal.database import own_files
 from vomstudio.project.measurement_cache import Measurements
@@ -369,7 +369,7 @@ class Project:
         }
 
     def __repr__(self) -> str:
-        return in_lines("Project", self._figures())
+        return text_table("Project", self._figures())
 
     def _repr_html_(self) -> str:
         return html_table("Project", self._figures())

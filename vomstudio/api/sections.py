@@ -13,7 +13,7 @@ from vomstudio.api.declared_options import arguments_named, options_from_argumen
 from vomstudio.api.models import Mesh, PointCloud, model_of
 from vomstudio.api.planes import plane_text
 from vomstudio.core.arrays import FloatArray
-from vomstudio.core.reprs import html_table, in_lines
+from vomstudio.core.reprs import html_table, text_table
 from vomstudio.geology.notation import format_azimuth
 from vomstudio.products.section.cutting import Cut, cut_model
 from vomstudio.products.section.section_lines import (
@@ -112,7 +112,7 @@ class Section:
         }
 
     def __repr__(self) -> str:
-        return in_lines("Section", self._named())
+        return text_table("Section", self._named())
 
     def _repr_html_(self) -> str:
         return html_table("Section", self._named())

@@ -92,7 +92,7 @@ def sets(
     own_frame = hasattr(table, "columns") and hasattr(table, "itertuples")
     frame = table.copy() if own_frame else frame_of_table(rows, rows.warnings)
     where = np.asarray(found.rows, np.int64)
-    where = rows.kept[where] if own_frame else where
+    where = rows.row_indices[where] if own_frame else where
     names, shares = np.full(len(frame), "", dtype=object), np.full(len(frame), np.nan)
     names[where], shares[where] = found.assignment, found.probability
     frame[SET], frame[PROBABILITY] = names, shares

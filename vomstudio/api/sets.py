@@ -26,7 +26,7 @@ from vomstudio.geology.populations.table_statistics import TableStatistics, tabl
 from vomstudio.geology.slope_options import SlopeOptions
 from vomstudio.geology.table_folds import TableFold, table_fold
 from vomstudio.geology.table_slopes import TableSlope, slope_face, table_slope
-from vomstudio.io.text.slip_reading import slips_of
+from vomstudio.io.text.slip_reading import extract_slips
 from vomstudio.project.folder import is_project
 from vomstudio.project.repeated_picks import read_picks_again
 
@@ -309,7 +309,7 @@ def slip(table: Any) -> TableSlip:
     >>> round(axes.shortening.plunge_deg), round(axes.extension.trend_deg)
     (90, 90)
     """
-    rows = slips_of(text_of(table))
+    rows = extract_slips(text_of(table))
     found = table_slip(rows)
     warn(found.warnings)
     return found

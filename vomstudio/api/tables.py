@@ -21,12 +21,12 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.io.text import orientation_reading
-from vomstudio.io.text.column_names import plain
-from vomstudio.io.text.flags import answer
+from vomstudio.io.text.column_names import normalise_name
+from vomstudio.io.text.flags import parse_flag
 from vomstudio.io.text.orientation_columns import ALIASES
-from vomstudio.io.text.orientation_reading import OrientationTable, orientations_of
-from vomstudio.io.text.registration_comments import registrations_in
-from vomstudio.io.text.tables import TextTable, read_table, table_of_cells
+from vomstudio.io.text.orientation_reading import OrientationTable, extract_orientations
+from vomstudio.io.text.registration_comments import stated_registrations
+from vomstudio.io.text.tables import TextTable, read_table, table_from_cells
 from vomstudio.project import catalogue
 from vomstudio.project.tables.orientation_table import COLUMNS, Row, line_row, orientation_row
 from vomstudio.project.tables.registration_comments import registration_lines
@@ -123,10 +123,10 @@ def rows_of(
         names, cells = _cells_of(_without_claims(table), name)
         registrations = registration_lines(getattr(table, "attrs", {}).get("registrations", ()))
         comments = (*registrations, f"CRS: {dataframe_crs(table) or 'local'}")
-        text_table = table_of_cells(names, cells, _IN_MEMORY, comments)
-        rows = orientations_of(text_table, azimuth, repeats=repeats)
+        text_table = table_from_cells(names, cells, _IN_MEMORY, comments)
+        rows = extract_orientations(text_table, azimuth, repeats=repeats)
     else:
-        rows = orientations_of(_arrays(table, name), None)
+        rows = extract_orientations(_arrays(table, name), None)
     warn(_noticed(rows), depth)
     return rows
 
@@ -136,7 +136,7 @@ def _without_claims(frame: Any) -> Any:
     if not set(COLUMNS) <= set(frame.columns):
         return frame
     angles = {word for meaning in _ANGLES for word in ALIASES[meaning]}
-    claimed = {c for c in frame.columns if c not in COLUMNS and plain(str(c)) in angles}
+    claimed = {c for c in frame.columns if c not in COLUMNS and normalise_name(str(c)) in angles}
     return frame.drop(columns=list(claimed)) if claimed else frame
 
 
@@ -147,7 +147,7 @@ def text_of(table: Any, name: str = "table") -> TextTable:
     if not (hasattr(table, "columns") and hasattr(table, "itertuples")):
         raise wrong_type(table, "pandas.DataFrame, str, pathlib.Path", name)
     names, cells = _cells_of(table, name)
-    return table_of_cells(
+    return table_from_cells(
         names, cells, _IN_MEMORY, comments=(f"CRS: {dataframe_crs(table) or 'local'}",)
     )
 
@@ -175,7 +175,7 @@ def _arrays(given: Any, name: str) -> Any:
         raise _not_a_table(given, name)
     azimuth, dip = pairs(given[0], given[1], names)
     cells = [[repr(float(a)), repr(float(d))] for a, d in zip(azimuth, dip, strict=True)]
-    return table_of_cells(names, cells, _IN_MEMORY)
+    return table_from_cells(names, cells, _IN_MEMORY)
 
 
 def _not_a_table(value: Any, name: str) -> InputError:
@@ -249,7 +249,7 @@ def frame_of_table(table: OrientationTable, warnings: Sequence[Finding]) -> Any:
     made.attrs["convention"] = table.convention
     made.attrs["dropped_lines"] = list(table.dropped)
     made.attrs["warnings"] = list(warnings)
-    made.attrs["registrations"] = registrations_in(table.table.comments)
+    made.attrs["registrations"] = stated_registrations(table.table.comments)
     return made
 
 
@@ -281,7 +281,7 @@ def _other_cells(
     others: dict[str, list[str]] = {}
     for place, name in enumerate(table.table.names or ()):
         cells = table.table.cells(place)
-        kept = [cells[i] for i in table.kept]
+        kept = [cells[i] for i in table.row_indices]
         if name in COLUMNS:
             own[name] = kept
         else:
@@ -295,7 +295,7 @@ def _value(cell: str, form: str) -> Any:
     if form == "text":
         return cell
     if form == "flag":
-        return answer(cell) is True
+        return parse_flag(cell) is True
     try:
         number = float(cell)
     except ValueError:

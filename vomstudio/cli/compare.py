@@ -77,7 +77,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     names = (Path(args.model).name, Path(args.benchmark).name)
     warnings: list[Finding] = [
         *(
-            warning.of_file(name)
+            warning.with_file(name)
             for name, one in zip(names, (model, benchmark), strict=True)
             for warning in one.warnings
         ),

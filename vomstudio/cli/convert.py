@@ -38,7 +38,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.core.files.atomic import check_target
-    from vomstudio.core.findings import without_repeats
+    from vomstudio.core.findings import unique_findings
     from vomstudio.geometry.registration_frames import change_file_frame
     from vomstudio.io.models.frames import establish_frame, stored_registration
     from vomstudio.io.models.model_copy import companions
@@ -81,7 +81,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         registration=registration,
     )
     # The frame may have reported what is wrong with the registration, too.
-    warnings = list(without_repeats(warnings))
+    warnings = list(unique_findings(warnings))
     out.result({"in": args.input, "out": args.output, "crs": crs, "warnings": warnings})
     out.warn(warnings)
     out.text(

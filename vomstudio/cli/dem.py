@@ -48,7 +48,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         heights, limit = draw_heights(model.data, plan, options.limit_m, progress)
         figures = writing.figures_of(heights, plan, limit, model.crs)
     except InputError as error:
-        raise error.of_file(args.model) from error
+        raise error.with_file(args.model) from error
     progress.stage(tr("Writing the results"))
     made = writing.write_elevation(
         heights,

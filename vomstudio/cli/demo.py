@@ -190,13 +190,13 @@ class _Watch:
 def _prepare(folder: Path) -> None:
     """An empty folder, or one that an earlier demo made, from which its project is taken away."""
     from vomstudio.core.files.atomic import write_bytes
-    from vomstudio.core.files.containment import make_folder, place_inside
+    from vomstudio.core.files.containment import make_folder, require_inside
     from vomstudio.core.files.lock import ProjectLock
 
     try:
         make_folder(folder)
         for name in (MARK, PROJECT):
-            place_inside(folder / name, folder)
+            require_inside(folder / name, folder)
         if any(folder.iterdir()) and not (folder / MARK).is_file():
             raise TargetError(Finding("folder.not-empty"), file=folder)
         write_bytes(folder / MARK, b"made by vomstudio demo\n", force=True)

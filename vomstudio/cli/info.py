@@ -67,7 +67,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
             contents = {**NOTHING, "error": error.to_dict()}
         else:
             out.text(_result_text(name, contents))
-            out.warn([each.of_file(name) for each in contents.get("warnings", ())])
+            out.warn([each.with_file(name) for each in contents.get("warnings", ())])
         files.append({**NOTHING, **contents, "path": name})
     result: dict[str, Any] = {"files": files}
     if first_error is not None:
@@ -145,7 +145,7 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
     import numpy as np
 
     from vomstudio.io.gate.points import points_to_world
-    from vomstudio.io.gate.stated_crs import crs_of_table
+    from vomstudio.io.gate.stated_crs import table_crs
     from vomstudio.io.text.tables import coordinate_columns, read_table
 
     table = read_table(path)
@@ -184,7 +184,7 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
     }
     if bounds is None:
         return found
-    stated, findings = crs_of_table(path, table.comments)
+    stated, findings = table_crs(path, table.comments)
     try:
         warnings += points_to_world(points, file=path, comments=table.comments).findings
     except InputError as error:
@@ -226,10 +226,10 @@ def _picture(path: Path) -> dict[str, Any]:
             tags = getattr(image, "tag_v2", None) or {}
     except UnidentifiedImageError as error:
         if path.suffix.lower() in GRIDS:
-            from vomstudio.io.gis.raster import size_and_bands
+            from vomstudio.io.gis.raster import read_size_and_bands
 
             # Pillow does not know every kind of number and every number of bands.
-            width, height, bands = size_and_bands(path)
+            width, height, bands = read_size_and_bands(path)
             return {
                 **NOTHING,
                 **(_on_the_map(path) or {}),
@@ -259,9 +259,9 @@ def _picture(path: Path) -> dict[str, Any]:
 
 
 def _on_the_map(path: Path) -> dict[str, Any] | None:
-    from vomstudio.io.gis.raster_georeference import place_on_map
+    from vomstudio.io.gis.raster_georeference import read_map_placement
 
-    return place_on_map(path)
+    return read_map_placement(path)
 
 
 def _grid(path: Path, progress: Progress) -> dict[str, Any]:
@@ -276,10 +276,10 @@ def _grid(path: Path, progress: Progress) -> dict[str, Any]:
             # Heights, not a photograph: what is wrong with them is not kept back.
             picture["warnings"].append(cause_of(error))
         return picture
-    from vomstudio.io.gis.raster import size_and_bands
+    from vomstudio.io.gis.raster import read_size_and_bands
 
     # Not by Pillow, which knows no 64-bit numbers.
-    width, height, bands = size_and_bands(path)
+    width, height, bands = read_size_and_bands(path)
     return {**NOTHING, **found, "kind": "raster", "width": width, "height": height, "fields": bands}
 
 

@@ -75,7 +75,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     try:
         figures = writing.figures_of(cut, curtain, flats, left_out, directions)
     except InputError as error:
-        raise error.of_file(args.model) from error
+        raise error.with_file(args.model) from error
     made = writing.write_section(
         args.output,
         cut,

@@ -1,9 +1,8 @@
-"""What asks the process to end is heard from its first line on, before anything else is read.
+"""Handling of signals that end the process before `vomstudio.app` is imported.
 
-Signals that come before `vomstudio.app` hears them would end the process by their own number, or in
-a stack of Python's. Nothing has begun by then, so there is nothing to undo: a sentence is written,
-and the process ends. It imports what is built into Python alone: `signal` takes as long to read as
-all that it would be wanted for.
+Such a signal would end the process with a traceback or with the number of the signal. No work has
+begun by then, so there is nothing to undo: the module writes a sentence and ends the process. It
+imports built-in modules only, because importing `signal` takes longer than everything done here.
 """
 
 import _signal
@@ -15,18 +14,20 @@ _EXIT_CODE = 130
 
 
 def stop(number: int, frame: object) -> None:
-    """Handle a signal while modules are still being read."""
+    """End the process on a signal that arrives while modules are still imported."""
     try:
         os.write(2, _SENTENCE)
     finally:
-        # Where nobody reads stderr the exit code must do.
+        # If stderr is closed, the exit code is the only report.
         os._exit(_EXIT_CODE)
 
 
-def hear() -> None:
-    """From now on. What is ignored stays so. A worker is ended by whoever started it: what asks
-    that one to end may reach every process of a terminal."""
-    worker = sys.argv[1:2] == ["--worker"]
+def handle_signals() -> None:
+    """Handle SIGINT, SIGTERM and SIGHUP from now on, except those that are ignored.
+
+    A worker ignores them: its parent ends it, and a signal of a terminal may reach both.
+    """
+    is_worker = sys.argv[1:2] == ["--worker"]
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         number = getattr(_signal, name, None)
         if number is None or _signal.getsignal(number) not in (
@@ -34,4 +35,4 @@ def hear() -> None:
             _signal.default_int_handler,
         ):
             continue
-        _signal.signal(number, _signal.SIG_IGN if worker else stop)
+        _signal.signal(number, _signal.SIG_IGN if is_worker else stop)

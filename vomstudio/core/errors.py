@@ -23,7 +23,7 @@ def _for_json(value: object) -> object:
 
 
 def from_json(values: Mapping[str, object]) -> dict[str, object]:
-    """Return the values that `for_json` was given."""
+    """Return the values from which `for_json` made these."""
     return {name: _from_json(value) for name, value in values.items()}
 
 
@@ -34,7 +34,7 @@ def _from_json(value: object) -> object:
 
 
 def place_text(file: str | None = None, line: int | None = None, field: str | None = None) -> str:
-    """Return the words for a place in a file, empty if nothing of it is known."""
+    """Return the words for a place in a file, empty if the place is unknown."""
     words = (file, None if line is None else f"line {line}", field)
     return ", ".join(each for each in words if each)
 
@@ -91,7 +91,7 @@ class VomError(Exception):
         return f"{place}: {self.message}" if place else self.message
 
     def to_dict(self) -> dict[str, object]:
-        """The `error` object of the command line's JSON."""
+        """Return the `error` object of the command line's JSON."""
         return for_json(self.values) | {
             "code": self.code,
             "file": self.file,
@@ -102,47 +102,49 @@ class VomError(Exception):
 
 
 class InputError(VomError):
-    """What was given cannot be what it should be: a file or table that cannot be read and, as the
-    kinds below, words, targets, points and edits. A script that catches this has caught all that
-    it can mend."""
+    """An input is not valid: a file or table that cannot be read, or an error of a subclass.
+
+    The subclasses cover options, outputs, points and edits. A script that catches `InputError`
+    catches every error that the user can correct.
+    """
 
     code = "input"
 
-    def of_file(self, file: str | Path) -> Self:
-        """The same, said of `file` where it names no place yet."""
+    def with_file(self, file: str | Path) -> Self:
+        """Return the error with a file, or the error itself if it has a file or field already."""
         if self.file is not None or self.field is not None:
             return self
-        same = type(self)(self.message, file=file, line=self.line)
-        same.code, same.values = self.code, self.values
-        return same
+        copy = type(self)(self.message, file=file, line=self.line)
+        copy.code, copy.values = self.code, self.values
+        return copy
 
 
 class UsageError(InputError):
-    """The words of a command, or a setting, cannot be understood."""
+    """The words of a command or a setting cannot be understood."""
 
     code = "usage"
 
 
 class TargetError(InputError):
-    """An output that cannot be written."""
+    """An output cannot be written."""
 
     code = "target"
 
 
 class GeometryError(InputError):
-    """Points or orientations that do not define what was asked of them."""
+    """Points or orientations do not define the requested geometry."""
 
     code = "geometry"
 
 
 class DocumentError(InputError):
-    """An edit, a project or a journal that cannot be what was asked."""
+    """An edit, a project or a journal is not valid."""
 
     code = "document"
 
 
 class Cancelled(VomError):
-    """The user stopped it."""
+    """The user stopped the work."""
 
     code = "cancelled"
     exit_code = 130
@@ -152,7 +154,7 @@ class Cancelled(VomError):
 
 
 class WorkerError(VomError):
-    """A worker process died or broke its word: our fault, not the user's."""
+    """A worker process died or broke the protocol: a defect of the program, not of the input."""
 
     code = "worker"
     exit_code = 1
@@ -186,15 +188,17 @@ def from_dict(error: dict[str, object], exit_code: int) -> VomError:
         return None if value is None else str(value)
 
     line = error.get("line")
-    again = VomError(
+    result = VomError(
         str(error.get("message", "")),
         file=text("file"),
         line=line if isinstance(line, int) else None,
         field=text("field"),
     )
     if error.get("code") == Cancelled.code:
-        return Cancelled(again.message)
-    again.code, again.exit_code = str(error.get("code", again.code)), exit_code
-    known = ("code", "file", "line", "field", "message")
-    again.values = from_json({name: value for name, value in error.items() if name not in known})
-    return again
+        return Cancelled(result.message)
+    result.code, result.exit_code = str(error.get("code", result.code)), exit_code
+    reserved = ("code", "file", "line", "field", "message")
+    result.values = from_json(
+        {name: value for name, value in error.items() if name not in reserved}
+    )
+    return result

@@ -102,7 +102,7 @@ class Finding:
         place = {name: value for name, value in self._values if name in unstated}
         return f"{place_text(**place)}: {sentence}"
 
-    def of_file(self, file: str) -> Finding:
+    def with_file(self, file: str) -> Finding:
         """Return the same finding about a file, if it names none yet."""
         values = self.values
         return self if "file" in values else Finding(self.code, self.severity, **values, file=file)
@@ -169,7 +169,7 @@ def plain(messages: Iterable[Finding]) -> list[dict[str, Any]]:
     return [each.to_dict() for each in messages]
 
 
-def without_repeats(messages: Iterable[Finding]) -> tuple[Finding, ...]:
+def unique_findings(messages: Iterable[Finding]) -> tuple[Finding, ...]:
     """Return the messages in their order, each once."""
     return tuple(dict.fromkeys(messages))
 

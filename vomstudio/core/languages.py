@@ -1,4 +1,4 @@
-"""Which language the program speaks: the catalogues in `resources/locale`, and the user's wish."""
+"""Language of the program: catalogues in `resources/locale`, selected by the environment."""
 
 from __future__ import annotations
 
@@ -10,28 +10,31 @@ from pathlib import Path
 from vomstudio.core.words import use_catalogue
 
 DOMAIN = "vomstudio"
-_WISHES = ("VOMSTUDIO_LANGUAGE", "LANGUAGE", "LC_ALL", "LC_MESSAGES", "LANG")
+_LANGUAGE_VARIABLES = ("VOMSTUDIO_LANGUAGE", "LANGUAGE", "LC_ALL", "LC_MESSAGES", "LANG")
 
 
-def use_users_language(folder: Path | None = None) -> None:
-    """Take the catalogue of the user's language, where there is one; else English stays.
+def use_user_language(folder: Path | None = None) -> None:
+    """Use the catalogue of the user's language, English without a valid one.
 
-    The language is what VOMSTUDIO_LANGUAGE says, else the usual variables of gettext. folder : of
-    catalogues, `LANGUAGE/LC_MESSAGES/vomstudio.mo`; by default that of the program. A damaged
-    catalogue is as good as none.
+    The language is the value of VOMSTUDIO_LANGUAGE, else of the usual variables of gettext.
+
+    Parameters
+    ----------
+    folder : Path, optional
+        Folder of catalogues, ``LANGUAGE/LC_MESSAGES/vomstudio.mo``; default: the program's.
     """
-    folder = _own_folder() if folder is None else folder
-    wish = next((value for name in _WISHES if (value := os.environ.get(name))), "")
-    if folder is None or not wish or wish.partition(".")[0] in ("C", "POSIX"):
+    folder = _default_folder() if folder is None else folder
+    language = next((value for name in _LANGUAGE_VARIABLES if (value := os.environ.get(name))), "")
+    if folder is None or not language or language.partition(".")[0] in ("C", "POSIX"):
         use_catalogue(None)
         return
     try:
-        use_catalogue(gettext.translation(DOMAIN, folder, languages=wish.split(":")))
+        use_catalogue(gettext.translation(DOMAIN, folder, languages=language.split(":")))
     except (OSError, ValueError, struct.error):
         use_catalogue(None)
 
 
-def _own_folder() -> Path | None:
+def _default_folder() -> Path | None:
     from vomstudio.core.errors import InputError
     from vomstudio.core.paths import resource
 

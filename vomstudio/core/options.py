@@ -28,7 +28,7 @@ MIN_LENGTH_M, MAX_LENGTH_M = 1e-9, 1e6
 
 @dataclass(frozen=True)
 class Declaration:
-    """How one option looks at every door.
+    """Declaration of one option, for every door.
 
     Parameters
     ----------
@@ -46,17 +46,17 @@ class Declaration:
     label : str
         Label in a form, at most three words; the option is not in forms if empty.
     automatic : str
-        What the program chooses for None, such as "50, or on a mesh 1 % of its area".
+        Default that the program chooses for None, such as "50, or on a mesh 1 % of its area".
     choices : tuple of str, optional
         The allowed values.
     minimum, maximum : float, optional
         Bounds, both allowed.
     metavar : str, optional
-        What stands for the value in ``--help``.
+        Placeholder of the value in ``--help``.
     decimals : int
         Decimals in a form.
     empty : str
-        What a form shows for None.
+        Text that a form shows for None.
     flag_value : str, optional
         Value if the option is given without one; without `flag_value` it needs a value.
     is_required : bool
@@ -170,7 +170,7 @@ def _declarations(options: Any) -> tuple[Declaration, ...]:
         metadata = each.metadata.get(_DECLARATION)
         if metadata is None:
             continue
-        kind, choices, is_repeated = _kind(hints[each.name])
+        kind, choices, is_repeated = _value_type(hints[each.name])
         results.append(
             Declaration(
                 name=each.name,
@@ -184,7 +184,7 @@ def _declarations(options: Any) -> tuple[Declaration, ...]:
     return tuple(results)
 
 
-def _kind(hint: Any) -> tuple[type, tuple[str, ...] | None, bool]:
+def _value_type(hint: Any) -> tuple[type, tuple[str, ...] | None, bool]:
     """Return the type of an option's values, the choices of a `Literal`, and if it is repeated."""
     if hint == tuple[str, ...]:
         return str, None, True
@@ -197,7 +197,7 @@ def _kind(hint: Any) -> tuple[type, tuple[str, ...] | None, bool]:
 
 
 class Options:
-    """Base of options classes: it checks their values."""
+    """Base class of options classes that checks their values."""
 
     def __post_init__(self) -> None:
         for each in declarations(type(self)):
@@ -205,7 +205,7 @@ class Options:
 
 
 def check_exclusive(options: Any, *names: str) -> None:
-    """Raise UsageError if more than one of the options of these names is given."""
+    """Raise UsageError if more than one of the named options is given."""
     conflicting = [each for each in declarations(type(options)) if each.name in names]
     conflicting = [each for each in conflicting if getattr(options, each.name) != each.default]
     if len(conflicting) > 1:
@@ -216,7 +216,7 @@ def check_exclusive(options: Any, *names: str) -> None:
 
 
 def check_alternatives(options: Any, *names: str) -> None:
-    """Raise UsageError unless exactly one of the options of these names is given."""
+    """Raise UsageError unless exactly one of the named options is given."""
     check_exclusive(options, *names)
     options_by_name = {each.name: each for each in declarations(type(options))}
     if all(getattr(options, name) == options_by_name[name].default for name in names):

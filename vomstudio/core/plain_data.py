@@ -1,7 +1,7 @@
-"""Dataclasses as plain JSON values and back, checked against the annotations of their fields.
+"""Dataclasses as plain JSON values and back, checked against field annotations.
 
-A file may come from anybody, so a name that is a number or a corner with two coordinates is
-refused where it is read and not by the code that uses it later.
+A file may come from an unknown source, so a value of the wrong type, such as a name that is a
+number, is refused by the reader and not by the code that uses it later.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Plain = dict[str, Any]
 Reader = Callable[[Any], Any]
 """Function from a JSON value to the value of a field. Raises ValueError for another type."""
 
-_LARGEST = 1e300
+_MAX_NUMBER = 1e300
 _NUMBERS = frozenset((float, int))
 
 
@@ -42,7 +42,7 @@ class NestedFields(NamedTuple):
 
 
 class FieldTypes(NamedTuple):
-    """Readers of the fields of a class; fields with neither are taken as they are.
+    """Readers of the fields of a class; fields with neither are not checked.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def decode_fields(cls: type, values: Mapping[str, Any], nested: NestedFields) ->
         elif name in nested.parts or name in nested.lists:
             raise wrong_value(name)
         else:
-            decoded[name] = _tuples(value)
+            decoded[name] = _to_tuples(value)
     return decoded
 
 
@@ -130,7 +130,7 @@ def field_types(cls: type) -> FieldTypes:
         if set(options) <= {str, bool, types.NoneType}:
             simple[name] = frozenset(options)
         else:
-            reader = _reader(options)
+            reader = _union_reader(options)
             if reader is not None:
                 readers[name] = reader
     return FieldTypes(simple, readers)
@@ -168,17 +168,17 @@ def _are_rows_of_numbers(values: list[Any]) -> bool:
     return set(map(type, values)) == {list} and set(map(type, chain(*values))) <= _NUMBERS
 
 
-def _tuples(value: Any) -> Any:
+def _to_tuples(value: Any) -> Any:
     if isinstance(value, list | tuple):
         if value and type(value[0]) is list and _are_rows_of_numbers(list(value)):
             return tuple(map(tuple, value))
         # Most of a journal are coordinates, so numbers are not visited one by one.
-        return tuple([_tuples(v) if isinstance(v, list | tuple) else v for v in value])
+        return tuple([_to_tuples(v) if isinstance(v, list | tuple) else v for v in value])
     return value
 
 
-def _reader(options: tuple[Any, ...]) -> Reader | None:
-    readers = {option: _reader_of(option) for option in options if option is not types.NoneType}
+def _union_reader(options: tuple[Any, ...]) -> Reader | None:
+    readers = {option: _value_reader(option) for option in options if option is not types.NoneType}
     if len(readers) != 1 or None in readers.values():
         return None
     (read,) = readers.values()
@@ -187,16 +187,16 @@ def _reader(options: tuple[Any, ...]) -> Reader | None:
     return lambda value: None if value is None else typing.cast(Reader, read)(value)
 
 
-def _reader_of(annotation: Any) -> Reader | None:
+def _value_reader(annotation: Any) -> Reader | None:
     origin, inside = typing.get_origin(annotation), typing.get_args(annotation)
     if annotation is float:
-        return _number
+        return _read_number
     if annotation is int:
-        return _whole
+        return _read_integer
     if annotation is str:
-        return _text
+        return _read_text
     if origin is typing.Literal:
-        return _one_of(inside)
+        return _choice_reader(inside)
     if origin is not tuple:
         return None
     if inside[-1:] == (Ellipsis,):
@@ -208,30 +208,30 @@ def _reader_of(annotation: Any) -> Reader | None:
     (kind,) = kinds
     width = typing.get_args(kind)
     if typing.get_origin(kind) is tuple and set(width) <= {float, Ellipsis}:
-        return _rows(count, None if Ellipsis in width else len(width))
-    read = _reader_of(kind)
-    return None if read is None else _list(count, read)
+        return _rows_reader(count, None if Ellipsis in width else len(width))
+    read = _value_reader(kind)
+    return None if read is None else _list_reader(count, read)
 
 
-def _number(value: Any) -> float | int:
-    if type(value) not in _NUMBERS or not -_LARGEST < value < _LARGEST:
+def _read_number(value: Any) -> float | int:
+    if type(value) not in _NUMBERS or not -_MAX_NUMBER < value < _MAX_NUMBER:
         raise ValueError
     return typing.cast(float, value)
 
 
-def _whole(value: Any) -> int:
+def _read_integer(value: Any) -> int:
     if type(value) is not int or abs(value) >= 2**62:
         raise ValueError
     return value
 
 
-def _text(value: Any) -> str:
+def _read_text(value: Any) -> str:
     if type(value) is not str:
         raise ValueError
     return value
 
 
-def _one_of(words: tuple[Any, ...]) -> Reader:
+def _choice_reader(words: tuple[Any, ...]) -> Reader:
     known = frozenset(words)
 
     def read(value: Any) -> Any:
@@ -242,7 +242,7 @@ def _one_of(words: tuple[Any, ...]) -> Reader:
     return read
 
 
-def _list(count: int | None, inside: Reader) -> Reader:
+def _list_reader(count: int | None, inside: Reader) -> Reader:
     def read(value: Any) -> tuple[Any, ...]:
         if not isinstance(value, list | tuple) or (count is not None and len(value) != count):
             raise ValueError
@@ -251,7 +251,7 @@ def _list(count: int | None, inside: Reader) -> Reader:
     return read
 
 
-def _rows(count: int | None, width: int | None) -> Reader:
+def _rows_reader(count: int | None, width: int | None) -> Reader:
     """Return the reader of rows of numbers, such as vertices, which make up most of a journal."""
 
     def read(value: Any) -> tuple[tuple[float, ...], ...]:

@@ -1,4 +1,4 @@
-"""What long work reports to, and how it is told to stop. No Qt, no threads of its own."""
+"""Progress and cancellation of long work, without Qt and without threads."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ from vomstudio.core.errors import Cancelled
 
 
 class CancelToken:
-    """Set from any thread; work asks it between steps.
+    """Flag that any thread can set; long work checks it between steps.
 
+    Examples
+    --------
     >>> import vomstudio as vs
     >>> token = vs.CancelToken()
     >>> token.cancel()
@@ -23,32 +25,46 @@ class CancelToken:
         self._event = threading.Event()
 
     def cancel(self) -> None:
-        """The work is not wanted any more."""
+        """Request the end of the work."""
         self._event.set()
 
     @property
     def cancelled(self) -> bool:
-        """Whether that was said."""
+        """Whether `cancel` was called."""
         return self._event.is_set()
 
     def check(self) -> None:
-        """Raise `Cancelled` if the user has stopped the work."""
+        """Raise `Cancelled` if `cancel` was called."""
         if self.cancelled:
             raise Cancelled()
 
 
 class Progress(Protocol):
-    """Real counts, never invented percentages."""
+    """Receiver of progress, in real counts and not in estimated percentages."""
 
     def stage(self, name: str, total: int | None = None) -> None:
-        """A stage begins; `total` counts its steps, None where they cannot be known."""
+        """Begin a stage.
+
+        Parameters
+        ----------
+        name : str
+            Name of the stage for the user.
+        total : int, optional
+            Number of its steps, None if unknown.
+        """
 
     def step(self, done: int) -> None:
-        """`done` steps of the stage are complete. Raises `Cancelled` once the work is stopped."""
+        """Report the number of complete steps of the stage.
+
+        Raises
+        ------
+        Cancelled
+            Once the user has stopped the work.
+        """
 
 
 class Silent:
-    """A Progress nobody watches, which still can be cancelled."""
+    """Progress that is not displayed but can be cancelled."""
 
     def __init__(self, token: CancelToken | None = None) -> None:
         self._token = token
@@ -66,7 +82,7 @@ Result = TypeVar("Result")
 
 
 class Executor(Protocol):
-    """Where work on many photos or tiles is done: here, in processes, or on a cluster."""
+    """Runs work on many photos or tiles: in this process, in other processes or on a cluster."""
 
     def map(
         self,
@@ -75,22 +91,31 @@ class Executor(Protocol):
         progress: Progress,
         needed: int = 0,
     ) -> Iterator[tuple[int, Result]]:
-        """(number of the item, result) as they are finished, in any order.
+        """Yield (number of the item, result) as results are ready, in any order.
 
-        needed : bytes that the work on one item takes at most; as many are done at once as the
-        memory of this machine holds
+        Parameters
+        ----------
+        work : callable
+            Function at the top level of a module; items and results are pickled. Photos travel as
+            bytes. Its exceptions are raised here.
+        items : iterable
+            Consumed lazily: few items are in flight.
+        progress : Progress
+        needed : int
+            Maximum memory of the work on one item, in bytes; limits the number of parallel items.
 
-        `work` is a function at the top of a module, items and results can be pickled; photos travel
-        as bytes. At most a few items are in flight, so that `items` may be made lazily. What `work`
-        raises is raised here; Cancelled is raised within a second of the user's wish.
+        Raises
+        ------
+        Cancelled
+            Within a second after the user has stopped the work.
         """
 
     def close(self) -> None:
-        """Nothing more is given to it."""
+        """Release the executor; it accepts no more work."""
 
 
-class Ahead:
-    """Progress of what is left of a stage, some of whose steps an earlier run has done."""
+class ResumedProgress:
+    """Progress of a stage, some steps of which an earlier run has completed."""
 
     def __init__(self, progress: Progress, done: int) -> None:
         self._progress, self._done = progress, done
@@ -102,8 +127,8 @@ class Ahead:
         self._progress.step(self._done + done)
 
 
-class Inline:
-    """An Executor that does everything here, one item after the other."""
+class InlineExecutor:
+    """Executor that works in this process, one item after the other."""
 
     def map(
         self,

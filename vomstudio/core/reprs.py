@@ -1,4 +1,4 @@
-"""How objects with figures are shown in a console and a notebook."""
+"""Text and HTML representations of results for consoles and notebooks."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import Any
 
 from vomstudio.core.results import Result
 
-_MOST = 6
+_MAX_SHOWN_ITEMS = 6
 
 
-class Shown(Result):
-    """A dataclass that a console and a notebook show with one line for each field."""
+class PrintableResult(Result):
+    """Dataclass that consoles and notebooks show with one line for each field."""
 
     def __repr__(self) -> str:
-        return in_lines(type(self).__name__, self._figures())
+        return text_table(type(self).__name__, self._figures())
 
     def _repr_html_(self) -> str:
         return html_table(type(self).__name__, self._figures())
@@ -36,37 +36,37 @@ def _replace_findings(value: Any) -> Any:
     return value
 
 
-def in_lines(title: str, figures: Mapping[str, Any]) -> str:
-    """A name and its value on each line; what does not apply is left out."""
-    named = dict(_flat(figures))
-    width = max(map(len, named), default=0)
-    return "\n".join([title, *(f"  {name:<{width}}  {text}" for name, text in named.items())])
+def text_table(title: str, figures: Mapping[str, Any]) -> str:
+    """Return figures as lines of a name and a value, without those that do not apply."""
+    texts = dict(_flatten(figures))
+    width = max(map(len, texts), default=0)
+    return "\n".join([title, *(f"  {name:<{width}}  {text}" for name, text in texts.items())])
 
 
 def html_table(title: str, figures: Mapping[str, Any]) -> str:
-    """The same as a table of two columns."""
+    """Return figures as an HTML table of two columns, without those that do not apply."""
     rows = "".join(
         f"<tr><th style='text-align:left'>{escape(name)}</th>"
         f"<td style='text-align:left'>{escape(text)}</td></tr>"
-        for name, text in _flat(figures)
+        for name, text in _flatten(figures)
     )
     return f"<table><caption>{escape(title)}</caption>{rows}</table>"
 
 
-def _flat(figures: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, str]]:
-    """Groups of groups are named with a point; a group of plain values stands on one line."""
+def _flatten(figures: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Yield name and text of each figure; the names of nested groups are joined with a point."""
     for key, value in figures.items():
-        name = f"{before}{key}"
+        name = f"{prefix}{key}"
         if value is None or (isinstance(value, list | tuple) and not value):
             continue
         if isinstance(value, Mapping) and any(isinstance(v, Mapping) for v in value.values()):
-            yield from _flat(value, f"{name}.")
+            yield from _flatten(value, f"{name}.")
         else:
-            yield name, shown(value)
+            yield name, format_figure(value)
 
 
-def shown(value: Any) -> str:
-    """A figure with six significant digits, undefined as a dash."""
+def format_figure(value: Any) -> str:
+    """Format a figure with six significant digits, an undefined one as a dash."""
     if value is None:
         return "–"
     if isinstance(value, bool):
@@ -74,10 +74,12 @@ def shown(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, Mapping):
-        return ", ".join(f"{key} {shown(each)}" for key, each in value.items())
+        return ", ".join(f"{key} {format_figure(each)}" for key, each in value.items())
     if isinstance(value, list | tuple):
-        if len(value) > _MOST or any(isinstance(each, Mapping | list | tuple) for each in value):
+        if len(value) > _MAX_SHOWN_ITEMS or any(
+            isinstance(each, Mapping | list | tuple) for each in value
+        ):
             return f"{len(value)} entries"
         separator = "; " if any(isinstance(each, str) for each in value) else ", "
-        return separator.join(shown(each) for each in value)
+        return separator.join(format_figure(each) for each in value)
     return str(value)

@@ -1,4 +1,4 @@
-"""Telling others that something has happened, without knowing them. No Qt."""
+"""Signals: call listeners that the sender does not know, without Qt."""
 
 from __future__ import annotations
 
@@ -10,59 +10,68 @@ from typing import Generic, TypeVarTuple
 Values = TypeVarTuple("Values")
 
 
-class _Telling(threading.local):
-    """depth : of the signals that are being told in this thread, one of which brought the next
-    about; waiting : what is to be done once all are told"""
+class _Notifications(threading.local):
+    """State of the notifications of a thread.
+
+    Attributes
+    ----------
+    depth : int
+        Number of nested notifications: a listener may emit another signal.
+    callbacks : dict
+        Callbacks to call after the outermost notification, in order.
+    """
 
     def __init__(self) -> None:
         self.depth = 0
-        self.waiting: dict[Callable[[], object], None] = {}
+        self.callbacks: dict[Callable[[], object], None] = {}
 
 
-_telling = _Telling()
+_notifications = _Notifications()
 
 
 @contextmanager
-def telling() -> Iterator[None]:
-    """What belongs together is told inside; what `once_told` is asked for is done at its end."""
-    _telling.depth += 1
+def group_notifications() -> Iterator[None]:
+    """Group notifications: `call_after_notifications` acts at the end of the block."""
+    _notifications.depth += 1
     try:
         yield
     finally:
         try:
-            while _telling.depth == 1 and _telling.waiting:
-                do = next(iter(_telling.waiting))
-                del _telling.waiting[do]
-                do()
+            while _notifications.depth == 1 and _notifications.callbacks:
+                callback = next(iter(_notifications.callbacks))
+                del _notifications.callbacks[callback]
+                callback()
         finally:
-            _telling.depth -= 1
+            _notifications.depth -= 1
 
 
-def once_told(do: Callable[[], object]) -> None:
-    """Do something once all listeners have been told of what is being told, however often it is
-    asked for meanwhile; at once if nothing is."""
-    if _telling.depth:
-        _telling.waiting[do] = None
+def call_after_notifications(callback: Callable[[], object]) -> None:
+    """Call a function after all listeners of the running notifications, or now if none runs.
+
+    The function is called once, even if it is passed several times meanwhile.
+    """
+    if _notifications.depth:
+        _notifications.callbacks[callback] = None
     else:
-        do()
+        callback()
 
 
 class Signal(Generic[*Values]):
-    """A list of listeners; they are told in the order in which they came.
+    """List of listeners, called in the order in which they were connected.
 
-    `Signal[Edit]` tells of an edit, `Signal[str, int]` of two things, `Signal[()]` of nothing but
-    that it has happened.
+    `Signal[Edit]` passes an edit, `Signal[str, int]` two values, `Signal[()]` none.
     """
 
     def __init__(self) -> None:
         self._listeners: list[Callable[[*Values], object]] = []
 
     def connect(self, listener: Callable[[*Values], object]) -> Callable[[], None]:
-        """Returns the call that disconnects it again."""
+        """Add a listener, and return a function that disconnects it."""
         self._listeners.append(listener)
         return lambda: self._listeners.remove(listener)
 
     def emit(self, *values: *Values) -> None:
-        with telling():
+        """Call all listeners with the values."""
+        with group_notifications():
             for listener in tuple(self._listeners):
                 listener(*values)

@@ -90,7 +90,7 @@ def map_parallel(
     """Yield the results of a function for all items, in the order of the items.
 
     The function must release the GIL to gain from it. If it raises, or the caller stops iterating,
-    what has not begun is cancelled and what has begun is waited for.
+    pending calls are cancelled and running calls are waited for.
     """
     items = list(items)
     threads = min(threads, len(items))
@@ -109,7 +109,7 @@ def map_unordered(
     check: Callable[[], object] = lambda: None,
     wait: bool = True,
 ) -> Iterator[tuple[int, Result]]:
-    """Yield (number of the item, result) as results are ready; only `threads` items are in work.
+    """Yield (number of the item, result) as results are ready, at most `threads` at a time.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def lower_priority(niceness: int = 5) -> None:
     Parameters
     ----------
     niceness : int
-        With 19 the thread runs only while no other thread wants the processor.
+        With 19 the thread runs only while the processor is idle.
     """
     if sys.platform == "linux":
         with contextlib.suppress(OSError):

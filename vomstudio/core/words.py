@@ -1,8 +1,8 @@
-"""Every string that a user sees passes through here, so that it can stand in their language.
+"""Translation of every string that a user sees.
 
-English is written in the code and is what is shown where there is no catalogue, or none of its
-entries fits. Codes, columns, keys of JSON and the words of verdicts are data and never pass here.
-This module knows no folder: whoever starts the program hands it a catalogue.
+English is written in the code and is shown without a catalogue or a fitting entry. Codes, columns,
+keys of JSON and the words of verdicts are data and are not translated. This module knows no folder:
+the entry points load the catalogue.
 """
 
 from __future__ import annotations
@@ -17,67 +17,95 @@ _catalogue, _english = gettext.NullTranslations(), True
 
 
 def use_catalogue(catalogue: gettext.NullTranslations | None) -> None:
-    """From now on strings come from this catalogue; None stands for English."""
+    """Translate strings with a catalogue from now on; None for English."""
     global _catalogue, _english
     _catalogue, _english = catalogue or gettext.NullTranslations(), catalogue is None
 
 
 def tr(message: str, /, **values: object) -> str:
-    """The message in the user's language, its named placeholders filled.
+    """Translate a message to the user's language and fill its named placeholders.
 
-    `tr("{name} has {count} points.", name=name, count=count)`. Placeholders are those of
-    `str.format`, with its formats (`{length:.2f}`). Without values nothing is filled and braces are
-    themselves. A translation with other placeholders than the English is not used.
+    A translation with other placeholders than the English is not used.
+
+    Parameters
+    ----------
+    message : str
+        English text with placeholders of `str.format`, such as ``{length:.2f}``.
+    **values
+        Values of the placeholders. Without values, braces are literal.
+
+    Examples
+    --------
+    >>> tr("{name} has {count} points.", name="Trace 1", count=3)
+    'Trace 1 has 3 points.'
     """
     if _english:
-        # Tables of thousands of rows ask for hundreds of thousands of sentences.
+        # Tables of thousands of rows contain hundreds of thousands of sentences.
         return message.format(**values) if values else message
-    return _filled(_catalogue.gettext(message), message, values)
+    return _fill(_catalogue.gettext(message), message, values)
 
 
-def tr_n(one: str, many: str, count: int, /, **values: object) -> str:
-    """As `tr`, in the form that goes with a number, which is the placeholder `{count}`.
+def tr_n(singular: str, plural: str, count: int, /, **values: object) -> str:
+    """Translate a message in the plural form of a number, as `tr`.
 
-    `tr_n("{count} photo", "{count} photos", 3)`. Languages have up to six forms of the plural, so
-    an s must never be glued on.
+    Languages have up to six plural forms, so never build a plural by appending an s.
+
+    Parameters
+    ----------
+    singular, plural : str
+        English texts for one and for several.
+    count : int
+        The number, also the value of the placeholder ``{count}``.
+    **values
+        Values of the other placeholders.
+
+    Examples
+    --------
+    >>> tr_n("{count} photo", "{count} photos", 3)
+    '3 photos'
     """
-    english = one if count == 1 else many
-    return _filled(
-        _catalogue.ngettext(one, many, count), english, {"count": count, **values}, also=one
+    english = singular if count == 1 else plural
+    return _fill(
+        _catalogue.ngettext(singular, plural, count),
+        english,
+        {"count": count, **values},
+        singular=singular,
     )
 
 
 def to_translate(message: str) -> str:
-    """The message as it is, noted for translators: for constants, which `tr` is given where they
-    are shown. A constant is made before there is a catalogue."""
+    """Mark a constant for translators and return it unchanged.
+
+    A constant is created before there is a catalogue; pass it to `tr` where it is shown.
+    """
     return message
 
 
-def to_translate_n(one: str, many: str) -> tuple[str, str]:
-    """Mark the texts for one and for several of a constant that `tr_n` receives."""
-    return one, many
+def to_translate_n(singular: str, plural: str) -> tuple[str, str]:
+    """Mark the singular and plural texts of a constant for `tr_n`."""
+    return singular, plural
 
 
-def _filled(
-    translated: str, english: str, values: dict[str, object], also: str | None = None
+def _fill(
+    translated: str, english: str, values: dict[str, object], singular: str | None = None
 ) -> str:
     if not values:
         return translated or english
     if translated != english and _placeholders(translated) in (
         _placeholders(english),
-        _placeholders(also or english),
+        _placeholders(singular or english),
     ):
         try:
             return translated.format(**values)
         except (ValueError, TypeError):
-            # A format that this kind of value does not have.
+            # The translation has a format that the value does not support.
             pass
     return english.format(**values)
 
 
 @lru_cache(maxsize=4096)
 def _placeholders(message: str) -> frozenset[str] | None:
-    """The names in a message, or None where its braces are wrong or reach into a value."""
+    """Return the names in a message, None if its braces are unbalanced or access attributes."""
     try:
         names = frozenset(name for _, name, _, _ in Formatter().parse(message) if name is not None)
     except ValueError:

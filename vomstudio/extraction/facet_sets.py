@@ -12,7 +12,7 @@ from vomstudio.extraction.facets import Facet
 from vomstudio.geology.orientation import planes_to_poles
 from vomstudio.geology.sets.discontinuities import Pieces
 from vomstudio.geology.sets.proposals import DescribedSet, SetProposal, described, sets_among
-from vomstudio.io.text.set_columns import DISCONTINUITY, rings_of
+from vomstudio.io.text.set_columns import DISCONTINUITY, parse_rings
 
 
 def with_sets(found: FacetTable, facets: list[Facet]) -> FacetTable:
@@ -63,5 +63,5 @@ def pieces_of_facets(found: FacetTable, facets: list[Facet]) -> Pieces:
         np.array([fit.centroid for fit in fits]),
         np.asarray(np.einsum("mki,mk,mkj->mij", axes, spread, axes)),
         np.array([facet.area for facet in facets]),
-        rings_of([row[WKT] for row in found.rows]),
+        parse_rings([row[WKT] for row in found.rows]),
     )

@@ -8,7 +8,7 @@ import numpy as np
 
 from vomstudio.core.arrays import Int32Array
 from vomstudio.core.findings import Finding
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import HIDDEN
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.facets import Facets
@@ -22,7 +22,7 @@ WKT = "wkt"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FacetTable(Shown):
+class FacetTable(PrintableResult):
     """Facets of a model and what of it they cover.
 
     facets : how many; rows : of the orientation table with `wkt`, the border in World; the id of a

@@ -11,9 +11,9 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.files.atomic import write_bytes
-from vomstudio.core.files.spreadsheet_cells import head_line
+from vomstudio.core.files.spreadsheet_cells import comment_line
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import HIDDEN
 from vomstudio.core.version import __version__
 from vomstudio.core.words import tr
@@ -36,7 +36,7 @@ FARTHEST = 10.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FollowedTrace(Shown):
+class FollowedTrace(PrintableResult):
     """points : (n, 3) every vertex of the path, World, m; length_m : along it
     snap_m : the farthest that a way-point lies from the path's vertex for it
     plane : row of the orientation table, or None where there is no plane
@@ -215,5 +215,5 @@ def write_path(
         *notes,
     ]
     rows = [f"{x:.6f},{y:.6f},{z:.6f}" for x, y, z in points.tolist()]
-    text = "".join(map(head_line, head)) + "\n".join(["x,y,z", *rows]) + "\n"
+    text = "".join(map(comment_line, head)) + "\n".join(["x,y,z", *rows]) + "\n"
     write_bytes(path, text.encode(), force=force)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.words import tr
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.plane_bands import BandSet, PlaneBand, SetPrior, sets_in_band
@@ -23,7 +23,7 @@ _SHARPEST = 1e5
 
 
 @dataclass(frozen=True, repr=False)
-class BandFigures(Shown):
+class BandFigures(PrintableResult):
     """trend_deg, plunge_deg : of the trace's line, which lies in every plane of the band
     half_width95_deg : by how much a plane may miss it; turn95_deg : how far planes may be turned
         about it from the best one, 90 is any

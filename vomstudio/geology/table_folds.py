@@ -11,7 +11,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.geology.common_axes import common_axis
 from vomstudio.geology.common_rotation_errors import Turns
 from vomstudio.geology.domains import (
@@ -54,7 +54,7 @@ class _Reading:
 
 # The last of the bases has the first of the fields.
 @dataclass(frozen=True, repr=False)
-class TableFold(Shown, _Reading, _Domains, AxisFigures, _Counts):
+class TableFold(PrintableResult, _Reading, _Domains, AxisFigures, _Counts):
     """Fold axis of a table's planes. The figures of the axis are those of `FoldAxis`.
 
     Parameters

@@ -9,8 +9,8 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.core.progress import Ahead, Progress, Silent
-from vomstudio.core.reprs import Shown
+from vomstudio.core.progress import Progress, ResumedProgress, Silent
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane, planes_to_normals
@@ -88,7 +88,7 @@ class Face:
 
 
 @dataclass(frozen=True, repr=False)
-class TableSlope(Shown):
+class TableSlope(PrintableResult):
     """n : planes. left_out : lines of the table, which are not used. with_error : planes whose
     error is known; draws : of the planes with their errors, for the share of planes and of
     intersections (None without errors). convention, dropped_lines, warnings : of the table as it
@@ -289,7 +289,7 @@ def _expected(
     progress.stage(tr("Estimating probabilities of wedges"), pair_draws * pairs)
     for done, portion in _portions(pair_draws, n):
         drawn = in_face_frame(face, planes.drawn(portion, generator))
-        found = count_pairs(face, drawn, Ahead(progress, done * pairs), sets)
+        found = count_pairs(face, drawn, ResumedProgress(progress, done * pairs), sets)
         of += int(found.of.sum())
         wedge += int(found.wedge.sum())
         topple += int(found.toppling.sum())

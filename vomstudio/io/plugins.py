@@ -1,5 +1,7 @@
-"""Formats are found, not listed: each is one module of a package of ours, or an entry point of a
-package of somebody else's, and says what it can do in one object."""
+"""Discovery of format plugins: modules of a package, and entry points of other packages.
+
+Each plugin is described by one object.
+"""
 
 from __future__ import annotations
 
@@ -15,45 +17,57 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Found(Generic[T]):
-    """All that were found, and why some could not be loaded, a sentence for each."""
+class LoadedPlugins(Generic[T]):
+    """Loaded plugins, and a finding for each one that could not be loaded."""
 
     all: tuple[T, ...]
     broken: tuple[Finding, ...]
 
 
-def find_plugins(package: ModuleType, attribute: str, kind: type[T], group: str) -> Found[T]:
-    """Those of our own modules first, then those of installed packages, each in the order of their
-    names.
+def find_plugins(
+    package: ModuleType, attribute: str, kind: type[T], group: str
+) -> LoadedPlugins[T]:
+    """Load the plugins of a package, then those of installed packages, sorted by name.
 
-    attribute : what a module of `package` calls its object; modules whose name begins with _ are
-        parts of others
-    kind : of which class the object must be; group : of the entry points that name one
-    A package whose object cannot be loaded is named in `broken` and never stops the others.
+    Parameters
+    ----------
+    package : module
+        Its modules are plugins, except those whose names begin with ``_``.
+    attribute : str
+        Name of the object in each module.
+    kind : type
+        Required class of the object.
+    group : str
+        Group of the entry points.
+
+    Returns
+    -------
+    LoadedPlugins
+        An object that cannot be loaded is reported in `broken` and does not stop the others.
     """
     from importlib.metadata import entry_points
 
     kind_name = kind.__name__
-    found: list[T] = []
+    plugins: list[T] = []
     broken: list[Finding] = []
     for module in sorted(pkgutil.iter_modules(package.__path__), key=lambda m: m.name):
         if module.name.startswith("_"):
             continue
         name = f"{package.__name__}.{module.name}"
-        one = getattr(importlib.import_module(name), attribute, None)
-        if isinstance(one, kind):
-            found.append(one)
+        candidate = getattr(importlib.import_module(name), attribute, None)
+        if isinstance(candidate, kind):
+            plugins.append(candidate)
         else:
             broken.append(Finding("plugin.not-defined", module=name, name=attribute))
     for point in sorted(entry_points(group=group), key=lambda p: p.name):
         plugin = f"{kind_name} '{point.name}' ({point.value})"
         try:
-            one = point.load()
-        except Exception as error:  # noqa: BLE001  someone else's code must not stop ours
+            candidate = point.load()
+        except Exception as error:  # noqa: BLE001  errors of other packages must not stop the program
             broken.append(Finding("plugin.not-loaded", plugin=plugin, reason=error))
             continue
-        if isinstance(one, kind):
-            found.append(one)
+        if isinstance(candidate, kind):
+            plugins.append(candidate)
         else:
             broken.append(Finding("plugin.other-kind", plugin=plugin, kind=kind_name))
-    return Found(tuple(found), tuple(broken))
+    return LoadedPlugins(tuple(plugins), tuple(broken))

@@ -1,4 +1,4 @@
-"""The user's settings: one typed TOML file in the configuration folder."""
+"""User settings: a typed TOML file in the configuration folder."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from vomstudio.core.threads import start_thread
 if TYPE_CHECKING:
     from vomstudio.geology.profiles import Thresholds
 
-_RECENT = 10
-_LARGEST = 1 << 20
-"""Bytes of the file; no settings come near."""
-_INSIDE: dict[str, tuple[type, ...]] = {
+_MAX_RECENT = 10
+_MAX_BYTES = 1 << 20
+"""Maximum size of the file."""
+_ITEM_TYPES: dict[str, tuple[type, ...]] = {
     "list[str]": (str,),
     "list[float]": (float, int),
     "dict[str, str]": (str,),
@@ -34,24 +34,54 @@ _CHOICES = {
     "planes_as": ("discs", "symbols", "neither"),
     "theme": ("light", "dark", "system"),
 }
-"""What stands in a panel without a place for anything else."""
+"""Settings with a fixed list of values."""
 
 
 @dataclass
 class Settings:
-    """notation: how planes are written in the window (see geology.notation).
-    contour: of the net, one of geology.density.DENSITY_METHODS, empty for none. contour_sigma: of
-    Kamb's methods. contour_levels: those typed, empty for round ones. net_view: what the dock of
-    the net shows: "net", or an angle of geology.roses. net_asked: what is drawn on it beside the
-    sets. rose_bin, rose_by_length, rose_by_area: of the roses. figure_style: what the user has
-    changed of printed figures (see products.net.figure_style).
-    unclosed: projects that are open, or were when the program last ended without closing them.
-    planes_as: "discs", "symbols" or "neither" in 3-D. hidden_columns: of the table, by title.
-    window: geometry and panels as the window system keeps them, base64. limits: those of the
-    verdict's thresholds that the user has changed, by their name, for projects without a profile of
-    their own. profiles: the user's own, by name. point_budget: how many points of
-    a streamed cloud are held at most; a COPC file with more is streamed. theme: "light", "dark" or
-    "system". offer_tour: whether the start page offers the first tour."""
+    """Settings of the user; the fields are the keys of the file.
+
+    Parameters
+    ----------
+    notation : str
+        Notation of planes in the window (`geology.notation`).
+    projection : str
+        Projection of the net.
+    contour : str
+        Contours of the net, one of `geology.density.DENSITY_METHODS`; empty for none.
+    contour_sigma : float
+        Sigma of Kamb's methods.
+    contour_levels : list of float
+        Contour levels entered by the user; empty for round ones.
+    net_view : str
+        View of the net panel: "net", or an angle of `geology.roses`.
+    net_asked : list of str
+        Elements drawn on the net besides the sets.
+    rose_bin, rose_by_length, rose_by_area
+        Bin width in degrees and weighting of rose diagrams.
+    figure_style : dict
+        Changes of printed figures (`products.net.figure_style`).
+    planes_as : str
+        Planes in 3-D: "discs", "symbols" or "neither".
+    hidden_columns : list of str
+        Hidden columns of the table, by title.
+    unclosed : list of str
+        Projects that are open, or were open when the program last ended.
+    recent : list of str
+        Recent projects, the newest first.
+    window : dict
+        Geometry and panels as the window system stores them, base64.
+    limits : dict
+        Changed thresholds of the verdict by name, for projects without a profile.
+    profiles : dict
+        Profiles of the user by name.
+    point_budget : int
+        Maximum number of points of a streamed cloud in memory; larger COPC files are streamed.
+    theme : str
+        "light", "dark" or "system".
+    offer_tour : bool
+        Whether the start page offers the first tour.
+    """
 
     notation: str = "dipdir/dip"
     projection: str = "area"
@@ -80,24 +110,26 @@ class Settings:
 
     @property
     def thresholds(self) -> Thresholds:
+        """Thresholds of the verdict, with the user's changes."""
         from vomstudio.geology.profiles import Thresholds
 
         limits: dict[str, Any] = dict(self.limits)
         return Thresholds(**limits, profile="own limits" if limits else "error")
 
     def add_recent(self, path: Path) -> None:
+        """Add a project to the recent ones."""
         text = str(path)
-        self.recent = [text, *(p for p in self.recent if p != text)][:_RECENT]
+        self.recent = [text, *(p for p in self.recent if p != text)][:_MAX_RECENT]
 
-    def affecting_results(self) -> dict[str, Any]:
-        """What is written beside every edit of the journal."""
+    def recorded_settings(self) -> dict[str, Any]:
+        """Return the settings that are recorded with every edit of the journal."""
         return {"thresholds": asdict(self.thresholds)}
 
 
 def settings_path() -> Path:
-    """`VOMSTUDIO_SETTINGS` names another file (tests, several set-ups side by side)."""
-    if chosen := os.environ.get("VOMSTUDIO_SETTINGS"):
-        return Path(chosen)
+    """Return the path of the settings file; the variable VOMSTUDIO_SETTINGS replaces it."""
+    if override := os.environ.get("VOMSTUDIO_SETTINGS"):
+        return Path(override)
     from platformdirs import user_config_path
 
     return user_config_path("vomstudio", appauthor=False) / "settings.toml"
@@ -108,7 +140,7 @@ def read_settings(path: Path | None = None) -> tuple[Settings, list[Finding]]:
     path = path or settings_path()
     settings, problems = Settings(), []
     try:
-        values = tomllib.loads(read_small_text(path, _LARGEST))
+        values = tomllib.loads(read_small_text(path, _MAX_BYTES))
     except FileNotFoundError:
         return settings, []
     except (InputError, OSError, ValueError, RecursionError) as error:
@@ -119,87 +151,98 @@ def read_settings(path: Path | None = None) -> tuple[Settings, list[Finding]]:
                 reason=error.message if isinstance(error, InputError) else error,
             )
         ]
-    for known in fields(Settings):
-        if known.name not in values:
+    for setting in fields(Settings):
+        if setting.name not in values:
             continue
-        default, value = getattr(settings, known.name), values[known.name]
+        default, value = getattr(settings, setting.name), values[setting.name]
         try:
-            if known.name == "limits":
+            if setting.name == "limits":
                 value = {key: float(v) for key, v in value.items()}
                 Settings(limits=value).thresholds  # noqa: B018  unknown names are refused here
-            elif known.name == "profiles":
+            elif setting.name == "profiles":
                 from vomstudio.geology.profiles import Thresholds
 
                 for limits in value.values():
                     Thresholds(**limits)
             else:
-                _check(known, value, default)
-            setattr(settings, known.name, value)
+                _check(setting, value, default)
+            setattr(settings, setting.name, value)
         except (TypeError, ValueError, AttributeError) as error:
             problems.append(
-                Finding("settings.invalid-value", file=path, setting=known.name, reason=error)
+                Finding("settings.invalid-value", file=path, setting=setting.name, reason=error)
             )
     return settings, problems
 
 
-def _check(known: Field[Any], value: Any, default: Any) -> None:
-    """Raises TypeError or ValueError where a setting cannot have this value."""
+def _check(setting: Field[Any], value: Any, default: Any) -> None:
+    """Raise TypeError or ValueError if a setting cannot have this value."""
     if type(value) is not type(default):
         raise TypeError(f"{type(default).__name__} expected")
     # The annotations of this module are text.
-    inside = _INSIDE.get(str(known.type))
-    parts = value.values() if isinstance(value, dict) else value
-    if inside is not None and any(type(part) not in inside for part in parts):
-        raise TypeError(f"{known.type} expected")
-    if known.name in _CHOICES and value not in _CHOICES[known.name]:
-        raise ValueError(f"one of {', '.join(_CHOICES[known.name])} expected")
-    if known.name == "point_budget" and value < 1:
+    item_types = _ITEM_TYPES.get(str(setting.type))
+    items = value.values() if isinstance(value, dict) else value
+    if item_types is not None and any(type(item) not in item_types for item in items):
+        raise TypeError(f"{setting.type} expected")
+    if setting.name in _CHOICES and value not in _CHOICES[setting.name]:
+        raise ValueError(f"one of {', '.join(_CHOICES[setting.name])} expected")
+    if setting.name == "point_budget" and value < 1:
         raise ValueError("a number above 0 expected")
 
 
 def write_settings(settings: Settings, path: Path | None = None) -> None:
-    """Comments, the order of what is there, and settings that only other versions know stay.
-    Raises TargetError."""
+    """Write the settings.
+
+    Comments, the order of keys, and unknown settings of other versions are preserved. Raises
+    TargetError.
+    """
     path = path or settings_path()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise TargetError(Finding("output.unwritable", reason=error.strerror), file=path) from error
-    text = _toml(asdict(settings), _text_there(path))
+    text = _toml(asdict(settings), _current_text(path))
     with atomic_write(path, force=True) as part:
         Path(part).write_text(text, encoding="utf-8")
 
 
-def _text_there(path: Path) -> str:
+def _current_text(path: Path) -> str:
     try:
-        return read_small_text(path, _LARGEST)
+        return read_small_text(path, _MAX_BYTES)
     except (InputError, OSError, ValueError):
         return ""
 
 
 class SettingsFile:
-    """Writes the settings, in order, also beside whoever asks for it: the disk may take its time,
-    which a window must not wait for."""
+    """Writer of the settings, in order of the requests.
+
+    `write_soon` writes in a thread, so that a window does not wait for the disk.
+    """
 
     def __init__(self, problem: Callable[[VomError], None]) -> None:
-        """problem : receives the error, from any thread, if settings cannot be written"""
+        """Create the writer.
+
+        Parameters
+        ----------
+        problem : callable
+            Receives the error, in any thread, if settings cannot be written.
+        """
         self._problem = problem
-        self._turn = threading.Lock()
-        self._last = 0
+        self._write_lock = threading.Lock()
+        self._last_request = 0
 
     def write(self, settings: Settings) -> None:
-        """Now. Raises TargetError."""
-        self._last += 1
-        with self._turn:
+        """Write the settings now. Raises TargetError."""
+        self._last_request += 1
+        with self._write_lock:
             write_settings(settings)
 
     def write_soon(self, settings: Settings) -> None:
-        """As they are now, unless others come first."""
-        self._last += 1
-        # Not a daemon: the process ends only when they are kept.
+        """Write a copy of the settings in a thread, unless newer ones are written before."""
+        self._last_request += 1
+        # Not a daemon: the process ends only after they are written.
         start_thread(
             self._write,
-            self._last,
+            self._last_request,
             deepcopy(settings),
             settings_path(),
             name="settings",
@@ -207,8 +250,8 @@ class SettingsFile:
         )
 
     def _write(self, number: int, settings: Settings, path: Path) -> None:
-        with self._turn:
-            if number != self._last:
+        with self._write_lock:
+            if number != self._last_request:
                 return
             try:
                 write_settings(settings, path)
@@ -216,32 +259,32 @@ class SettingsFile:
                 self._problem(error)
 
 
-def _toml(values: dict[str, Any], older: str) -> str:
-    """A TOML document with these values, made of an older one where that can be read."""
+def _toml(values: dict[str, Any], older_text: str) -> str:
+    """Return a TOML document with the values, based on an older document if that is valid."""
     import tomlkit
     from tomlkit.exceptions import TOMLKitError
 
     try:
-        document = tomlkit.parse(older)
+        document = tomlkit.parse(older_text)
     except (TOMLKitError, RecursionError):
         return tomlkit.dumps(values)
-    wanted = document.unwrap() | values
+    expected = document.unwrap() | values
     _set(document, values)
     text = tomlkit.dumps(document)
-    # Keys of tables that stand in several pieces or have dotted names can come out wrong.
-    return text if tomllib.loads(text) == wanted else tomlkit.dumps(wanted)
+    # tomlkit may write dotted keys, and tables in several parts, incorrectly.
+    return text if tomllib.loads(text) == expected else tomlkit.dumps(expected)
 
 
 def _set(table: Any, values: dict[str, Any]) -> None:
-    """What is the same already keeps its form."""
+    """Set values of a table, leaving equal values in their present form."""
     from tomlkit.items import AbstractTable
 
     for key, value in values.items():
-        there = table.get(key)
-        if isinstance(value, dict) and isinstance(there, AbstractTable):
-            for gone in there.keys() - value.keys():
-                del there[gone]
-            _set(there, value)
+        current = table.get(key)
+        if isinstance(value, dict) and isinstance(current, AbstractTable):
+            for removed_key in current.keys() - value.keys():
+                del current[removed_key]
+            _set(current, value)
         # True is 1 in Python and not in TOML.
-        elif there != value or isinstance(there, bool) != isinstance(value, bool):
+        elif current != value or isinstance(current, bool) != isinstance(value, bool):
             table[key] = value

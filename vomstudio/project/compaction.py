@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.core.errors import DocumentError, TargetError, VomError
-from vomstudio.core.files.containment import links_of, make_folder, place_inside
-from vomstudio.core.files.disk_errors import not_written, reason_of
+from vomstudio.core.files.containment import make_folder, require_inside, special_files
+from vomstudio.core.files.disk_errors import failure_reason, write_error
 from vomstudio.core.findings import Finding
 from vomstudio.project.assets import FOLDER
 from vomstudio.project.codec import encode_edit
@@ -113,7 +113,7 @@ def write_anew(
         made = SqliteJournal(new, create=True)
     except VomError as error:
         remove(new)
-        raise not_written(new, error.__cause__ or error) from error
+        raise write_error(new, error.__cause__ or error) from error
     try:
         originals = {} if journal is None else {row.seq: row for row in journal.rows()}
         for row in _rows(session):
@@ -136,7 +136,7 @@ def write_anew(
     except NotWritten as error:
         made.close()
         remove(new)
-        raise not_written(new, error.__cause__ or error) from error
+        raise write_error(new, error.__cause__ or error) from error
     except BaseException:
         made.close()
         remove(new)
@@ -145,7 +145,7 @@ def write_anew(
     if new.with_name(f"{new.name}-wal").exists():
         # It could not be folded in, and would not go along.
         remove(new)
-        raise not_written(new, OSError(errno.EIO, os.strerror(errno.EIO)))
+        raise write_error(new, OSError(errno.EIO, os.strerror(errno.EIO)))
     return numbers
 
 
@@ -164,12 +164,12 @@ def put_in_place(
         remove(new)
         with contextlib.suppress(VomError):
             journal.reopen()
-        raise not_written(folder / NAME, error) from error
+        raise write_error(folder / NAME, error) from error
     session.use_journal(journal, numbers)
     try:
         journal.change_over(head)
     except VomError as error:
-        raise not_written(folder / NAME, error.__cause__ or error) from error
+        raise write_error(folder / NAME, error.__cause__ or error) from error
 
 
 def take_back(folder: Path, session: Session, journal: SqliteJournal, made: Compacted) -> None:
@@ -209,7 +209,7 @@ def _bring_back_files(folder: Path) -> None:
     aside = folder / _PUT_ASIDE
     if not aside.is_dir():
         return
-    place_inside(aside, folder)
+    require_inside(aside, folder)
     try:
         make_folder(folder / FOLDER, folder)
         for path in aside.iterdir():
@@ -217,7 +217,7 @@ def _bring_back_files(folder: Path) -> None:
         aside.rmdir()
     except OSError as error:
         raise TargetError(
-            Finding("output.unwritable", reason=reason_of(folder, error)), file=folder / FOLDER
+            Finding("output.unwritable", reason=failure_reason(folder, error)), file=folder / FOLDER
         ) from error
 
 
@@ -228,7 +228,7 @@ def forget(folder: Path) -> None:
     remove(folder / NEW)
     aside = folder / _PUT_ASIDE
     # What a link leads to is not the project's.
-    if aside.is_dir() and not links_of(str(folder), [_PUT_ASIDE]):
+    if aside.is_dir() and not special_files(str(folder), [_PUT_ASIDE]):
         for path in aside.iterdir():
             remove(path)
         with contextlib.suppress(OSError):
@@ -271,7 +271,7 @@ def _unused(folder: Path, session: Session) -> list[Path]:
     """Files of the project that nothing names which can be reached."""
     assets = folder / FOLDER
     # What a link leads to is not the project's.
-    if not assets.is_dir() or links_of(str(folder), [FOLDER]):
+    if not assets.is_dir() or special_files(str(folder), [FOLDER]):
         return []
     steps = [edit for _, edit in (*session.done_steps(), *session.undone_steps())]
     named = {

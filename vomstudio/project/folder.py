@@ -17,10 +17,10 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.core.errors import DocumentError, InputError, TargetError, VomError
-from vomstudio.core.files.containment import links_of
-from vomstudio.core.files.disk_errors import not_written, reason_of
+from vomstudio.core.files.containment import special_files
+from vomstudio.core.files.disk_errors import failure_reason, write_error
 from vomstudio.core.files.lock import ProjectLock
-from vomstudio.core.files.regular import is_folder, is_regular, is_there
+from vomstudio.core.files.regular import is_folder, is_regular, path_exists
 from vomstudio.core.files.user_folders import state_folder
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.io.photos.cameras_file import FILE_NAME
@@ -120,7 +120,7 @@ class Project:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise TargetError(
-                Finding("folder.not-created", reason=reason_of(folder.parent, error)),
+                Finding("folder.not-created", reason=failure_reason(folder.parent, error)),
                 file=folder,
             ) from error
         if (folder / JOURNAL).exists():
@@ -249,7 +249,7 @@ class Project:
             part.rename(folder)
         except OSError as error:
             shutil.rmtree(part, ignore_errors=True)
-            raise not_written(folder, error) from error
+            raise write_error(folder, error) from error
         except VomError as error:
             shutil.rmtree(part, ignore_errors=True)
             raise TargetError(cause_of(error), file=folder) from error
@@ -304,7 +304,7 @@ class Project:
         OSError."""
         for name in _ALONG:
             if (self.folder / name).is_dir():
-                shutil.copytree(self.folder / name, part / name, ignore=links_of)
+                shutil.copytree(self.folder / name, part / name, ignore=special_files)
         if self.untitled and _same_disk(self.folder, part):
             return True
         copy_reconstructions(self.folder, part)
@@ -376,7 +376,7 @@ def _taken_hold(folder: Path) -> tuple[ProjectLock, SqliteJournal]:
         if lock is not None:
             lock.release()
         shutil.rmtree(folder, ignore_errors=True)
-        raise not_written(folder, error.__cause__ or error) from error
+        raise write_error(folder, error.__cause__ or error) from error
 
 
 def _same_disk(one: Path, other: Path) -> bool:
@@ -387,7 +387,7 @@ def project_folder(path: Path) -> Path:
     """The folder of a project named by its folder or by a file in it. Raises InputError."""
     if is_regular(path) and path.parent.suffix == SUFFIX:
         path = path.parent
-    if not is_there(path):
+    if not path_exists(path):
         raise InputError(Finding("project.missing"), file=path)
     if not is_regular(path / JOURNAL):
         raise InputError(

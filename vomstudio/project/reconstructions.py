@@ -11,8 +11,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from vomstudio.core.errors import InputError, TargetError
-from vomstudio.core.files.containment import links_of
-from vomstudio.core.files.disk_errors import reason_of
+from vomstudio.core.files.containment import special_files
+from vomstudio.core.files.disk_errors import failure_reason
 from vomstudio.core.files.regular import JSON_BYTES, read_small
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
@@ -84,7 +84,7 @@ def copy_reconstructions(source: Path, target: Path) -> None:
         return shutil.copy2(one, other)
 
     def unfinished(folder: str, names: list[str]) -> set[str]:
-        links = links_of(folder, names)
+        links = special_files(folder, names)
         below = Path(folder).relative_to(source / RECONSTRUCTIONS).parts
         if below[1:2] != ("work",):
             return links
@@ -117,7 +117,7 @@ def move_reconstructions(source: Path, target: Path) -> None:
         raise TargetError(
             Finding(
                 "reconstruction.not-moved",
-                reason=reason_of(target, error),
+                reason=failure_reason(target, error),
                 source=source / RECONSTRUCTIONS,
             ),
             file=target,

@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import Any, TypeVar
 
 from vomstudio.core.findings import Finding
-from vomstudio.core.signals import Signal, telling
+from vomstudio.core.signals import Signal, group_notifications
 from vomstudio.project.codec import encode_edit
 from vomstudio.project.edit import Edit, change
 from vomstudio.project.journal.replay import Draft, Journal, RowKind, replay
@@ -107,7 +107,7 @@ class Session:
         self._undone.clear()
 
     def _tell(self, edit: Edit) -> None:
-        with telling():
+        with group_notifications():
             self.changed.emit(edit)
             self.history_changed.emit(None)
 

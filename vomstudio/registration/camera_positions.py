@@ -73,7 +73,7 @@ def _source(
     from pyproj import CRS, Transformer
     from pyproj.exceptions import CRSError
 
-    from vomstudio.io.gis.crs import from_degrees, parse_crs, utm_zone
+    from vomstudio.io.gis.crs import degrees_to_grid, parse_crs, utm_zone
 
     own = None
     if positions.crs is not None:
@@ -104,7 +104,7 @@ def _source(
                 field="--crs",
             )
         base = "EPSG:4326" if own is None else own.to_wkt()
-        return positions, crs, (from_degrees(crs, base), None)
+        return positions, crs, (degrees_to_grid(crs, base), None)
     if own is None or crs is None:
         return positions, crs, None
     to_degrees = Transformer.from_crs(own, "EPSG:4326", always_xy=True)
@@ -114,7 +114,7 @@ def _source(
         good = np.isfinite([longitude, latitude]).all()
         return (float(longitude), float(latitude)) if good else None
 
-    return positions, crs, (from_degrees(crs), back)
+    return positions, crs, (degrees_to_grid(crs), back)
 
 
 def _unknown(positions: Positions) -> InputError:

@@ -170,11 +170,11 @@ class North:
     def convergence_deg(self, place: tuple[float, float] | None = None) -> float | None:
         """Return the angle from true to grid north, east positive; None if it is not known."""
         place = place or self.place
-        from vomstudio.io.gis.crs import convergence_deg, from_degrees
+        from vomstudio.io.gis.crs import convergence_deg, degrees_to_grid
 
         if self.crs is None or place is None:
             return None
-        there = from_degrees(self.crs)(*place)
+        there = degrees_to_grid(self.crs)(*place)
         return None if there is None else convergence_deg(self.crs, *there)
 
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import HIDDEN, OPTIONAL
 from vomstudio.geometry.coordinate_limits import FARTHEST_M
 from vomstudio.geometry.registrations import ObservationGroup
@@ -85,7 +85,7 @@ class Known:
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Placed(Shown):
+class Placed(PrintableResult):
     """A similarity from the model to World, and what it leaves over.
 
     matrix : (4, 4), acts on column vectors of the model; scale : metres per unit of the model

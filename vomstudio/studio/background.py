@@ -10,7 +10,7 @@ from typing import Any, Generic, TypeVar
 
 from vomstudio.core.errors import Cancelled, VomError
 from vomstudio.core.failures import exception_hooks
-from vomstudio.core.failures.error_collector import place_of
+from vomstudio.core.failures.error_collector import error_location
 from vomstudio.core.findings import Finding
 from vomstudio.core.threads import lower_priority, start_thread
 from vomstudio.studio.owner_thread import Call, Post
@@ -242,7 +242,7 @@ class Background:
             error = VomError(
                 Finding("file.unreadable", reason=str(error))
                 if is_expected
-                else Finding("program.internal-error", error=place_of(error))
+                else Finding("program.internal-error", error=error_location(error))
             )
         return partial(request.on_error, error)
 

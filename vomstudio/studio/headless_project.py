@@ -26,7 +26,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.registrations import Registration
 from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.io.control.observation_tables import Pairs
-from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
+from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.models import model_cache
 from vomstudio.io.models.converted_copy import write_converted
 from vomstudio.io.models.frames import establish_frame
@@ -183,14 +183,14 @@ class HeadlessProject:
     def open(cls, folder: Path, progress: Progress | None = None) -> Self:
         """Open a project. Raises InputError if the folder is not one, or is open elsewhere."""
         settings, problems = read_settings()
-        project = Project.open(folder, settings=settings.affecting_results)
+        project = Project.open(folder, settings=settings.recorded_settings)
         return cls(project, settings, problems, progress)
 
     @classmethod
     def create(cls, folder: Path) -> Self:
         """Create a project. Raises TargetError if the folder exists or cannot be made."""
         settings, problems = read_settings()
-        project = Project.create(folder, settings=settings.affecting_results)
+        project = Project.create(folder, settings=settings.recorded_settings)
         return cls(project, settings, problems)
 
     def __enter__(self) -> Self:
@@ -305,7 +305,7 @@ class HeadlessProject:
         self.session.apply(edits.delete(self.session.records, [each.id for each in features]))
         return features
 
-    def add_model(self, path: Path, options: FrameOptions = AS_STATED) -> AddedModel:
+    def add_model(self, path: Path, options: FrameOptions = DEFAULT_FRAME) -> AddedModel:
         """Read a model and make it part of the project.
 
         A registration beside the file (`NAME.registration.json`, or `reconstruction.json` of a

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from vomstudio.core.errors import InputError, VomError
-from vomstudio.core.files.regular import is_folder, is_there
+from vomstudio.core.files.regular import is_folder, path_exists
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.signals import Signal
@@ -78,7 +78,7 @@ class Models:
     def open_path(self, path: Path) -> None:
         """Open a project folder or a model file; where it is neither, the reason is shown."""
         path = path.expanduser()
-        if not is_there(path):
+        if not path_exists(path):
             self._notices.warn(Finding("file.missing", file=path), "error")
         elif is_project(path) or (is_folder(path) and path.suffix == ".vom"):
             try:
@@ -264,7 +264,7 @@ class Models:
     def _warn_of(self, path: Path, findings: Sequence[Finding]) -> None:
         """Show the findings about a file in one notice."""
         if findings:
-            first, *others = (each.of_file(path.name) for each in findings)
+            first, *others = (each.with_file(path.name) for each in findings)
             self._notices.tell(Notice(first, "warning", more=tuple(others)))
 
 

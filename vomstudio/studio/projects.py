@@ -94,7 +94,7 @@ class Projects:
     # --- coming and going --------------------------------------------------------------------
     def new(self) -> None:
         """Create an untitled project and open it."""
-        self._adopt(create_untitled(self._preferences.settings.affecting_results))
+        self._adopt(create_untitled(self._preferences.settings.recorded_settings))
         if not self._told and not home_is_writable():
             self._told = True
             self._notices.warn(
@@ -144,7 +144,7 @@ class Projects:
 
     def _held(self, folder: Path) -> Project:
         settings = self._preferences.settings
-        return Project.open(folder, settings=settings.affecting_results, without_lock=True)
+        return Project.open(folder, settings=settings.recorded_settings, without_lock=True)
 
     def unclosed(self, but: Collection[Path] = ()) -> list[Path]:
         """Projects that a crash or a power cut has left open; none of `but`, which are opened

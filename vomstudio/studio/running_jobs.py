@@ -174,4 +174,4 @@ class Jobs:
 
 
 def _report(title: str, fault: Fault) -> None:
-    ERRORS.tell(Finding("job.internal-error", job=title, error=fault.what), fault.what)
+    ERRORS.report_finding(Finding("job.internal-error", job=title, error=fault.what), fault.what)

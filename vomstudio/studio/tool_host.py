@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding
-from vomstudio.core.signals import Signal, telling
+from vomstudio.core.signals import Signal, group_notifications
 from vomstudio.core.words import tr
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.project.measurement_cache import Measurement
@@ -202,7 +202,7 @@ class ToolHost:
         self._notices.hint(message)
 
     def tool_changed(self) -> None:
-        with telling():
+        with group_notifications():
             self.changed.emit()
             self.undo_changed.emit()
 

@@ -19,7 +19,7 @@ from vomstudio.geometry.model_transform import moved
 from vomstudio.geometry.registration_frames import change_file_frame
 from vomstudio.geometry.registrations import Registration
 from vomstudio.geometry.units import Axes
-from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
+from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.models.frames import establish_frame
 from vomstudio.io.models.opening import read_model
@@ -78,7 +78,7 @@ class WorldModel:
 def read_in_world(
     path: str | Path,
     progress: Progress | None = None,
-    options: FrameOptions = AS_STATED,
+    options: FrameOptions = DEFAULT_FRAME,
     project: str | Path | None = None,
 ) -> WorldModel:
     """The model in a file, as its file says that it stands; one that says nothing as declared, else
@@ -109,7 +109,7 @@ def read_beside(
     path: str | Path,
     progress: Progress | None = None,
     project: str | Path | None = None,
-    options: FrameOptions = AS_STATED,
+    options: FrameOptions = DEFAULT_FRAME,
 ) -> WorldModel:
     """The model that another one is held against: as it stands in the project where that has it,
     else as its file says. Raises as `read_in_world`."""

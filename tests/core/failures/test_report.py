@@ -130,11 +130,11 @@ def test_a_process_that_dies_leaves_its_trace_and_one_that_ends_well_nothing(own
         "exception_hooks.uninstall()\n"
     )
     subprocess.run([sys.executable, "-c", words], check=True, cwd=os.getcwd())
-    assert not crashes.newly_found()
+    assert not crashes.has_new_crash()
     assert crashes.texts() == []
     subprocess.run([sys.executable, "-c", words, "die"], check=False, capture_output=True)
-    assert crashes.newly_found()
-    assert not crashes.newly_found(), "told of once"
+    assert crashes.has_new_crash()
+    assert not crashes.has_new_crash(), "told of once"
     ((whose, text),) = crashes.texts()
     assert whose == "window"
     assert "Aborted" in text
@@ -145,13 +145,13 @@ def test_a_process_that_was_killed_is_no_crash(own_folders):
     folder = crashes.folder()
     folder.mkdir(parents=True)
     (folder / "window-999999999-20260203100000.txt").touch()
-    assert not crashes.newly_found()
+    assert not crashes.has_new_crash()
     assert list(folder.iterdir()) == []
 
 
 @pytest.mark.expects_log
 def test_several_processes_share_a_log_that_turns_over(own_folders, monkeypatch):
-    monkeypatch.setattr(log_file, "_BYTES", 2000)
+    monkeypatch.setattr(log_file, "_MAX_BYTES", 2000)
     first, second = log_file.SharedFile(log.path()), log_file.SharedFile(log.path())
     log.folder().mkdir(parents=True)
     for number in range(60):

@@ -12,8 +12,13 @@ from tests.messages import refused
 from vomstudio.cli import main
 from vomstudio.core.errors import TargetError, VomError
 from vomstudio.core.files.atomic import atomic_group, write_bytes
-from vomstudio.core.files.backup import set_aside
-from vomstudio.core.files.containment import check_beside, make_folder, place_inside, refuse_links
+from vomstudio.core.files.backup import back_up
+from vomstudio.core.files.containment import (
+    check_generated_path,
+    make_folder,
+    refuse_links,
+    require_inside,
+)
 from vomstudio.io.control.writing import write_marks
 from vomstudio.io.models.model_copy import copy_model
 from vomstudio.io.photos.cameras_file import Cameras, write_cameras
@@ -76,7 +81,7 @@ def test_masks_marks_and_copies_beside_photos(tmp_path: Path, victim: Path) -> N
         write_marks(folder / "marks.csv", [])
     (folder / "b.csv").write_text("b")
     with refused("output.link", TargetError):
-        set_aside(folder / "b.csv")
+        back_up(folder / "b.csv")
     assert victim.read_text() == "mine"
     assert [p.name for p in victim.parent.iterdir()] == ["victim"]
 
@@ -134,13 +139,13 @@ def test_saving_as_leaves_links_out(project: Path, tmp_path: Path) -> None:
 
 def test_places_and_folders(tmp_path: Path, victim: Path) -> None:
     (tmp_path / "to").symlink_to(victim.parent)
-    assert place_inside(tmp_path / "a" / "b", tmp_path) == tmp_path / "a" / "b"
+    assert require_inside(tmp_path / "a" / "b", tmp_path) == tmp_path / "a" / "b"
     for wrong in (tmp_path / "to" / "b", tmp_path / "a" / ".." / "b", victim.parent.parent.parent):
         with pytest.raises(TargetError):
-            place_inside(wrong, tmp_path)
+            require_inside(wrong, tmp_path)
         with pytest.raises(TargetError):
             make_folder(wrong, tmp_path)
-    assert place_inside(tmp_path / "to" / "b", tmp_path / "to")  # the way to the folder is free
+    assert require_inside(tmp_path / "to" / "b", tmp_path / "to")  # the way to the folder is free
     with pytest.raises(TargetError):
         refuse_links(tmp_path)
     refuse_links(victim.parent)
@@ -150,12 +155,12 @@ def test_a_project_may_be_named_from_the_folder_it_is_in(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    check_beside("cliff.vom/lock")
-    check_beside(Path("cliff.vom") / "project.gpkg")
+    check_generated_path("cliff.vom/lock")
+    check_generated_path(Path("cliff.vom") / "project.gpkg")
     Path("cliff.vom").mkdir()
     Path("cliff.vom/lock").symlink_to(tmp_path / "victim")
     with refused("output.link", TargetError):
-        check_beside("cliff.vom/lock")
+        check_generated_path("cliff.vom/lock")
 
 
 @pytest.mark.parametrize("name", ["reconstruction/photos-preview", "frames", "demo"])

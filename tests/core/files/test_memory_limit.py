@@ -8,8 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from vomstudio.core.files.available_memory import free_bytes, group_bytes, held_bytes, machine_bytes
-from vomstudio.core.files.memory_limit import is_shortage
+from vomstudio.core.files.available_memory import (
+    free_bytes,
+    group_bytes,
+    machine_bytes,
+    private_bytes,
+)
+from vomstudio.core.files.memory_limit import is_memory_error
 
 pytestmark = pytest.mark.skipif(
     not sys.platform.startswith("linux"), reason="no other system can hold a process to it"
@@ -29,10 +34,10 @@ def fits(mb):
 
 path = Path(sys.argv[1])
 if sys.argv[2] == "ours":
-    memory_limit.take_charge()
-with memory_limit.limited_by(path):
+    memory_limit.enable_limits()
+with memory_limit.limit_for_file(path):
     found = [fits(mb) for mb in (500, 1500, 4000)]
-    with memory_limit.limited_by(path):
+    with memory_limit.limit_for_file(path):
         pass
     found.append(fits(4000))
 print(*found, fits(4000))
@@ -74,15 +79,15 @@ import resource, sys
 from pathlib import Path
 import numpy as np
 from vomstudio.core.files import memory_limit
-from vomstudio.core.files.available_memory import free_bytes, held_bytes
+from vomstudio.core.files.available_memory import free_bytes, private_bytes
 
 def limit():
     return resource.getrlimit(resource.RLIMIT_DATA)[0]
 
 if sys.argv[2] == "ours":
-    memory_limit.take_charge()
-free = free_bytes() + held_bytes()
-with memory_limit.limited_to_what_is_free():
+    memory_limit.enable_limits()
+free = free_bytes() + private_bytes()
+with memory_limit.limit_to_free_memory():
     print(limit() < 2 * free + (64 << 30) and limit() != resource.RLIM_INFINITY)
     try:
         # Reserved and never touched: what a wish for too much begins with.
@@ -92,7 +97,7 @@ with memory_limit.limited_to_what_is_free():
         print("no more")
     kept = []
     outer = limit()
-    with memory_limit.limited_by(Path(sys.argv[1])):
+    with memory_limit.limit_for_file(Path(sys.argv[1])):
         print(limit() < outer or sys.argv[2] != "ours")
     print(limit() == outer)
 print(limit() == resource.RLIM_INFINITY)
@@ -119,9 +124,9 @@ def test_what_says_that_memory_is_short() -> None:
         RuntimeError("Resource temporarily unavailable"),
         ImportError("libOpen3D.so.0.20: cannot map zero-fill pages"),
     ):
-        assert is_shortage(error), error
+        assert is_memory_error(error), error
     for other in (OSError(28, "No space left on device"), ValueError("7"), KeyError("memory")):
-        assert not is_shortage(other), other
+        assert not is_memory_error(other), other
 
 
 def test_opencv_says_so_in_words_of_its_own() -> None:
@@ -130,7 +135,7 @@ def test_opencv_says_so_in_words_of_its_own() -> None:
 
     with pytest.raises(cv2.error) as failure:
         cv2.resize(np.zeros((2, 2, 3), np.uint8), (2**21, 2**21))
-    assert is_shortage(failure.value)
+    assert is_memory_error(failure.value)
 
 
 def group(folder: Path, values: dict[str, str]) -> None:
@@ -171,7 +176,7 @@ def test_a_control_group_of_version_1_and_a_container(tmp_path: Path) -> None:
 def test_what_this_process_has_and_can_get() -> None:
     import psutil
 
-    held, free = held_bytes(), free_bytes()
+    held, free = private_bytes(), free_bytes()
     assert held is not None
     assert free is not None
     assert held < psutil.Process().memory_info().vms

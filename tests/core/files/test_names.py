@@ -12,7 +12,7 @@ import pytest
 
 from tests.photogrammetry.survey.test_video import film
 from vomstudio.core.files.names import utf8_name
-from vomstudio.io.gis.raster import size_and_bands
+from vomstudio.io.gis.raster import read_size_and_bands
 from vomstudio.io.models.opening import read_model
 from vomstudio.photogrammetry.survey.video import take_frames
 
@@ -54,7 +54,7 @@ def test_a_height_model(tmp_path: Path) -> None:
     loaded = read_model(path)
     assert loaded.path == path
     assert (len(loaded.data.vertices), loaded.crs) == (20, "EPSG:32633")
-    assert size_and_bands(path) == (5, 4, ["F"])
+    assert read_size_and_bands(path) == (5, 4, ["F"])
 
 
 @pytest.mark.parametrize("ending", ["obj", "ply", "stl", "glb", "xyz", "las"])

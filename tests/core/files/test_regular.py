@@ -19,10 +19,10 @@ from tests.messages import refused
 from vomstudio.core.errors import InputError, TargetError, VomError
 from vomstudio.core.files.containment import refuse_links
 from vomstudio.core.files.lock import ProjectLock
-from vomstudio.core.files.regular import open_regular, read_small, require_regular_beside
+from vomstudio.core.files.regular import open_regular, read_small, require_regular_siblings
 from vomstudio.io.control.formats.micmac import marks_beside
-from vomstudio.io.gis.raster import size_and_bands
-from vomstudio.io.gis.raster_georeference import place_on_map
+from vomstudio.io.gis.raster import read_size_and_bands
+from vomstudio.io.gis.raster_georeference import read_map_placement
 from vomstudio.io.models.opening import read_model
 from vomstudio.project.folder import Project
 from vomstudio.project.journal.database import read_replay
@@ -32,7 +32,7 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="pipes have names on 
 
 
 @pytest.mark.parametrize("ending", [".tfw", ".wld", ".tif.aux.xml", ".tif.msk", ".tif.ovr", ".TFW"])
-@pytest.mark.parametrize("read", [read_model, size_and_bands])
+@pytest.mark.parametrize("read", [read_model, read_size_and_bands])
 def test_a_pipe_beside_a_height_model(
     tmp_path: Path, ending: str, read: Callable[[Path], object]
 ) -> None:
@@ -50,12 +50,12 @@ def test_a_pipe_beside_a_height_model(
     ) as file:
         file.write(np.ones((1, 8, 8), np.float32))
     read(path)
-    assert place_on_map(path) is not None
+    assert read_map_placement(path) is not None
     os.mkfifo(tmp_path / f"a{ending}")
     with refused("file.device-in-folder") as refusal:
         read(path)
     assert refusal.value.file == str(tmp_path / f"a{ending}")
-    assert place_on_map(path) is None
+    assert read_map_placement(path) is None
 
 
 @pytest.mark.parametrize("ending", [".dbf", ".shx", ".cpg", ".prj", ".qix"])
@@ -82,8 +82,8 @@ def test_what_may_lie_beside_a_file(tmp_path: Path) -> None:
     (tmp_path / "a.tiles").mkdir()
     (tmp_path / "a.prj").symlink_to("nowhere")
     os.mkfifo(tmp_path / "b.prj")
-    require_regular_beside(tmp_path / "a.obj")
-    require_regular_beside(tmp_path / "none" / "a.obj")
+    require_regular_siblings(tmp_path / "a.obj")
+    require_regular_siblings(tmp_path / "none" / "a.obj")
 
 
 def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vomstudio.core.files.spreadsheet_cells import guarded, head_line, unguarded
+from vomstudio.core.files.spreadsheet_cells import comment_line, escape_formula, unescape_formula
 from vomstudio.geology.orientation import Plane
 from vomstudio.io.control.control_files import read_control, read_marks
 from vomstudio.io.control.points import ControlPoint, Mark
@@ -23,7 +23,7 @@ PLAIN = ["J1", "it's", "a=b", "", "1.5", "’=1", "'a"]
 
 @pytest.mark.parametrize("text", FORMULAS + PLAIN + ["\t=1", "\r=1"])
 def test_every_text_comes_back(text: str) -> None:
-    assert unguarded(guarded(text)) == text
+    assert unescape_formula(escape_formula(text)) == text
 
 
 def test_no_written_cell_begins_as_a_formula(tmp_path: Path) -> None:
@@ -134,7 +134,7 @@ def test_a_table_with_sets_keeps_its_words_and_numbers(tmp_path: Path) -> None:
 )
 def test_what_stands_above_a_table_calculates_nothing(words: str, tmp_path: Path) -> None:
     path = tmp_path / "head.csv"
-    path.write_text(head_line(words))
+    path.write_text(comment_line(words))
     assert calculated(cells_of(path)) == []
     assert calculated(cells_of(path, ";")) == []
 
@@ -143,4 +143,4 @@ def test_what_stands_above_a_table_calculates_nothing(words: str, tmp_path: Path
     "words", ["CRS: EPSG:32633", "rotation [0.1, -0.2, -3e-05], north -0.5", "a = b, c@d, -7"]
 )
 def test_numbers_above_a_table_stay_as_they_are(words: str) -> None:
-    assert head_line(words) == f"# {words}\n"
+    assert comment_line(words) == f"# {words}\n"

@@ -22,9 +22,9 @@ def asked_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "a file" / "state"))
     (tmp_path / "temporary").mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
-    user_folders._usable.cache_clear()
+    user_folders._first_writable.cache_clear()
     yield
-    user_folders._usable.cache_clear()
+    user_folders._first_writable.cache_clear()
 
 
 def test_a_home_that_can_be_written_is_taken(
@@ -40,7 +40,7 @@ def test_else_the_same_place_among_the_temporary_files_for_this_user_alone(tmp_p
     assert found == tmp_path / "temporary" / f"vomstudio-{os.getuid()}"
     assert found.stat().st_mode & 0o777 == 0o700
     assert not user_folders.home_is_writable()
-    user_folders._usable.cache_clear()
+    user_folders._first_writable.cache_clear()
     assert user_folders.state_folder() == found
 
 

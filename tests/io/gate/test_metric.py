@@ -10,7 +10,7 @@ from vomstudio.core.errors import InputError
 from vomstudio.io.gate.metric import (
     MAX_SCALE_ERROR,
     check_metric,
-    looks_like_degrees,
+    degrees_finding,
     map_scale,
 )
 
@@ -96,7 +96,7 @@ def test_utm_zones_are_accepted_without_proj_only_where_proj_accepts_them() -> N
             continue
         scale = map_scale(crs, bounds)
         assert scale.is_metric
-        assert bool(quick) == (not scale.in_area)
+        assert bool(quick) == (not scale.is_in_area)
 
 
 def test_the_limit_is_half_a_percent() -> None:
@@ -115,5 +115,5 @@ def test_the_limit_is_half_a_percent() -> None:
     ],
 )
 def test_degrees_beside_metres_are_noticed(low, high, expected) -> None:
-    found = looks_like_degrees(np.array([low, high]))
+    found = degrees_finding(np.array([low, high]))
     assert (found is not None and found.code == "frame.maybe-degrees") == expected

@@ -13,7 +13,7 @@ from tests.frames import DIP_DEG, DIP_DIRECTION_DEG, ORIGIN, ZONE, bed_points, c
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.geometry.planes import fit_plane
 from vomstudio.geometry.units import METRES
-from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
+from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gate.points import ModelFrame, WorldPoints, points_to_world
 from vomstudio.io.gate.stated_crs import crs_in_comments
 from vomstudio.io.models.frames import establish_frame
@@ -27,7 +27,7 @@ def bed(east: float = ORIGIN[0], north: float = ORIGIN[1]) -> Array:
     return bed_points(60, seed=38, origin=np.array([east, north, ORIGIN[2]]))
 
 
-def placed(points: Array, path: Path, options: FrameOptions = AS_STATED, **more) -> WorldPoints:
+def placed(points: Array, path: Path, options: FrameOptions = DEFAULT_FRAME, **more) -> WorldPoints:
     return points_to_world(points, file=path, options=options, **more)
 
 
@@ -229,11 +229,11 @@ def test_a_given_unit_replaces_that_of_a_local_system_once(tmp_path: Path) -> No
     feet = bed(0.0, 0.0) / METRES["ft"]
     path = tmp_path / "site.xyz"
     np.savetxt(path, feet, fmt="%.9f")
-    for options in (AS_STATED, FrameOptions(unit="ft")):
+    for options in (DEFAULT_FRAME, FrameOptions(unit="ft")):
         found = points_to_world(feet, file=path, comments=(f"CRS: {wkt}",), options=options)
         assert found.points == pytest.approx(bed(0.0, 0.0), abs=1e-9)
     path.write_text(f"# CRS: {wkt}\n{path.read_text()}")
-    for options in (AS_STATED, FrameOptions(unit="ft")):
+    for options in (DEFAULT_FRAME, FrameOptions(unit="ft")):
         loaded = read_model(path, options=options)
         to_world = np.array(establish_frame(loaded, options).to_world())
         world = loaded.data.points @ to_world[:3, :3].T + to_world[:3, 3]

@@ -21,7 +21,7 @@ from vomstudio.core.errors import InputError
 from vomstudio.geometry.frames import Frame
 from vomstudio.io.gis.axis_units import stated_axes
 from vomstudio.io.gis.crs import parse_crs
-from vomstudio.io.gis.geo_keys import Keys, name_keys
+from vomstudio.io.gis.geo_keys import Keys, decode_keys
 from vomstudio.io.models import copc, model_cache
 from vomstudio.io.models.frames import establish_frame, frame_of_file
 from vomstudio.io.models.opening import describe, read_model
@@ -148,7 +148,7 @@ def test_a_system_by_parameters_projects_as_its_code_does() -> None:
     """Against pyproj's own EPSG:2264, at a place in North Carolina."""
     from pyproj import Transformer
 
-    wkt = name_keys(Keys(directory(CAROLINA), struct.pack("<6d", *CAROLINA_NUMBERS))).crs
+    wkt = decode_keys(Keys(directory(CAROLINA), struct.pack("<6d", *CAROLINA_NUMBERS))).crs
     ours = Transformer.from_crs("EPSG:4269", wkt, always_xy=True).transform(-79.5, 35.5)
     theirs = Transformer.from_crs("EPSG:4269", "EPSG:2264", always_xy=True).transform(-79.5, 35.5)
     assert ours == pytest.approx(theirs, abs=1e-3)
@@ -334,7 +334,7 @@ def test_a_cache_keeps_units_and_sees_a_prj_that_came_later(tmp_path: Path) -> N
 
 
 def test_a_system_without_a_code_has_its_name_on_labels() -> None:
-    wkt = name_keys(Keys(directory([(PROJECTED, 0, 1, 26917), (LINEAR, 0, 1, 9002)]))).crs
+    wkt = decode_keys(Keys(directory([(PROJECTED, 0, 1, 26917), (LINEAR, 0, 1, 9002)]))).crs
     assert Frame("crs", wkt, FT).name() == "NAD83 / UTM zone 17N, grid north"
     assert Frame("crs", "EPSG:32633").name() == "EPSG:32633, grid north"
 

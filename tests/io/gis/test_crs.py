@@ -6,7 +6,7 @@ import pytest
 from pyproj import CRS
 
 from vomstudio.core.errors import InputError
-from vomstudio.io.gis.crs import crs_name, metres_of, parse_crs, sidecar_crs, world_crs
+from vomstudio.io.gis.crs import crs_name, parse_crs, sidecar_crs, unit_in_metres, world_crs
 from vomstudio.io.models.offset_file import read_offset
 from vomstudio.io.models.opening import read_model
 
@@ -122,4 +122,4 @@ def test_the_metres_of_a_unit_are_those_of_the_axes(code: int) -> None:
     """Zones of WGS 84 are known without PROJ, whose own table they are held against here."""
     crs = CRS.from_epsg(code)
     stated = crs.axis_info[0].unit_conversion_factor if crs.is_projected else 1.0
-    assert metres_of(f"EPSG:{code}") == pytest.approx(stated, rel=1e-12)
+    assert unit_in_metres(f"EPSG:{code}") == pytest.approx(stated, rel=1e-12)

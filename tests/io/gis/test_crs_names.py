@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from pyproj import CRS
 
-from vomstudio.io.gis.crs_names import matching, projected_systems
+from vomstudio.io.gis.crs_names import projected_systems, search_systems
 
 
 @pytest.mark.parametrize(
@@ -20,7 +20,7 @@ from vomstudio.io.gis.crs_names import matching, projected_systems
     ],
 )
 def test_every_word_is_looked_for_in_code_name_and_area(typed: str, code: str) -> None:
-    assert code in [each.code for each in matching(typed)][:12]
+    assert code in [each.code for each in search_systems(typed)][:12]
 
 
 def test_names_are_those_of_proj_and_all_are_projected() -> None:
@@ -33,6 +33,6 @@ def test_names_are_those_of_proj_and_all_are_projected() -> None:
 
 
 def test_what_is_nowhere_finds_nothing() -> None:
-    assert matching("atlantis grid") == []
-    assert matching("   ") == []
-    assert len(matching("utm")) == 50
+    assert search_systems("atlantis grid") == []
+    assert search_systems("   ") == []
+    assert len(search_systems("utm")) == 50

@@ -16,7 +16,7 @@ from tests.drawings import read_lines
 from tests.messages import by_code, refused
 from tests.tiers import first_in_default_tier
 from vomstudio.core.errors import InputError
-from vomstudio.io.gis.dxf_blocks import MOST_UNFOLDED
+from vomstudio.io.gis.dxf_blocks import MAX_EXPANDED_ENTITIES
 from vomstudio.io.gis.line_reading import read_gis_lines
 from vomstudio.io.gis.svg_lines import read_svg
 from vomstudio.products.ortho.back_projection import read_drawing, read_sidecar
@@ -83,7 +83,7 @@ def test_blocks_as_people_use_them_are_unfolded(tmp_path: Path) -> None:
         tmp_path / "a.dxf", block("TWIG", odd) + block("TREE", LINE + insert("TWIG")), places
     )
     assert len(read_gis_lines(path).lines) == 2 * (30 + 3 * 2)
-    assert MOST_UNFOLDED > 2 * 36
+    assert MAX_EXPANDED_ENTITIES > 2 * 36
 
 
 # --- SVG ----------------------------------------------------------------------------------------

@@ -23,7 +23,7 @@ from vomstudio.core.errors import InputError
 from vomstudio.geometry.frames import Frame
 from vomstudio.io.gis import vector_layers
 from vomstudio.io.gis.line_reading import read_gis_lines
-from vomstudio.io.text.set_columns import rings_of
+from vomstudio.io.text.set_columns import parse_rings
 from vomstudio.project.imports.feature_lists import read_listed
 from vomstudio.project.records import Model
 from vomstudio.registration.by_model.stable import in_polygons
@@ -200,9 +200,9 @@ def test_a_shape_nested_without_end_ends_no_process(tmp_path: Path, deep: int) -
     with pytest.raises(InputError, match=r"stations\.csv"):
         _listed(path)
     with pytest.raises(shapely.errors.GEOSException):
-        rings_of(["POLYGON Z ((0 0 1, 1 0 1, 1 1 1, 0 0 1))", None, text])
+        parse_rings(["POLYGON Z ((0 0 1, 1 0 1, 1 1 1, 0 0 1))", None, text])
     many = ", ".join("((0 0 1, 1 0 1, 1 1 1, 0 0 1))" for _ in range(50))
-    assert [len(ring) for ring in rings_of([f"MULTIPOLYGON Z ({many})", None])] == [3, 0]
+    assert [len(ring) for ring in parse_rings([f"MULTIPOLYGON Z ({many})", None])] == [3, 0]
 
 
 def test_a_table_that_names_no_known_crs_and_odd_areas(tmp_path: Path) -> None:
@@ -220,7 +220,7 @@ def test_a_table_that_names_no_known_crs_and_odd_areas(tmp_path: Path) -> None:
 def test_more_entries_than_can_be_worked_with_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, read: Callable[[Path], object]
 ) -> None:
-    monkeypatch.setattr(vector_layers, "MOST_OBJECTS", 4)
+    monkeypatch.setattr(vector_layers, "MAX_OBJECTS", 4)
     path = tmp_path / "contours.gpkg"
     refusals: list[str | None] = []
     for count in (4, 5):
@@ -239,7 +239,7 @@ def test_more_entries_than_can_be_worked_with_are_refused(
 
 
 def test_the_entries_of_all_layers_are_counted_together(tmp_path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
-    monkeypatch.setattr(vector_layers, "MOST_OBJECTS", 4)
+    monkeypatch.setattr(vector_layers, "MAX_OBJECTS", 4)
     path = tmp_path / "contours.gpkg"
     wkb = np.array([shapely.to_wkb(shapely.Polygon(SQUARE))] * 3, object)
     for name in "ab":

@@ -97,7 +97,7 @@ def test_a_file_is_read_the_same_in_a_process_of_its_own(
     columns = ("name", "length", "number")
     (apart,) = read_layers(path, [None], columns, _unreadable, progress)
     assert len(progress.times) > 2
-    monkeypatch.setattr("vomstudio.io.gis.vector_layers._SMALL_BYTES", 1 << 40)
+    monkeypatch.setattr("vomstudio.io.gis.vector_layers._MAX_SMALL_BYTES", 1 << 40)
     (here,) = read_layers(path, [None], columns, _unreadable)
     assert (apart.name, apart.kind, apart.crs, apart.fields) == (
         here.name,
@@ -147,13 +147,13 @@ def test_a_refusal_from_the_other_process_is_as_it_is_here(
     path.write_text(json.dumps(told))
     answers = []
     for limit in (0, 1 << 40):
-        monkeypatch.setattr("vomstudio.io.gis.vector_layers._SMALL_BYTES", limit)
+        monkeypatch.setattr("vomstudio.io.gis.vector_layers._MAX_SMALL_BYTES", limit)
         with refused("file.too-many-parts", limit=2000) as error:
             read_gis_lines(path)
         answers.append(error.value.to_dict())
     assert answers[0] == answers[1]
     path.write_bytes(b"{" + bytes(range(32, 127)) * 40_000)
-    monkeypatch.setattr("vomstudio.io.gis.vector_layers._SMALL_BYTES", 0)
+    monkeypatch.setattr("vomstudio.io.gis.vector_layers._MAX_SMALL_BYTES", 0)
     with refused("drawing.unreadable"):
         read_gis_lines(path)
 

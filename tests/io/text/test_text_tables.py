@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from tests.messages import refused
 from vomstudio.cli import main
 from vomstudio.core.errors import InputError, UsageError
-from vomstudio.io.text.column_names import plain
+from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.tables import PointGroups, read_points, read_table
 
 TRIANGLE = np.array([[1.5, 2.0, 3.0], [4.0, 5.25, 6.0], [7.0, 8.0, -9.5]])
@@ -396,7 +396,7 @@ def test_any_likely_text_is_read_or_refused_by_name(
     ],
 )
 def test_case_separators_and_units_of_names_are_forgiven(name: str, same: str) -> None:
-    assert plain(name) == same
+    assert normalise_name(name) == same
 
 
 def test_labels_in_scientific_notation_are_the_whole_numbers_they_stand_for(table) -> None:

@@ -11,7 +11,7 @@ import pytest
 from tests.messages import refused
 from vomstudio.core.errors import Cancelled, InputError, UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import CancelToken, Inline, Silent
+from vomstudio.core.progress import CancelToken, InlineExecutor, Silent
 from vomstudio.studio.jobs.executors import Cluster, Threads, make_executor
 
 
@@ -59,7 +59,7 @@ def cluster(workers=2):
         made.close()
 
 
-@pytest.mark.parametrize("make", [Inline, lambda: Threads(2)])
+@pytest.mark.parametrize("make", [InlineExecutor, lambda: Threads(2)])
 def test_every_item_is_done_once_and_counted(make):
     progress = Counting()
     found = dict(make().map(square, range(20), progress))
@@ -81,7 +81,7 @@ def test_items_are_made_only_as_they_are_needed():
     results.close()
 
 
-@pytest.mark.parametrize("make", [Inline, lambda: Threads(2)])
+@pytest.mark.parametrize("make", [InlineExecutor, lambda: Threads(2)])
 def test_what_an_item_fails_with_is_said(make):
     with refused("file.empty", file="3.jpg"):
         list(make().map(fail_at_three, range(6), Silent()))
@@ -97,7 +97,7 @@ def test_a_cancel_is_heard_while_an_item_is_worked_on():
 
 
 def test_one_thread_is_no_thread():
-    assert isinstance(make_executor(1), Inline)
+    assert isinstance(make_executor(1), InlineExecutor)
 
 
 @pytest.mark.full  # ten seconds until the connection is given up

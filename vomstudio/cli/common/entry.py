@@ -32,7 +32,7 @@ from vomstudio.core.words import tr
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns its exit code and never raises, whatever happens in it."""
     words = [_from_home(word) for word in (sys.argv[1:] if argv is None else argv)]
-    memory_limit.take_charge()
+    memory_limit.enable_limits()
     with stdout_kept() as channel, stop_signals_heard():
         try:
             return _run(words, channel)
@@ -84,7 +84,7 @@ def _run(words: list[str], channel: Channel) -> int:
         failure = Cancelled()
     except Exception as error:  # noqa: BLE001 - the promise is a sentence, never a traceback
         # A library that is interrupted while it is read says that it is not well installed.
-        failure = Cancelled() if stop_requests.was_asked() else _in_a_sentence(error)
+        failure = Cancelled() if stop_requests.is_requested() else _in_a_sentence(error)
         if debug:
             traceback.print_exception(error)
     if failure is not None:

@@ -41,7 +41,7 @@ def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> No
     try:
         brought = back_projection.bring_back(lines, sidecar, model.data, options.step_m)
     except InputError as error:
-        raise error.of_file(args.from_ortho) from error
+        raise error.with_file(args.from_ortho) from error
     warnings = [*model.warnings, *messages, *brought.warnings]
     if sidecar.content_hash not in (None, model.loaded.content_hash):
         model_name = Path(args.model).name

@@ -1,1 +1,1 @@
-"""What the program does about its own mistakes: they are logged, shown and put into a report."""
+"""Handling of the program's own errors: logged, shown and reported."""

@@ -1,6 +1,6 @@
-"""Traces of native crashes: Python's faulthandler writes them while the process dies.
+"""Traces of native crashes, written by Python's faulthandler while the process dies.
 
-Each process has a file of its own, empty until it crashes, and takes it away when it ends well.
+Each process has its own file, which is empty until it crashes and is removed at a normal end.
 """
 
 from __future__ import annotations
@@ -15,24 +15,30 @@ from typing import TextIO
 from vomstudio.core.failures import log
 
 WINDOW, WORKER = "window", "worker"
-_TOLD = "told"
-_KEPT = 5
+_REPORTED_SUFFIX = "told"
+_MAX_FILES = 5
 
 _file: TextIO | None = None
 
 
 def folder() -> Path:
-    """Where traces lie, whether or not it exists."""
+    """Return the folder of the traces, which may not exist."""
     return log.folder() / "crashes"
 
 
 def begin(role: str) -> None:
-    """Write a trace if this process crashes, until `end`. role : WINDOW or WORKER."""
+    """Write a trace if this process crashes before `end` is called.
+
+    Parameters
+    ----------
+    role : str
+        `WINDOW` or `WORKER`.
+    """
     global _file
     name = f"{role}-{os.getpid()}-{time.strftime('%Y%m%d%H%M%S')}.txt"
     try:
         folder().mkdir(parents=True, exist_ok=True)
-        # Open as long as the process lives: the system's own signal handler writes to it.
+        # Open as long as the process lives: the signal handler writes to it.
         _file = (folder() / name).open("w", encoding="utf-8")
     except OSError:
         return
@@ -40,7 +46,7 @@ def begin(role: str) -> None:
 
 
 def end() -> None:
-    """The process ends well: remove its empty file."""
+    """Remove the empty trace file at a normal end of the process."""
     global _file
     if _file is None:
         return
@@ -51,29 +57,29 @@ def end() -> None:
     _file = None
 
 
-def newly_found() -> bool:
-    """Whether a window has crashed since the last call. Removes old and empty files."""
-    found = False
+def has_new_crash() -> bool:
+    """Return whether a window has crashed since the last call. Removes old and empty files."""
+    has_crashed = False
     for file in _files("*.txt"):
         role, pid = file.name.split("-")[:2]
-        # A number that is longer than those of processes is none of ours.
-        if not (pid.isascii() and pid.isdigit() and len(pid) < 10) or _runs(int(pid)):
+        # A longer number is not a process id.
+        if not (pid.isascii() and pid.isdigit() and len(pid) < 10) or _is_running(int(pid)):
             continue
         with contextlib.suppress(OSError):
             if file.stat().st_size == 0:
-                # Ended by force: there is nothing to learn from it.
+                # The process was killed without a trace.
                 file.unlink()
                 continue
-            found = found or role == WINDOW
-            file.rename(file.with_suffix(f".{_TOLD}"))
-    for old in _files(f"*.{_TOLD}")[:-_KEPT]:
+            has_crashed = has_crashed or role == WINDOW
+            file.rename(file.with_suffix(f".{_REPORTED_SUFFIX}"))
+    for old in _files(f"*.{_REPORTED_SUFFIX}")[:-_MAX_FILES]:
         with contextlib.suppress(OSError):
             old.unlink()
-    return found
+    return has_crashed
 
 
-def _runs(pid: int) -> bool:
-    # Every start comes here, and the library takes its time.
+def _is_running(pid: int) -> bool:
+    # Runs at every start, and importing psutil is slow.
     if pid == os.getpid():
         return True
     import psutil
@@ -82,13 +88,13 @@ def _runs(pid: int) -> bool:
 
 
 def texts() -> list[tuple[str, str]]:
-    """Role and trace of each crash, the oldest first."""
-    found = []
+    """Return role and trace of each stored crash, the oldest first."""
+    crashes = []
     for file in _files("*"):
         with contextlib.suppress(OSError):
             if text := file.read_text(encoding="utf-8", errors="replace").strip():
-                found.append((file.name.split("-")[0], text))
-    return found[-_KEPT:]
+                crashes.append((file.name.split("-")[0], text))
+    return crashes[-_MAX_FILES:]
 
 
 def _files(pattern: str) -> list[Path]:

@@ -1,4 +1,4 @@
-"""Collects the program's unexpected errors from all threads: logs, counts and passes them on."""
+"""Collector of unexpected errors from all threads, which logs, counts and forwards them."""
 
 from __future__ import annotations
 
@@ -17,16 +17,21 @@ from vomstudio.core.findings import Finding, finding_of
 _log = logging.getLogger(__name__)
 
 QUIET_S = 3.0
-"""An error that repeats, as in every paint, is passed on again only after a pause this long."""
+"""Minimum interval between two reports of the same error, which may occur in every paint event."""
 
 
 @dataclass(frozen=True)
 class Failure:
     """An unexpected error.
 
-    finding : for the user
-    what : the error in a few words, such as "ValueError in tasks.py, line 40"; its key
-    count : how often it has happened in this run
+    Parameters
+    ----------
+    finding : Finding
+        Message for the user.
+    what : str
+        The error in a few words, such as "ValueError in tasks.py, line 40"; its key.
+    count : int
+        Number of occurrences in this run.
     """
 
     finding: Finding
@@ -35,7 +40,7 @@ class Failure:
 
     @property
     def repetitions(self) -> tuple[Finding, ...]:
-        """How often it has happened, if more than once."""
+        """Number of occurrences, if more than one."""
         return (Finding("program.repeated", count=self.count),) if self.count > 1 else ()
 
 
@@ -43,61 +48,84 @@ Listener = Callable[[Failure], None]
 
 
 class ErrorCollector:
-    """Any thread may report; the listener is called in that thread and must only pass on."""
+    """Collector of errors, which any thread may report.
+
+    The listener is called in the reporting thread and must return quickly.
+    """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
         self._lock = threading.Lock()
-        self._seen: dict[str, tuple[int, float]] = {}
+        self._occurrences: dict[str, tuple[int, float]] = {}
         self._listener: Listener | None = None
-        self._here = threading.local()
+        self._thread_state = threading.local()
 
     def listen(self, listener: Listener | None) -> None:
-        """Pass failures on to `listener` in place of the present one; None for nobody."""
+        """Forward failures to `listener` instead of the present one; None for no listener."""
         self._listener = listener
 
     def forget(self) -> None:
-        """Set all counts to zero."""
+        """Reset all counts to zero."""
         with self._lock:
-            self._seen.clear()
+            self._occurrences.clear()
 
     def report(self, error: BaseException, where: str = "") -> bool:
-        """Log and count an unexpected error, and pass it on; `where` is for the log. True where it
-        was passed on, False where it repeats one. Never raises."""
+        """Log, count and forward an unexpected error. Never raises.
+
+        Parameters
+        ----------
+        error : BaseException
+        where : str
+            Context for the log.
+
+        Returns
+        -------
+        bool
+            Whether it was forwarded; False for a repetition within `QUIET_S`.
+        """
         what, finding = "an unknown error", Finding("program.internal-error", error="unknown")
         with contextlib.suppress(Exception):
-            what = place_of(error)
-            finding = _finding_of(error, what)
+            what = error_location(error)
+            finding = _error_finding(error, what)
 
         def details() -> str:
             return f"{where}\n{''.join(traceback.format_exception(error))}".strip()
 
-        return self.tell(finding, what, details)
+        return self.report_finding(finding, what, details)
 
-    def tell(self, finding: Finding, what: str, details: Callable[[], str] = str) -> bool:
-        """Pass on an error that is identified by `what`; see `report`."""
-        if getattr(self._here, "busy", False):
-            # Passing an error on has raised another one: it must not recur for ever.
+    def report_finding(self, finding: Finding, what: str, details: Callable[[], str] = str) -> bool:
+        """Forward an error that is identified by `what`, as `report` does.
+
+        Parameters
+        ----------
+        finding : Finding
+        what : str
+            Key of the error.
+        details : callable
+            Returns the text for the log.
+        """
+        if getattr(self._thread_state, "busy", False):
+            # The listener has raised an error: avoid endless recursion.
             return False
-        self._here.busy = True
+        self._thread_state.busy = True
         try:
-            return self._tell(finding, what, details)
-        except Exception:  # noqa: BLE001 - nothing is left that could report it
+            return self._forward(finding, what, details)
+        except Exception:  # noqa: BLE001 - no other way to report it is left
             return False
         finally:
-            self._here.busy = False
+            self._thread_state.busy = False
 
-    def _tell(self, finding: Finding, what: str, details: Callable[[], str]) -> bool:
-        now = self._clock()
+    def _forward(self, finding: Finding, what: str, details: Callable[[], str]) -> bool:
+        now_s = self._clock()
         with self._lock:
-            count, last = self._seen.get(what, (0, -float("inf")))
+            count, last_time_s = self._occurrences.get(what, (0, -float("inf")))
             count += 1
-            self._seen[what] = count, now
+            self._occurrences[what] = count, now_s
         if count == 1:
             _log.error("%s", "\n".join(part for part in (what, details()) if part))
         elif count in (10, 100, 1000, 10_000):
             _log.error("%s: %d times by now", what, count)
-        if now - last < QUIET_S:
+        if now_s - last_time_s < QUIET_S:
             return False
         if self._listener is not None:
             self._listener(Failure(finding, what, count))
@@ -108,19 +136,19 @@ ERRORS = ErrorCollector()
 """The collector of this process."""
 
 
-def place_of(error: BaseException) -> str:
-    """The error's kind and the line that raised it, of the program's own where there is one."""
+def error_location(error: BaseException) -> str:
+    """Return the type of an error and the line that raised it, preferably one of the program."""
     frames = traceback.extract_tb(error.__traceback__)
     name = type(error).__name__
     if not frames:
         return name
     package = str(Path(__file__).resolve().parents[2])
-    own = [frame for frame in frames if frame.filename.startswith(package)]
-    frame = (own or frames)[-1]
+    program_frames = [frame for frame in frames if frame.filename.startswith(package)]
+    frame = (program_frames or frames)[-1]
     return f"{name} in {Path(frame.filename).name}, line {frame.lineno}"
 
 
-def _finding_of(error: BaseException, what: str) -> Finding:
+def _error_finding(error: BaseException, what: str) -> Finding:
     if isinstance(error, VomError):
         return finding_of(error)
     if isinstance(error, MemoryError):

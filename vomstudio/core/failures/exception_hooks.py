@@ -1,4 +1,4 @@
-"""Hooks that lead every uncaught exception of Python to the error collector."""
+"""Hooks that pass every uncaught Python exception to the error collector."""
 
 from __future__ import annotations
 
@@ -20,29 +20,35 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-_before: tuple[Any, Any, Any] | None = None
+_previous_hooks: tuple[Any, Any, Any] | None = None
 
 
 def install(role: str) -> None:
-    """Log, show and survive uncaught exceptions until `uninstall`; role : as in `crashes`."""
-    global _before
-    if _before is not None:
+    """Log, show and survive uncaught exceptions until `uninstall` is called.
+
+    Parameters
+    ----------
+    role : str
+        `crashes.WINDOW` or `crashes.WORKER`.
+    """
+    global _previous_hooks
+    if _previous_hooks is not None:
         return
     log.start(role)
     _log.info("begins: VOM Studio %s, Python %s", __version__, platform.python_version())
     crashes.begin(role)
-    _before = sys.excepthook, threading.excepthook, sys.unraisablehook
+    _previous_hooks = sys.excepthook, threading.excepthook, sys.unraisablehook
     sys.excepthook, threading.excepthook = _uncaught, _uncaught_in_thread
     sys.unraisablehook = _unraisable
 
 
 def uninstall() -> None:
-    """Put back Python's own hooks: the process, or a test of it, ends well."""
-    global _before
-    if _before is None:
+    """Restore Python's hooks at a normal end of the process, or of a test."""
+    global _previous_hooks
+    if _previous_hooks is None:
         return
-    sys.excepthook, threading.excepthook, sys.unraisablehook = _before
-    _before = None
+    sys.excepthook, threading.excepthook, sys.unraisablehook = _previous_hooks
+    _previous_hooks = None
     ERRORS.listen(None)
     ERRORS.forget()
     crashes.end()
@@ -50,7 +56,7 @@ def uninstall() -> None:
 
 
 def report_as_uncaught(error: BaseException) -> None:
-    """Report an exception that a thread survives like one that ends it."""
+    """Report an exception that a thread survives as if it had ended the thread."""
     threading.excepthook(
         threading.ExceptHookArgs(
             (type(error), error, error.__traceback__, threading.current_thread())
@@ -82,23 +88,26 @@ def _unraisable(args: UnraisableHookArgs) -> None:
     if error is None or sys.is_finalizing():
         sys.__unraisablehook__(args)
         return
-    # Not the object itself: it is being taken away, and its words may need what is gone already.
-    of = getattr(args.object, "__qualname__", type(args.object).__qualname__)
-    if ERRORS.report(error, f"{args.err_msg or 'ignored'} in {of}"):
+    # The object is being finalised, so its own repr may fail.
+    source = getattr(args.object, "__qualname__", type(args.object).__qualname__)
+    if ERRORS.report(error, f"{args.err_msg or 'ignored'} in {source}"):
         _print(error)
     _release_frames(error)
 
 
 def _print(error: BaseException) -> None:
-    """For whoever has started the program in a terminal; a window may have no stderr."""
+    """Print an error for users of a terminal; a window may have no stderr."""
     if sys.stderr is not None:
         with contextlib.suppress(Exception):
             traceback.print_exception(error)
 
 
 def _release_frames(error: BaseException) -> None:
-    """Python keeps the last error, and with it all that its functions had in hand: a painter that
-    stays open makes every later paint fail, and the models of a closed project stay in memory."""
+    """Release the last error, which Python stores with the local variables of its functions.
+
+    Otherwise a painter stays open, so that every later paint fails, and the models of a closed
+    project stay in memory.
+    """
     for name in ("last_exc", "last_type", "last_value", "last_traceback"):
         sys.__dict__.pop(name, None)
     with contextlib.suppress(Exception):

@@ -1,8 +1,8 @@
-"""A child process that ends when its parent does, however that one ends.
+"""A child process that ends with its parent, however the parent ends.
 
-Native code that holds Python's lock for minutes keeps a thread that listens from noticing, so the
-system itself ends the child: a pipe that only the parent holds open raises SIGIO in the child when
-it closes. Windows has no such pipes; there the end of stdin must do.
+A thread that listens cannot react while native code holds the GIL for minutes, so the system ends
+the child: a pipe that only the parent has open raises SIGIO in the child when it closes. Windows
+has no such pipes; there the child ends at the end of stdin.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ NAME = "VOMSTUDIO_LIFELINE"
 
 
 class Lifeline:
-    """The parent's side of the pipe.
+    """Parent's end of the pipe.
 
     Attributes
     ----------
@@ -32,18 +32,18 @@ class Lifeline:
             self.descriptors = (reading,)
 
     def environment(self) -> Mapping[str, str]:
-        """Return what the child's environment needs."""
+        """Return the environment variables of the child."""
         return {NAME: str(self.descriptors[0])} if self.descriptors else {}
 
-    def started(self) -> None:
-        """Close the child's end here once the child has it."""
+    def close_child_end(self) -> None:
+        """Close the child's end in this process, after the child has started."""
         for descriptor in self.descriptors:
             os.close(descriptor)
         self.descriptors = ()
 
     def close(self) -> None:
-        """Let go of the child: it has ended, or ends now."""
-        self.started()
+        """Close the pipe: the child has ended, or ends now."""
+        self.close_child_end()
         if self._writing is not None:
             os.close(self._writing)
             self._writing = None
@@ -63,5 +63,5 @@ def end_with_parent() -> None:
         # SIGIO comes when the other end closes, and its default action is to end the process.
         fcntl.fcntl(int(descriptor), fcntl.F_SETFL, flags | os.O_ASYNC)
         if select.select([int(descriptor)], [], [], 0)[0]:
-            # It has closed already.
+            # The pipe is closed already.
             os._exit(1)

@@ -1,4 +1,4 @@
-"""The one log file of a user, into which the window, its workers and the command line write."""
+"""Log file of a user, shared by the window, its workers and the command line."""
 
 from __future__ import annotations
 
@@ -7,37 +7,41 @@ import os
 from pathlib import Path
 
 _PROGRAM = logging.getLogger("vomstudio")
-# Without any handler Python would print what is logged: the command line promises one sentence.
+# Without a handler Python prints log messages, but a command prints one sentence only.
 _PROGRAM.addHandler(logging.NullHandler())
 
 _handler: logging.Handler | None = None
 
 
 def folder() -> Path:
-    """Where the log and the crash traces lie, whether or not it exists yet."""
+    """Return the folder of the log and the crash traces, which may not exist."""
     from platformdirs import user_log_path
 
     return user_log_path("vomstudio", appauthor=False)
 
 
 def path() -> Path:
-    """The log file."""
+    """Return the path of the log file."""
     return folder() / "vomstudio.log"
 
 
 def start(role: str) -> None:
-    """Log what the program says, and the warnings of its libraries, until `stop`.
+    """Log messages of the program and warnings of its libraries until `stop` is called.
 
-    role : which of the program's processes this is, for each line. A log that cannot be written
-    must not keep anybody from working: nothing is raised.
+    Raises no error if the log cannot be written.
+
+    Parameters
+    ----------
+    role : str
+        Role of this process, written into each line.
     """
     global _handler
     if _handler is not None:
         return
-    _handler = _Waiting()
+    _handler = _LazyHandler()
     _handler.setLevel(logging.INFO)
-    form = f"%(asctime)s {role} %(process)d %(levelname)s %(name)s: %(message)s"
-    _handler.setFormatter(logging.Formatter(form, "%Y-%m-%d %H:%M:%S"))
+    format_string = f"%(asctime)s {role} %(process)d %(levelname)s %(name)s: %(message)s"
+    _handler.setFormatter(logging.Formatter(format_string, "%Y-%m-%d %H:%M:%S"))
     _PROGRAM.setLevel(logging.INFO)
     logging.getLogger().addHandler(_handler)
 
@@ -53,7 +57,7 @@ def stop() -> None:
 
 
 def tail(lines: int) -> str:
-    """The newest lines of the log; empty where there is no log."""
+    """Return the newest lines of the log, empty without a log."""
     try:
         with path().open("rb") as stream:
             stream.seek(0, os.SEEK_END)
@@ -64,23 +68,25 @@ def tail(lines: int) -> str:
     return "\n".join(text.splitlines()[-lines:])
 
 
-class _Waiting(logging.Handler):
-    """Opens the log when there is something to say: most commands have nothing, and what turns log
-    files over takes time to import."""
+class _LazyHandler(logging.Handler):
+    """Handler that opens the log at the first message.
+
+    Most commands log nothing, and importing the rotating file handler takes time.
+    """
 
     def __init__(self) -> None:
         super().__init__()
         self._file: logging.Handler | None = None
-        self._tried = False
+        self._is_opened = False
 
     def emit(self, record: logging.LogRecord) -> None:
-        if not self._tried:
-            self._tried = True
-            self._file = self._opened()
+        if not self._is_opened:
+            self._is_opened = True
+            self._file = self._open_file()
         if self._file is not None:
             self._file.handle(record)
 
-    def _opened(self) -> logging.Handler | None:
+    def _open_file(self) -> logging.Handler | None:
         try:
             path().parent.mkdir(parents=True, exist_ok=True)
         except OSError:

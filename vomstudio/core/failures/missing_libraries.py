@@ -1,4 +1,4 @@
-"""Libraries of the system that a package of ours needs and that are not there."""
+"""System libraries that a dependency needs and that are not installed."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ _PACKAGES = {
     "libfontconfig": "libfontconfig1",
     "libdbus-1": "libdbus-1-3",
 }
-"""Of Debian and Ubuntu, by the name of the library without its number."""
+"""Packages of Debian and Ubuntu, by the name of the library without its version."""
 _LIBRARY = re.compile(r"\b(lib[\w.+-]+?)\.so[.\d]*")
 
 
 def missing_library(error: BaseException | str) -> Finding | None:
-    """Return which library is missing and the package to install; None for another failure."""
-    found = _LIBRARY.search(str(error))
-    if found is None:
+    """Return the missing library and the package to install; None for another failure."""
+    match = _LIBRARY.search(str(error))
+    if match is None:
         return None
-    package = _PACKAGES.get(found[1])
+    package = _PACKAGES.get(match[1])
     if package is None:
-        return Finding("program.library-missing", library=found[0])
-    return Finding("program.package-missing", library=found[0], package=package)
+        return Finding("program.library-missing", library=match[0])
+    return Finding("program.package-missing", library=match[0], package=package)

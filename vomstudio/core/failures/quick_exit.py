@@ -1,9 +1,8 @@
-"""The end of a process that threads may still be at work in.
+"""Exit of a process in which threads may still be running.
 
-Python that ends itself stops a thread wherever it next asks for the interpreter. Inside a library
-of C++ that ends the process by SIGABRT or SIGSEGV (python/cpython issue 87135), after everything
-went well: a window that was closed while a thread still imported matplotlib did so once in a
-hundred times.
+The interpreter stops other threads when they next request the GIL. Inside a C++ library that ends
+the process by SIGABRT or SIGSEGV (python/cpython issue 87135), although all work is complete: this
+happened once in a hundred times to a window that was closed while a thread imported matplotlib.
 """
 
 from __future__ import annotations
@@ -14,16 +13,18 @@ import os
 import sys
 
 
-def end_with(code: int) -> None:
-    """Let the process end with this exit code without ending Python, as soon as its main thread and
-    the threads that are waited for, those that are not daemons, have ended. What is open must have
-    been closed by then."""
-    atexit.register(_end, code)
+def exit_without_finalising(code: int) -> None:
+    """End the process with an exit code, without finalising the interpreter.
+
+    The process ends after its main thread and all threads that are not daemons. Close open files
+    before.
+    """
+    atexit.register(_exit, code)
 
 
-def _end(code: int) -> None:
+def _exit(code: int) -> None:
     for stream in (sys.stdout, sys.stderr):
-        # There is no stream where the program was started from a menu.
+        # The streams are None if the program was started from a menu.
         with contextlib.suppress(AttributeError, OSError, ValueError):
             stream.flush()
     os._exit(code)

@@ -1,4 +1,4 @@
-"""Removes coordinates, paths and file names from a report."""
+"""Removal of coordinates, paths and file names from a report."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _FILE = re.compile(
     r"""|png|tiff?|dng|heic|mp4|mov|avi|gpkg|shp|dbf|dxf|tfw|xml|json|toml|vom|zip)\b""",
     re.IGNORECASE,
 )
-# A version has two dots or more; what has one may be a coordinate, and so may a long number.
+# A version has two dots or more; a number with one dot, or a long one, may be a coordinate.
 _NUMBER = re.compile(
     r"(?<![\w.])(?P<version>\d+(?:\.\d+){2,})|(?<![\w.])-?(?:\d+\.\d*|\.\d+|\d+(?=[eE][-+]?\d)|\d{5,})"
     r"(?:[eE][-+]?\d+)?"
@@ -22,33 +22,44 @@ _NUMBER = re.compile(
 
 
 def scrub(text: str, private: Iterable[str] = ()) -> str:
-    """`text` without the user's paths, file names, `private` words and coordinates.
+    """Remove the user's paths and file names, private words and coordinates from a text.
 
-    Rather too much goes than too little: what looks like a decimal or a long number is taken for a
-    coordinate, and all of a path that is not the program's own but its ending.
+    Removes too much rather than too little: any decimal or long number is a coordinate, and of a
+    path outside the program only the extension remains.
+
+    Parameters
+    ----------
+    text : str
+    private : iterable of str
+        Words to remove, such as names of projects.
     """
     words = sorted({word for word in private if len(word) > 2}, key=len, reverse=True)
-    text = _PATH.sub(lambda found: _shown(found[0]), text)
+    text = _PATH.sub(lambda match: _redact_path(match[0]), text)
     for word in words:
         text = re.sub(rf"(?<!\w){re.escape(word)}(?!\w)", "…", text)
-    text = _FILE.sub(lambda found: f"….{found['suffix']}", text)
-    return _NUMBER.sub(lambda found: found["version"] or "#", text)
+    text = _FILE.sub(lambda match: f"….{match['suffix']}", text)
+    return _NUMBER.sub(lambda match: match["version"] or "#", text)
 
 
-def _shown(path: str) -> str:
-    rest = path.rstrip()
-    tail = path[len(rest) :]
+def _redact_path(path: str) -> str:
+    stripped = path.rstrip()
+    tail = path[len(stripped) :]
     for root, name in _roots():
-        if rest.startswith(root):
-            return name + rest[len(root) :].replace("\\", "/") + tail
+        if stripped.startswith(root):
+            return name + stripped[len(root) :].replace("\\", "/") + tail
     home = str(Path.home())
-    at_home = rest.startswith((home, home.replace("\\", "\\\\"), "~"))
-    return ("~" if at_home else "") + "/…" + PurePosixPath(rest.replace("\\", "/")).suffix + tail
+    is_in_home = stripped.startswith((home, home.replace("\\", "\\\\"), "~"))
+    return (
+        ("~" if is_in_home else "")
+        + "/…"
+        + PurePosixPath(stripped.replace("\\", "/")).suffix
+        + tail
+    )
 
 
 @cache
 def _roots() -> list[tuple[str, str]]:
-    """Folders of the program and of Python, whose files are everybody's."""
+    """Return the folders of the program and of Python, whose paths are not private."""
     package = Path(__file__).resolve().parents[2]
     places = {str(package): "<program>"}
     for key, name in (("purelib", "<packages>"), ("platlib", "<packages>"), ("stdlib", "<python>")):

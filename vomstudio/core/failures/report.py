@@ -1,6 +1,6 @@
-"""The error report: one text file, which the user can read before passing it on.
+"""Error report: a text file that the user can read before sending it.
 
-It is read by developers and stays in English.
+Developers read it, so it is not translated.
 """
 
 from __future__ import annotations
@@ -42,13 +42,17 @@ _LIBRARIES = (
 _LOG_LINES = 400
 
 Section = tuple[str, Callable[[], Sequence[str]]]
-"""A title, and what gives its lines; they are taken as they are."""
+"""Title of a section, and a function that returns its lines, which are not redacted."""
 
 
-def compose(more: Iterable[Section] = (), private: Iterable[str] = ()) -> str:
-    """The text of a report. A section that fails says so, and the others follow.
+def compose(extra_sections: Iterable[Section] = (), private: Iterable[str] = ()) -> str:
+    """Return the text of a report. A section that fails states so, and the others follow.
 
-    private : names that the user has given, which are taken out of log and crashes
+    Parameters
+    ----------
+    extra_sections : iterable of Section
+    private : iterable of str
+        Names from the user, which are removed from the log and the crash traces.
     """
     words = list(private)
     parts = [
@@ -59,22 +63,22 @@ def compose(more: Iterable[Section] = (), private: Iterable[str] = ()) -> str:
     ]
     sections: list[Section] = [
         ("Versions", versions),
-        ("Crashes", lambda: _crashes(words)),
-        *more,
+        ("Crashes", lambda: _crash_lines(words)),
+        *extra_sections,
         ("Log", lambda: scrub(log.tail(_LOG_LINES), words).splitlines()),
     ]
     for title, lines in sections:
-        parts += ["", f"## {title}", "", *_lines_of(lines)]
+        parts += ["", f"## {title}", "", *_section_lines(lines)]
     return "\n".join(parts) + "\n"
 
 
 def file_name() -> str:
-    """A name for a report that is written now."""
+    """Return a file name for a report, with the time."""
     return f"vomstudio-report-{time.strftime('%Y%m%d-%H%M%S')}.txt"
 
 
 def versions() -> list[str]:
-    """The program, Python, the system and the libraries, none of which is imported for it."""
+    """Return the versions of program, Python, system and libraries, without importing these."""
     lines = [
         f"VOM Studio {__version__}",
         f"Python {platform.python_version()} ({platform.python_implementation()})",
@@ -85,25 +89,25 @@ def versions() -> list[str]:
 
 
 def packages() -> dict[str, str]:
-    """Versions of the libraries that are installed, by their names in the package index."""
-    found = {}
+    """Return the versions of the installed libraries, by their names in the package index."""
+    versions_by_name = {}
     for name in _LIBRARIES:
         try:
-            found[name] = metadata.version(name)
+            versions_by_name[name] = metadata.version(name)
         except metadata.PackageNotFoundError:
             continue
-    return found
+    return versions_by_name
 
 
-def _crashes(private: list[str]) -> list[str]:
+def _crash_lines(private: list[str]) -> list[str]:
     lines: list[str] = []
-    for whose, text in crashes.texts():
-        lines += [f"A {whose} process:", *scrub(text, private).splitlines(), ""]
+    for role, text in crashes.texts():
+        lines += [f"A {role} process:", *scrub(text, private).splitlines(), ""]
     return lines
 
 
-def _lines_of(lines: Callable[[], Sequence[str]]) -> Sequence[str]:
+def _section_lines(lines: Callable[[], Sequence[str]]) -> Sequence[str]:
     try:
         return lines() or ["none"]
-    except Exception as error:  # noqa: BLE001 - what is broken must not keep the rest away
+    except Exception as error:  # noqa: BLE001 - the other sections must still be written
         return [f"This section failed ({type(error).__name__})."]

@@ -22,8 +22,8 @@ from vomstudio.core.threads import start_thread
 
 _SENTENCE = b"vomstudio: Cancelled.\n"
 _EXIT_CODE = 130
-_PATIENCE_S = 2.0
-_LOOK_S = 0.05
+_GRACE_PERIOD_S = 2.0
+_POLL_PERIOD_S = 0.05
 _RESET_FLAGS = {"linux": (136, 0x80000000), "darwin": (12, 0x4)}
 """Offset of `sa_flags` in a 64-bit `struct sigaction`, and SA_RESETHAND, by platform."""
 
@@ -84,9 +84,9 @@ def watch() -> None:
 
 def _watch(reading: int) -> None:
     while os.read(reading, 64):
-        end = time.monotonic() + _PATIENCE_S
+        end = time.monotonic() + _GRACE_PERIOD_S
         while not _signals and time.monotonic() < end:
-            time.sleep(_LOOK_S)
+            time.sleep(_POLL_PERIOD_S)
         if not _signals:
             try:
                 os.write(2, _SENTENCE)
@@ -94,7 +94,7 @@ def _watch(reading: int) -> None:
                 os._exit(_EXIT_CODE)
 
 
-def was_asked() -> bool:
+def is_requested() -> bool:
     """Return whether a signal was received since `forget`."""
     return bool(_signals)
 

@@ -1,1 +1,1 @@
-"""The disk: writing whole or not at all, putting aside what was there, one program at a time."""
+"""Safe file access: atomic writing, backups, locks, and limits for untrusted files."""

@@ -1,8 +1,8 @@
-"""Files that appear whole or not at all.
+"""Files that are written completely or not at all.
 
-Everything the program writes for a user goes through `atomic_write`: the work happens under a
-temporary name in the target's own folder (a rename is atomic only within one file system), is
-flushed to the disk, and only then takes the target's name. A failure leaves what was there before.
+All output goes through `atomic_write`: it is written under a temporary name in the target's folder
+(a rename is atomic only within one file system), flushed to the disk, and then renamed. After a
+failure the previous file is unchanged.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from pathlib import Path
 
 from vomstudio.core.errors import TargetError, VomError
 from vomstudio.core.failures import stop_requests
-from vomstudio.core.files.containment import check_beside, check_in_project
-from vomstudio.core.files.disk_errors import not_written, number_of_failure
+from vomstudio.core.files.containment import check_generated_path, check_in_project
+from vomstudio.core.files.disk_errors import probe_write_errno, write_error
 from vomstudio.core.findings import Finding, cause_of
 
-_OF_THE_TARGET = {
+_TARGET_ERRNOS = {
     errno.ENOSPC,
     errno.EDQUOT,
     errno.EFBIG,
@@ -32,18 +32,33 @@ _OF_THE_TARGET = {
     errno.ENAMETOOLONG,
     errno.ENOENT,
 }
-_OLD = ".old"
+_BACKUP_SUFFIX = ".old"
 
 
 def check_target(
     path: str | Path, *, force: bool = False, inputs: Iterable[str | Path] = ()
 ) -> Path:
-    """The file that `path` stands for, if it may be written; called before long work begins.
+    """Resolve the path of an output and check that it may be written, before long work begins.
 
-    inputs: files that the work reads, and which `force` does not replace either: measurements are
-    not exchanged for what was made of them. Symbolic links are followed, so that a link stays a
-    link. Raises `TargetError` where the folder is missing or not writable, or something is there
-    already that may not be replaced.
+    Symbolic links are followed, so that a link stays a link.
+
+    Parameters
+    ----------
+    path : str or Path
+    force : bool
+        Whether an existing file may be replaced.
+    inputs : iterable of str or Path
+        Files that the work reads; not replaced even with `force`, because they are measurements.
+
+    Returns
+    -------
+    Path
+        The resolved path.
+
+    Raises
+    ------
+    TargetError
+        If the folder is missing or not writable, or an existing file may not be replaced.
     """
     shown = Path(path)
     check_in_project(shown)
@@ -55,22 +70,22 @@ def check_target(
     except FileNotFoundError:
         mode = None
     except (OSError, RuntimeError, ValueError) as error:
-        raise not_written(shown, error) from error
+        raise write_error(shown, error) from error
     parent = target.parent
     if not parent.is_dir():
-        said = (
+        finding = (
             Finding("output.folder-is-file", folder=parent)
             if parent.exists()
             else Finding("output.no-folder", folder=parent)
         )
-        raise TargetError(said, file=shown)
+        raise TargetError(finding, file=shown)
     if mode is None:
         return target
     if stat.S_ISDIR(mode):
         raise TargetError(Finding("output.is-folder"), file=shown)
     if not stat.S_ISREG(mode):
         raise TargetError(Finding("output.is-device"), file=shown)
-    if any(_is_same_file(target, given) for given in inputs):
+    if any(_is_same_file(target, input_file) for input_file in inputs):
         raise TargetError(Finding("output.is-input"), file=shown)
     if not force:
         raise TargetError(Finding("output.exists"), file=shown)
@@ -81,10 +96,10 @@ def check_target(
 
 @contextlib.contextmanager
 def atomic_write(path: str | Path, force: bool = False) -> Iterator[Path]:
-    """Yield the temporary path to write to (same ending as the target); rename it at the end.
+    """Yield a temporary path with the suffix of the target, and rename it at the end.
 
-    The temporary file exists, empty, when the block is entered. If the block raises, or the disk is
-    full, the temporary file is removed and an older target stays as it was. Raises `TargetError`.
+    The temporary file is created empty before the block. If the block raises or the disk is full,
+    the temporary file is removed and an older target is unchanged. Raises `TargetError`.
     """
     with atomic_group([path], force) as (temporary,):
         yield temporary
@@ -97,80 +112,104 @@ def atomic_group(
     inputs: Iterable[str | Path] = (),
     named: Collection[str | Path] = (),
 ) -> Iterator[list[Path]]:
-    """`atomic_write` for files that belong together: all take their names, or none does.
+    """Yield temporary paths for files that belong together; rename all of them or none.
 
-    named: those of `paths`, besides the first, that the user has named; the names of the others
-    are ours. Yields a temporary path for each of `paths`, which must be different files. A file
-    system has no rename of several files at once: where a later one fails, the earlier ones are
-    taken back and what was replaced returns. Only a crash or another failure between two renames
-    can leave them apart.
+    A file system cannot rename several files at once: if a later rename fails, the earlier ones are
+    undone and the replaced files are restored. Only a crash, or another failure between two
+    renames, can leave a part of them.
+
+    Parameters
+    ----------
+    paths : sequence of str or Path
+        Different files.
+    force, inputs
+        As in `check_target`.
+    named : collection of str or Path
+        Paths that the user has named besides the first; the program has named the others.
+
+    Raises
+    ------
+    TargetError
+        As `check_target`, or if a file cannot be written.
     """
-    given = list(inputs)
+    input_files = list(inputs)
     for path in paths[1:]:
         if path not in named:
-            check_beside(path)
-    targets = [check_target(path, force=force, inputs=given) for path in paths]
+            check_generated_path(path)
+    targets = [check_target(path, force=force, inputs=input_files) for path in paths]
     if len(set(targets)) < len(targets):
         raise TargetError(Finding("output.same-names"), file=paths[0])
-    # Short names of their own: the targets' may already be as long as the file system allows.
+    # Short names: those of the targets may have the maximum length of the file system.
     key = secrets.token_hex(6)
     temporaries = [t.with_name(f".vom-{key}-{i}.part{t.suffix}") for i, t in enumerate(targets)]
     shown = dict(zip(temporaries, map(Path, paths), strict=True))
-    at = temporaries[0]
+    current = temporaries[0]
     try:
-        for at in temporaries:
-            os.close(os.open(at, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
-        at = temporaries[0]
+        for current in temporaries:
+            os.close(os.open(current, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+        current = temporaries[0]
         yield temporaries
-        for at in temporaries:
-            _flush_to_disk(at)
-        at = temporaries[0]
+        for current in temporaries:
+            _flush_to_disk(current)
+        current = temporaries[0]
         stop_requests.check()
-        _put_in_place(temporaries, targets, key)
+        _rename_all(temporaries, targets, key)
     except Exception as error:
-        disk_error = _disk_error(error, at, shown)
+        disk_error = _disk_error(error, current, shown)
         if disk_error is None:
             raise
         raise disk_error from error
     finally:
         for folder in dict.fromkeys(target.parent for target in targets):
-            # Libraries put files of their own beside what they write.
-            for left in folder.glob(f".vom-{key}-*"):
-                if left.suffix != _OLD:
+            # Libraries may write additional files beside an output.
+            for leftover in folder.glob(f".vom-{key}-*"):
+                if leftover.suffix != _BACKUP_SUFFIX:
                     with contextlib.suppress(OSError):
-                        left.unlink()
+                        leftover.unlink()
     for folder in dict.fromkeys(target.parent for target in targets):
         _flush_folder(folder)
 
 
-def _disk_error(error: Exception, at: Path, shown: Mapping[Path, Path]) -> TargetError | None:
-    """Return an error of the disk, or one that names a temporary file, for the target; else None.
+def _disk_error(error: Exception, current: Path, shown: Mapping[Path, Path]) -> TargetError | None:
+    """Convert an error of the disk, or one about a temporary file, to one about the target.
 
-    shown: targets by their temporary names; at: the one that was being written. Libraries wrap the
-    system's errors, lose their number, or fall over something else after one.
+    Libraries wrap errors of the system, lose their number, or fail later because of one.
+
+    Parameters
+    ----------
+    error : Exception
+    current : Path
+        Temporary file that was being written.
+    shown : mapping of Path to Path
+        Targets by their temporary names.
+
+    Returns
+    -------
+    TargetError or None
+        None for other errors.
     """
     file = getattr(error, "file", None)
-    about = shown.get(Path(file), Path(file)) if file else shown[at]
+    target = shown.get(Path(file), Path(file)) if file else shown[current]
     if isinstance(error, VomError) and (
-        not isinstance(error, TargetError) or about not in shown.values()
+        not isinstance(error, TargetError) or target not in shown.values()
     ):
         return None
     for cause in _causes(error):
-        if isinstance(cause, OSError) and cause.errno in _OF_THE_TARGET:
+        if isinstance(cause, OSError) and cause.errno in _TARGET_ERRNOS:
             path = None if cause.filename is None else Path(os.fsdecode(cause.filename))
             if path is None or path in shown or path in shown.values():
-                return not_written(shown.get(path or at, path or shown[at]), cause)
-    # Errors with a number are of another file; errors of the program are told as such.
+                return write_error(shown.get(path or current, path or shown[current]), cause)
+    # An error with a number is about another file; errors of the program are not changed.
     if isinstance(error, OSError) and error.errno is not None:
         return None
-    if (number := number_of_failure(about.parent)) is not None:
-        return not_written(about, OSError(number, os.strerror(number)))
+    if (number := probe_write_errno(target.parent)) is not None:
+        return write_error(target, OSError(number, os.strerror(number)))
     if isinstance(error, TargetError):
         finding = cause_of(error)
         values = {
             name: _replace_temporary_names(value, shown) for name, value in finding.values.items()
         }
-        return TargetError(Finding(finding.code, **values), file=about)
+        return TargetError(Finding(finding.code, **values), file=target)
     return None
 
 
@@ -184,53 +223,55 @@ def _replace_temporary_names(value: object, shown: Mapping[Path, Path]) -> objec
 
 
 def _causes(error: BaseException) -> Iterator[BaseException]:
-    """An error, and those that it came of."""
-    seen: set[int] = set()
-    now: BaseException | None = error
-    while now is not None and id(now) not in seen:
-        seen.add(id(now))
-        yield now
-        now = now.__cause__ or now.__context__
+    """Yield an error and the errors that caused it."""
+    visited: set[int] = set()
+    current: BaseException | None = error
+    while current is not None and id(current) not in visited:
+        visited.add(id(current))
+        yield current
+        current = current.__cause__ or current.__context__
 
 
-def _put_in_place(temporaries: list[Path], targets: list[Path], key: str) -> None:
+def _rename_all(temporaries: list[Path], targets: list[Path], key: str) -> None:
     if len(targets) == 1:
         os.replace(temporaries[0], targets[0])
         return
-    older: dict[Path, Path] = {}
-    placed: list[Path] = []
+    backups: dict[Path, Path] = {}
+    renamed: list[Path] = []
     try:
         for i, target in enumerate(targets):
             if target.exists():
-                older[target] = _second_name(target, target.with_name(f".vom-{key}-{i}{_OLD}"))
+                backups[target] = _link_or_rename(
+                    target, target.with_name(f".vom-{key}-{i}{_BACKUP_SUFFIX}")
+                )
         for temporary, target in zip(temporaries, targets, strict=True):
             os.replace(temporary, target)
-            placed.append(target)
+            renamed.append(target)
     except BaseException:
-        for target in placed:
-            if target not in older:
+        for target in renamed:
+            if target not in backups:
                 with contextlib.suppress(OSError):
                     target.unlink()
-        for target, aside in older.items():
-            # Where even this fails, the older file stays under the name that it has now.
+        for target, backup in backups.items():
+            # If this fails too, the older file stays under its backup name.
             with contextlib.suppress(OSError):
-                if target in placed or not target.exists():
-                    os.replace(aside, target)
+                if target in renamed or not target.exists():
+                    os.replace(backup, target)
                 else:
-                    aside.unlink()
+                    backup.unlink()
         raise
-    for aside in older.values():
+    for backup in backups.values():
         with contextlib.suppress(OSError):
-            aside.unlink()
+            backup.unlink()
 
 
-def _second_name(target: Path, aside: Path) -> Path:
-    """Keep what is at `target` as `aside` too; where the system has no second names, instead."""
+def _link_or_rename(target: Path, second_name: Path) -> Path:
+    """Link a file to a second name, or rename it if the file system has no hard links."""
     try:
-        os.link(target, aside)
+        os.link(target, second_name)
     except OSError:
-        os.replace(target, aside)
-    return aside
+        os.replace(target, second_name)
+    return second_name
 
 
 def write_bytes(path: str | Path, data: bytes, *, force: bool = False) -> None:
@@ -239,10 +280,10 @@ def write_bytes(path: str | Path, data: bytes, *, force: bool = False) -> None:
         temporary.write_bytes(data)
 
 
-def _is_same_file(target: Path, given: str | Path) -> bool:
+def _is_same_file(target: Path, other: str | Path) -> bool:
     try:
-        return target.samefile(given)
-    except (OSError, ValueError):  # it is missing, which its reader will say
+        return target.samefile(other)
+    except (OSError, ValueError):  # a missing input is reported by its reader
         return False
 
 
@@ -253,7 +294,7 @@ def _flush_to_disk(path: Path) -> None:
 
 
 def _flush_folder(folder: Path) -> None:
-    """Make the rename itself durable, where the system lets a folder be opened."""
+    """Make a rename durable, if the system supports opening a folder."""
     with contextlib.suppress(OSError):
         descriptor = os.open(folder, os.O_RDONLY)
         try:

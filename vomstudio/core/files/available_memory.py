@@ -1,7 +1,7 @@
-"""How much memory there is, and how much this process has: of Linux, which tells it in files.
+"""Total, free and used memory on Linux, read from /proc and the control groups.
 
-A container has less than its machine: the limit of its control group. A process that goes beyond it
-is killed, however much memory the machine has free (Linux, `cgroup-v2.rst` and
+A container may have less memory than its machine: the limit of its control group. A process that
+exceeds it is killed, even if the machine has free memory (Linux, `cgroup-v2.rst` and
 `cgroup-v1/memory.rst`).
 """
 
@@ -15,91 +15,103 @@ from vomstudio.core.files.regular import read_whole
 
 _GROUPS = Path("/sys/fs/cgroup")
 _UNLIMITED = 1 << 60
-"""Version 1 of control groups writes the largest number of pages for "no limit"."""
+"""Version 1 of control groups states no limit as the largest number of pages."""
 
 
-def held_bytes() -> int | None:
-    """Private memory of this process, touched or not; None where the system does not tell."""
-    return _line(Path("/proc/self/status"), "VmData")
+def private_bytes() -> int | None:
+    """Return the private memory of this process, touched or not; None if unknown."""
+    return _proc_bytes(Path("/proc/self/status"), "VmData")
 
 
 def machine_bytes() -> int | None:
-    """All memory of the machine; None where the system does not tell."""
-    return _line(Path("/proc/meminfo"), "MemTotal")
+    """Return the memory of the machine; None if unknown."""
+    return _proc_bytes(Path("/proc/meminfo"), "MemTotal")
 
 
 def free_bytes() -> int | None:
-    """What this process can still get, swap included; None where the system does not tell."""
-    available = _line(Path("/proc/meminfo"), "MemAvailable")
+    """Return the memory that this process can still allocate, with swap; None if unknown."""
+    available = _proc_bytes(Path("/proc/meminfo"), "MemAvailable")
     if available is None:
         return None
-    swap = _line(Path("/proc/meminfo"), "SwapFree") or 0
-    left = group_bytes()
-    return available + swap if left is None else min(available + swap, left)
+    swap = _proc_bytes(Path("/proc/meminfo"), "SwapFree") or 0
+    remaining = group_bytes()
+    return available + swap if remaining is None else min(available + swap, remaining)
 
 
-def group_bytes(groups: Path = _GROUPS, said: Path = Path("/proc/self/cgroup")) -> int | None:
-    """What is left of the limits of this process's control group and those above it; None where
-    there is no limit. groups : where they are mounted; said : the file that names this process's"""
-    left = [
-        most - used
-        for folder, most_name, used_name, files in _groups_of(groups, said)
-        if (most := _number(folder / most_name)) is not None
-        and most < _UNLIMITED
+def group_bytes(groups: Path = _GROUPS, membership: Path = Path("/proc/self/cgroup")) -> int | None:
+    """Return the memory left in the control groups of this process, None without a limit.
+
+    Parameters
+    ----------
+    groups : Path
+        Mount point of the control groups.
+    membership : Path
+        File that lists the groups of this process.
+    """
+    remaining = [
+        limit - used
+        for folder, limit_name, used_name, files in _control_groups(groups, membership)
+        if (limit := _number(folder / limit_name)) is not None
+        and limit < _UNLIMITED
         and (used := _used(folder, used_name, files)) is not None
     ]
-    return max(min(left), 0) if left else None
+    return max(min(remaining), 0) if remaining else None
 
 
-def _groups_of(groups: Path, said: Path) -> Iterator[tuple[Path, str, str, tuple[str, str]]]:
-    """Folder of each group that this process is in, up to where they are mounted; the names of its
-    limit, of what is used, and of what it holds of files, which the system takes back."""
+def _control_groups(
+    groups: Path, membership: Path
+) -> Iterator[tuple[Path, str, str, tuple[str, str]]]:
+    """Yield the control groups of this process, up to the mount point.
+
+    Each is the folder, the names of the files of its limit and its use, and the fields of
+    `memory.stat` with the page cache, which the system can reclaim.
+    """
     try:
-        lines = read_whole(said).decode("utf-8", "replace").splitlines()
+        lines = read_whole(membership).decode("utf-8", "replace").splitlines()
     except (InputError, OSError):
         return
     for line in lines:
-        number, _, rest = line.partition(":")
-        controllers, _, name = rest.partition(":")
+        number, _, group = line.partition(":")
+        controllers, _, name = group.partition(":")
         if number == "0" and not controllers:
-            root, most, used = groups, "memory.max", "memory.current"
+            root, limit, used = groups, "memory.max", "memory.current"
             files = ("inactive_file", "active_file")
         elif "memory" in controllers.split(","):
-            root, most, used = groups / "memory", "memory.limit_in_bytes", "memory.usage_in_bytes"
+            root, limit, used = groups / "memory", "memory.limit_in_bytes", "memory.usage_in_bytes"
             files = ("total_inactive_file", "total_active_file")
         else:
             continue
         parts = [part for part in name.split("/") if part not in ("", "..")]
-        # In a container its own group is the mounted one, whatever it is called outside.
+        # In a container the mounted group is its own, whatever its name is outside.
         for count in range(len(parts) + 1):
-            yield root.joinpath(*parts[:count]), most, used, files
+            yield root.joinpath(*parts[:count]), limit, used, files
 
 
 def _used(folder: Path, name: str, files: tuple[str, str]) -> int | None:
     used = _number(folder / name)
     if used is None:
         return None
-    held = dict[str, int]()
+    cache = dict[str, int]()
     try:
         for line in read_whole(folder / "memory.stat").decode("ascii").splitlines():
             word, _, value = line.partition(" ")
             if word in files:
-                held[word] = int(value)
+                cache[word] = int(value)
     except (InputError, OSError, ValueError):
         pass
-    return max(used - sum(held.values()), 0)
+    return max(used - sum(cache.values()), 0)
 
 
 def _number(path: Path) -> int | None:
-    """The number in a file; None for none, and for "max"."""
+    """Return the number in a file; None if it has none, such as "max"."""
     try:
         return int(read_whole(path))
     except (InputError, OSError, ValueError):
         return None
 
 
-def _line(file: Path, name: str) -> int | None:
-    """Bytes of a line of /proc."""
+def _proc_bytes(file: Path, name: str) -> int | None:
+    """Return the bytes in a line of a file of /proc."""
     try:
         for line in read_whole(file).decode("ascii").splitlines():
             if line.startswith(name):

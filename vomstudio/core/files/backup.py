@@ -1,4 +1,4 @@
-"""What a user has made is put aside before something else takes its name."""
+"""Backups of files that the user has made, before another file replaces them."""
 
 from __future__ import annotations
 
@@ -8,27 +8,35 @@ from pathlib import Path
 
 from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.files.atomic import write_bytes
-from vomstudio.core.files.containment import check_beside
+from vomstudio.core.files.containment import check_generated_path
 from vomstudio.core.files.regular import read_whole
 from vomstudio.core.findings import Finding
 
 
-def set_aside(path: Path) -> Path:
-    """Copy a file to NAME.bak beside it, or NAME.bak2 and so on where that is taken; where.
+def back_up(path: Path) -> Path:
+    """Copy a file to NAME.bak beside it, or NAME.bak2 and so on, unless it has such a copy.
 
-    A copy with the same content is not made twice. Raises TargetError.
+    Returns
+    -------
+    Path
+        The copy.
+
+    Raises
+    ------
+    TargetError
+        If the copy cannot be written.
     """
     try:
         data = read_whole(path)
     except OSError as error:
         raise TargetError(Finding("output.no-backup", reason=error.strerror), file=path) from error
     for number in itertools.count(1):
-        kept = path.with_name(f"{path.name}.bak{'' if number == 1 else number}")
+        backup = path.with_name(f"{path.name}.bak{'' if number == 1 else number}")
         with contextlib.suppress(OSError, InputError):
-            if read_whole(kept) == data:
-                return kept
-        if not kept.exists():
-            check_beside(kept)
-            write_bytes(kept, data)
-            return kept
-    raise AssertionError("numbers do not end")
+            if read_whole(backup) == data:
+                return backup
+        if not backup.exists():
+            check_generated_path(backup)
+            write_bytes(backup, data)
+            return backup
+    raise AssertionError("unreachable")

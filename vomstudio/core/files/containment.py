@@ -1,9 +1,9 @@
-"""Where the program may write inside a folder that somebody else may have packed.
+"""Checks that the program writes only inside a folder from an unknown source.
 
-A project, a model's folder or a folder of photos can come with links in it. What the program writes
-there under names of its own must stay there: a link is never written through, neither as the file
-nor as a folder on the way to it. Names that a user types are another matter; their links are kept
-(`atomic.check_target`), except inside a project.
+A project, a folder of a model or a folder of photos may contain links. Files that the program names
+itself must stay in the folder: it never writes through a link, neither of the file nor of a folder
+on the path. Links in paths that a user enters are followed (`atomic.check_target`), except inside a
+project.
 """
 
 from __future__ import annotations
@@ -19,10 +19,19 @@ from vomstudio.core.findings import Finding
 PROJECT_SUFFIX = ".vom"
 
 
-def place_inside(path: str | Path, root: str | Path) -> Path:
-    """`path`, if writing there stays inside the folder `root`, whose own path may have links.
+def require_inside(path: str | Path, root: str | Path) -> Path:
+    """Return `path` if writing there stays inside the folder `root`.
 
-    Raises TargetError where it leads out of `root`, or it or a folder on the way is a link.
+    Parameters
+    ----------
+    path : str or Path
+    root : str or Path
+        Its own path may contain links.
+
+    Raises
+    ------
+    TargetError
+        If the path leads out of `root`, or it or a folder on the way is a link.
     """
     shown, folder = Path(path), Path(root)
     try:
@@ -39,62 +48,74 @@ def place_inside(path: str | Path, root: str | Path) -> Path:
     return shown
 
 
-def check_beside(path: str | Path) -> Path:
-    """`place_inside` for a file whose name the program chose, in the folder that a user named."""
+def check_generated_path(path: str | Path) -> Path:
+    """Check a file that the program names, in a folder that the user named (`require_inside`)."""
     shown = Path(path)
-    root = project_of(shown)
+    root = enclosing_project(shown)
     if root is None:
-        return place_inside(shown, shown.parent)
-    place_inside(Path.cwd() / shown, root)
+        return require_inside(shown, shown.parent)
+    require_inside(Path.cwd() / shown, root)
     return shown
 
 
-def project_of(path: str | Path) -> Path | None:
-    """The outermost project folder that `path` is in, as it is written, or None."""
+def enclosing_project(path: str | Path) -> Path | None:
+    """Return the outermost project folder in a path as it is written, or None."""
     shown = Path(path)
     absolute = shown if shown.is_absolute() else Path.cwd() / shown
     return next((p for p in reversed(absolute.parents) if p.suffix == PROJECT_SUFFIX), None)
 
 
 def check_in_project(path: str | Path) -> None:
-    """`place_inside` for whatever lies in a project; nothing for all other paths."""
-    root = project_of(path)
+    """Check a path inside a project (`require_inside`); accept all other paths."""
+    root = enclosing_project(path)
     if root is not None:
-        place_inside(Path.cwd() / path, root)
+        require_inside(Path.cwd() / path, root)
 
 
 def make_folder(path: str | Path, root: str | Path | None = None) -> Path:
-    """The folder `path`, made with those above it where they are missing; inside `root`, or the
-    project that it is in. Raises TargetError as `place_inside`, and OSError."""
+    """Create a folder with its missing parents and return it.
+
+    Parameters
+    ----------
+    path : str or Path
+    root : str or Path, optional
+        Folder that contains it; default: the project in its path.
+
+    Raises
+    ------
+    TargetError
+        As `require_inside`.
+    OSError
+        If it cannot be created.
+    """
     if root is None:
         check_in_project(path)
     else:
-        place_inside(path, root)
-    project = project_of(path)
+        require_inside(path, root)
+    project = enclosing_project(path)
     if project is not None and not project.is_dir():
-        # Made again with nothing but a cache in it, it would look like a project.
+        # A new folder with nothing but a cache would look like a project.
         raise TargetError(Finding("project.folder-missing"), file=project)
-    made = Path(path)
-    made.mkdir(parents=True, exist_ok=True)
-    return made
+    created = Path(path)
+    created.mkdir(parents=True, exist_ok=True)
+    return created
 
 
 def refuse_links(folder: str | Path) -> None:
-    """Raises TargetError for the first link, pipe or device in a folder or in folders below it."""
+    """Raise TargetError if a folder or a folder below it contains a link, pipe or device."""
     for here, folders, names in os.walk(folder):
         for name in (*folders, *names):
-            place = place_inside(Path(here, name), here)
+            place = require_inside(Path(here, name), here)
             if name in names and place.exists() and not is_regular(place):
                 raise TargetError(Finding("file.device-in-folder"), file=place)
 
 
-def links_of(folder: str, names: Iterable[str]) -> set[str]:
-    """Those of `names` in a folder that are links, and the pipes and devices, for which nobody
-    waits; to be left out by `shutil.copytree`."""
-    return {name for name in names if _is_odd(Path(folder, name))}
+def special_files(folder: str, names: Iterable[str]) -> set[str]:
+    """Return the names of links, pipes and devices, for `ignore` of `shutil.copytree`."""
+    return {name for name in names if _is_special(Path(folder, name))}
 
 
-def _is_odd(path: Path) -> bool:
+def _is_special(path: Path) -> bool:
     return _is_link(path) or not (is_regular(path) or is_folder(path))
 
 

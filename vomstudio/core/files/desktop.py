@@ -1,7 +1,7 @@
 """VOM Studio in the menu of a Linux desktop: entry, icon, and the type of project folders.
 
-As freedesktop.org's Desktop Entry, Icon Theme and Shared MIME-info specifications have it, under
-the user's own data folder.
+Follows the Desktop Entry, Icon Theme and Shared MIME-info specifications of freedesktop.org, in the
+user's data folder.
 """
 
 from __future__ import annotations
@@ -145,7 +145,7 @@ def _entry(command: Sequence[str]) -> str:
             "Name=VOM Studio",
             "GenericName=Virtual outcrop models",
             "Comment=Measure geology on virtual outcrop models",
-            f"Exec={' '.join([_quoted(program), *arguments])} %F",
+            f"Exec={' '.join([_quote(program), *arguments])} %F",
             f"Icon={NAME}",
             "Terminal=false",
             "Categories=Science;Geology;Geoscience;",
@@ -156,8 +156,11 @@ def _entry(command: Sequence[str]) -> str:
     )
 
 
-def _quoted(word: str) -> str:
-    """As `Exec` wants it: in double quotes, with a backslash before what is special within them, %
-    doubled, and then all backslashes doubled, since it is a value of an entry."""
+def _quote(word: str) -> str:
+    """Quote an argument of `Exec`.
+
+    In double quotes, special characters are escaped by a backslash and % is doubled; then all
+    backslashes are doubled, because it is a value of an entry.
+    """
     escaped = "".join(f"\\{c}" if c in '"`$\\' else c for c in word).replace("%", "%%")
     return '"' + escaped.replace("\\", "\\\\") + '"'

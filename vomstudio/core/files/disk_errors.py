@@ -1,4 +1,4 @@
-"""Why the disk does not take what is written: full, read-only, forbidden."""
+"""Causes of failures to write: the disk is full or read-only, or permission is missing."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vomstudio.core.words import tr
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _FORBIDDEN = {errno.EACCES, errno.EPERM}
 _UNCLEAR = {0, errno.EIO}
-_SAID_OF_DISK = (
+_DISK_MESSAGES = (
     "disk I/O error",
     "disk is full",
     "readonly database",
@@ -28,49 +28,47 @@ _SAID_OF_DISK = (
     "No space left",
     "Permission denied",
 )
-"""What SQLite in COLMAP, COLMAP itself, and C++ streams say of a disk."""
-_LITTLE = 64 * 1024
-"""Bytes with which neither a database nor a picture gets anywhere."""
+"""Messages of SQLite in COLMAP, of COLMAP itself and of C++ streams."""
+_PROBE_BYTES = 64 * 1024
+"""Size of the test file; less free space is of no use for a database or a picture."""
 
 
 def is_full(folder: Path, error: BaseException) -> bool:
-    """Whether `error`, met while something was written in `folder`, means that its disk is full."""
+    """Return whether an error while writing in `folder` means that the disk is full."""
     if _sqlite_code(error) == sqlite3.SQLITE_FULL:
         return True
     return _number(folder, error) in _FULL
 
 
 def is_read_only(folder: Path, error: BaseException) -> bool:
-    """Whether `error`, met while something was written in `folder`, means that its disk can only
-    be read."""
+    """Return whether an error while writing in `folder` means that the disk is read-only."""
     return _number(folder, error) == errno.EROFS
 
 
 def is_forbidden(folder: Path, error: BaseException) -> bool:
-    """Whether `error`, met while something was written in `folder`, means that this user may not
-    write there."""
+    """Return whether an error while writing in `folder` means that permission is missing."""
     return _number(folder, error) in _FORBIDDEN
 
 
 def _number(folder: Path, error: BaseException) -> int | None:
-    """The number of a failure. Libraries hardly tell it: the same is tried again."""
+    """Return the errno of a failure; if it is unknown, try to write and return that errno."""
     number = getattr(error, "errno", None)
     if number is None:
-        # A sentence of ours, made of what the system said.
+        # An error of the program, raised from one of the system.
         number = getattr(error.__cause__, "errno", None)
     if isinstance(number, int) and number not in _UNCLEAR:
         return number
-    return number_of_failure(folder) or number
+    return probe_write_errno(folder) or number
 
 
-def number_of_failure(folder: Path) -> int | None:
-    """Why nothing can be written in `folder`, as the system numbers it; None where it can be."""
+def probe_write_errno(folder: Path) -> int | None:
+    """Return the errno of writing a test file in `folder`, None if writing succeeds."""
     probe = folder / f".vom-{secrets.token_hex(6)}.part"
     try:
         with open(probe, "xb", buffering=0) as stream:
-            remaining = memoryview(bytes(_LITTLE))
+            remaining = memoryview(bytes(_PROBE_BYTES))
             while remaining:
-                # A disk that fills up takes a part first, without an error.
+                # A nearly full disk accepts a part first, without an error.
                 remaining = remaining[stream.write(remaining) :]
             os.fsync(stream.fileno())
     except OSError as error:
@@ -83,47 +81,46 @@ def number_of_failure(folder: Path) -> int | None:
     return None
 
 
-def tells_of_disk(said: object) -> bool:
-    """Whether what a library has said of a failure is about the disk that it wrote to."""
-    return any(words in str(said) for words in _SAID_OF_DISK)
+def is_disk_message(message: object) -> bool:
+    """Return whether a message of a library is about a failure to write."""
+    return any(text in str(message) for text in _DISK_MESSAGES)
 
 
 def _sqlite_code(error: BaseException) -> int:
     return int(getattr(error, "sqlite_errorcode", 0) or 0) & 0xFF
 
 
-def reason_of(folder: Path, error: BaseException) -> str:
-    """The cause of a failure in a few words, to stand in brackets."""
+def failure_reason(folder: Path, error: BaseException) -> str:
+    """Return the cause of a failure in a few words, for brackets in a sentence."""
     if is_full(folder, error):
         return tr("the disk is full")
     if is_read_only(folder, error):
         return tr("the disk is read-only")
-    if not isinstance(error, OSError | sqlite3.Error) and tells_of_disk(error):
-        # What a library in C++ says is for its programmers.
+    if not isinstance(error, OSError | sqlite3.Error) and is_disk_message(error):
+        # Messages of C++ libraries are not meant for users.
         return tr("a library could not write")
     return str(getattr(error, "strerror", None) or error)
 
 
-def not_written(path: str | Path, error: BaseException) -> TargetError:
-    """The sentence on an output that could not be written: which one, why, and what to do."""
+def write_error(path: str | Path, error: BaseException) -> TargetError:
+    """Return the error for an output that could not be written, with its cause."""
     shown = Path(path)
     number = _number(shown.parent, error)
     if number in _FULL or _sqlite_code(error) == sqlite3.SQLITE_FULL:
-        said = Finding("disk.full")
+        finding = Finding("disk.full")
     elif number == errno.EROFS:
-        said = Finding("disk.read-only")
+        finding = Finding("disk.read-only")
     elif number in _FORBIDDEN:
-        said = Finding("disk.no-permission")
+        finding = Finding("disk.no-permission")
     elif number == errno.ENAMETOOLONG:
-        said = Finding("disk.name-too-long")
+        finding = Finding("disk.name-too-long")
     else:
         reason = getattr(error, "strerror", None) or error
-        said = Finding("output.unwritable", reason=reason)
-    return TargetError(said, file=shown)
+        finding = Finding("output.unwritable", reason=reason)
+    return TargetError(finding, file=shown)
 
 
-def not_taken(folder: str | Path, error: BaseException) -> TargetError:
-    """The sentence on a folder of results that a library could not write to; it can be gone on with
-    once the disk is well."""
+def folder_write_error(folder: str | Path, error: BaseException) -> TargetError:
+    """Return the error for a folder of results to which a library could not write."""
     shown = Path(folder)
-    return TargetError(Finding("disk.failed", reason=reason_of(shown, error)), file=shown)
+    return TargetError(Finding("disk.failed", reason=failure_reason(shown, error)), file=shown)

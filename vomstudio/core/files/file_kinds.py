@@ -43,7 +43,7 @@ class FileKind:
     remedy: str
 
 
-_AS_CSV = to_translate(
+_EXPORT_AS_CSV = to_translate(
     "Save its attributes as CSV, for example in QGIS, with coordinates in columns x, y and z."
 )
 _LINES_AS_CSV = to_translate("Save its points as CSV with columns x, y and z.")
@@ -61,9 +61,9 @@ _UNPACK = to_translate("Unpack it and name a file in it.")
 _TABLE = to_translate("Export it as a table in CSV.")
 
 _KINDS = (
-    FileKind("geojson", "GeoJSON", _AS_CSV),
-    FileKind("topojson", "TopoJSON", _AS_CSV),
-    FileKind("esri-json", "Esri JSON", _AS_CSV),
+    FileKind("geojson", "GeoJSON", _EXPORT_AS_CSV),
+    FileKind("topojson", "TopoJSON", _EXPORT_AS_CSV),
+    FileKind("esri-json", "Esri JSON", _EXPORT_AS_CSV),
     FileKind("cityjson", "CityJSON", _LINES_AS_CSV),
     FileKind("opensfm-gcp", to_translate("ground control points of OpenSfM (JSON)"), _CONTROL),
     FileKind("opensfm", to_translate("reconstruction of OpenSfM (JSON)"), _CAMERAS),
@@ -85,23 +85,23 @@ _KINDS = (
         to_translate("Give it with --model-cameras or --gcp."),
     ),
     FileKind("blocks-exchange", to_translate("cameras of iTwin Capture (XML)"), _CAMERAS),
-    FileKind("kml", "KML", _AS_CSV),
-    FileKind("gpx", "GPX", _AS_CSV),
-    FileKind("gml", "GML", _AS_CSV),
+    FileKind("kml", "KML", _EXPORT_AS_CSV),
+    FileKind("gpx", "GPX", _EXPORT_AS_CSV),
+    FileKind("gml", "GML", _EXPORT_AS_CSV),
     FileKind("landxml", "LandXML", _LINES_AS_CSV),
     FileKind("svg", to_translate("SVG drawing"), _LINES_AS_CSV),
     FileKind("html", to_translate("web page (HTML)"), _DOCUMENT),
-    FileKind("qgis", to_translate("QGIS project or style"), _AS_CSV),
+    FileKind("qgis", to_translate("QGIS project or style"), _EXPORT_AS_CSV),
     FileKind("collada", "COLLADA", _MODEL),
     FileKind("vtk", to_translate("data of VTK"), _MODEL),
     FileKind("xml", "XML", _TABLE),
     FileKind("dxf", to_translate("DXF drawing"), _LINES_AS_CSV),
     FileKind("dwg", to_translate("DWG drawing"), _LINES_AS_CSV),
-    FileKind("geopackage", "GeoPackage", _AS_CSV),
+    FileKind("geopackage", "GeoPackage", _EXPORT_AS_CSV),
     FileKind("sqlite", to_translate("SQLite database"), _TABLE),
-    FileKind("shapefile", "shapefile", _AS_CSV),
+    FileKind("shapefile", "shapefile", _EXPORT_AS_CSV),
     FileKind("dbase", to_translate("attribute table of a shapefile (dBASE)"), _SHEET),
-    FileKind("mapinfo", "MapInfo MIF", _AS_CSV),
+    FileKind("mapinfo", "MapInfo MIF", _EXPORT_AS_CSV),
     FileKind(
         "esri-grid",
         to_translate("grid of heights (Esri ASCII)"),
@@ -131,7 +131,7 @@ _KINDS = (
     FileKind("xlsx", to_translate("Excel workbook"), _SHEET),
     FileKind("ods", to_translate("OpenDocument spreadsheet"), _SHEET),
     FileKind("docx", to_translate("text document"), _DOCUMENT),
-    FileKind("kmz", "KMZ", _AS_CSV),
+    FileKind("kmz", "KMZ", _EXPORT_AS_CSV),
     FileKind("office", to_translate("Excel or Word file (before 2007)"), _SHEET),
     FileKind("pdf", "PDF", _DOCUMENT),
     FileKind("rtf", "RTF", _DOCUMENT),
@@ -254,7 +254,7 @@ def recognise_kind(head: bytes) -> FileKind | None:
         The beginning of the file; `HEAD_BYTES` are enough.
     """
     head = head[:HEAD_BYTES]
-    key = _binary_key(head) or _text_key(_as_utf8(head))
+    key = _binary_key(head) or _text_key(_to_utf8(head))
     return None if key is None else _BY_KEY[key]
 
 
@@ -272,8 +272,9 @@ def refuse_other_kind(path: str | Path, accepted: Collection[str] = ()) -> None:
 
     Parameters
     ----------
-    path : path of the file
-    accepted : keys of kinds that the caller can read
+    path : str or Path
+    accepted : collection of str
+        Keys of kinds that the caller can read.
 
     Raises
     ------
@@ -298,9 +299,12 @@ def require_text(path: str | Path, data: bytes, accepted: Collection[str] = ()) 
 
     Parameters
     ----------
-    path : path of the file, for the error
-    data : the whole content
-    accepted : as of `refuse_other_kind`
+    path : str or Path
+        Path of the file, for the error.
+    data : bytes
+        The whole content.
+    accepted : collection of str
+        As in `refuse_other_kind`.
 
     Raises
     ------
@@ -312,12 +316,12 @@ def require_text(path: str | Path, data: bytes, accepted: Collection[str] = ()) 
         raise other_kind(path, kind)
     if data[:2] in _BYTE_ORDER_MARKS or len(data.translate(None, _CONTROL_BYTES)) == len(data):
         return
-    place = next(i for i, byte in enumerate(data) if byte in _CONTROL_BYTES)
+    offset = next(i for i, byte in enumerate(data) if byte in _CONTROL_BYTES)
     raise other_kind(
         path,
         FileKind(
             "binary",
-            tr("binary data (byte {place} is 0x{value:02x})", place=place + 1, value=data[place]),
+            tr("binary data (byte {place} is 0x{value:02x})", place=offset + 1, value=data[offset]),
             tr("Export it as text in UTF-8."),
         ),
     )
@@ -349,7 +353,7 @@ def _is_dbase(head: bytes) -> bool:
     return size > 32 and (size >= len(head) or head[size - 1] == 0x0D or head[size - 2] == 0x0D)
 
 
-def _as_utf8(head: bytes) -> bytes:
+def _to_utf8(head: bytes) -> bytes:
     if head[:2] in _BYTE_ORDER_MARKS:
         return head[: len(head) & ~1].decode("utf-16", "ignore").encode("utf-8", "ignore")
     return head.removeprefix(b"\xef\xbb\xbf")

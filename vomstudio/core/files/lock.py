@@ -1,7 +1,7 @@
-"""One program at a time in one folder.
+"""Lock of a folder: one program at a time.
 
-The lock is a small SQLite file on which a write transaction is held: every system gives it up by
-itself when the process dies, and pid and host can be read by others while it is held.
+The lock is a small SQLite file with an open write transaction. Every system releases it when the
+process dies, and other processes can still read the holder's pid and host.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ import sqlite3
 from pathlib import Path
 
 from vomstudio.core.errors import InputError, TargetError
-from vomstudio.core.files.containment import check_beside
-from vomstudio.core.files.disk_errors import reason_of
+from vomstudio.core.files.containment import check_generated_path
+from vomstudio.core.files.disk_errors import failure_reason
 from vomstudio.core.files.regular import is_regular
 from vomstudio.core.files.untrusted.databases import harden
 from vomstudio.core.findings import Finding
@@ -31,16 +31,24 @@ class FolderLock:
     path : Path
         The SQLite file of the lock.
     busy, unwritable : str
-        Codes of the findings that another process has the lock (value ``holder``), and that it
+        Codes of the findings if another process has the lock (value ``holder``), and if it
         cannot be written (value ``reason``).
     patience_s : float
-        How long to wait for a process that has the lock and may be ending.
+        Time to wait for a process that has the lock and may be ending, in seconds.
     """
 
     def __init__(self, path: Path, busy: str, unwritable: str, patience_s: float = 0.0) -> None:
-        """Raises InputError that says who holds it, TargetError where it cannot be written."""
+        """Acquire the lock.
+
+        Raises
+        ------
+        InputError
+            If another process has the lock.
+        TargetError
+            If the lock cannot be written.
+        """
         for name in (path.name, f"{path.name}-journal", f"{path.name}-wal", f"{path.name}-shm"):
-            _remove_odd(check_beside(path.with_name(name)))
+            _remove_special_file(check_generated_path(path.with_name(name)))
         for attempt in (1, 2):
             try:
                 self._db = sqlite3.connect(
@@ -50,8 +58,8 @@ class FolderLock:
                 self._require_plain()
                 self._db.execute(_HOLDER.replace("TABLE", "TABLE IF NOT EXISTS"))
                 self._db.execute("DELETE FROM holder")
-                mine = (os.getpid(), platform.node())
-                self._db.execute("INSERT INTO holder VALUES (?, ?)", mine)
+                owner = (os.getpid(), platform.node())
+                self._db.execute("INSERT INTO holder VALUES (?, ?)", owner)
                 self._db.execute("BEGIN IMMEDIATE")
                 return
             except sqlite3.DatabaseError as error:
@@ -59,8 +67,8 @@ class FolderLock:
                 self.release()
                 if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
                     raise InputError(Finding(busy, holder=holder), file=path.parent) from error
-                # A damaged lock protects nobody: whoever holds a sound one has it locked.
-                reason: str | None = reason_of(path.parent, error)
+                # A damaged file is not a lock: a valid one would report that it is locked.
+                reason: str | None = failure_reason(path.parent, error)
                 if attempt == 1 and _remove(path) is None:
                     reason = None
                 if reason is not None:
@@ -69,10 +77,12 @@ class FolderLock:
                     ) from error
 
     def _require_plain(self) -> None:
-        """Raises sqlite3.DatabaseError where whoever packed the folder has put more into the file
-        than who holds it: triggers run, and need not come to an end."""
-        found = self._db.execute("SELECT sql FROM sqlite_master").fetchall()
-        if found not in ([], [(_HOLDER,)]):
+        """Raise sqlite3.DatabaseError if the file contains more than its holder.
+
+        A file from an unknown source may have triggers, which run and may not terminate.
+        """
+        schema = self._db.execute("SELECT sql FROM sqlite_master").fetchall()
+        if schema not in ([], [(_HOLDER,)]):
             raise sqlite3.DatabaseError("not a lock")
 
     def _holder(self) -> str:
@@ -83,19 +93,20 @@ class FolderLock:
         return tr("process {number} on {host}", number=pid, host=host)
 
     def release(self) -> None:
+        """Release the lock."""
         if hasattr(self, "_db"):
             self._db.close()
 
 
-def _remove_odd(path: Path) -> None:
-    """A pipe or device, for which SQLite would wait, is no lock, and protects nobody."""
+def _remove_special_file(path: Path) -> None:
+    """Remove a pipe or device: it is not a lock, and SQLite would wait for it."""
     if path.exists() and not path.is_dir() and not is_regular(path):
         with contextlib.suppress(OSError):
             path.unlink()
 
 
 def _remove(path: Path) -> str | None:
-    """Why it cannot be removed; None where it is gone."""
+    """Remove a lock file, and return the reason if that fails."""
     try:
         path.unlink(missing_ok=True)
         path.with_name(path.name + "-journal").unlink(missing_ok=True)
@@ -105,8 +116,8 @@ def _remove(path: Path) -> str | None:
 
 
 class ProjectLock(FolderLock):
-    """One window at a time on one project."""
+    """Lock of a project: one window at a time."""
 
     def __init__(self, path: Path) -> None:
-        """Raises InputError that says who holds it."""
+        """Acquire the lock. Raises InputError if another process has it."""
         super().__init__(path, "project.locked", "project.unwritable")

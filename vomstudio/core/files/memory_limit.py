@@ -1,10 +1,9 @@
-"""Limits on what reading a file, or a job, may take of memory, as the last net.
+"""Limits of the memory of readers and jobs, as a last safeguard.
 
-Readers look at what a file declares before they make room for it, and jobs on photos choose a size
-that fits. Where one of them, or a library beneath it, is wrong nevertheless, it gets a MemoryError
-here, instead of the memory that all programs of the machine share. Only on Linux, where a process
-can be held to private memory alone (RLIMIT_DATA, getrlimit(2)), and only in processes that are this
-program's own.
+Readers check the sizes that a file declares before they allocate memory, and jobs on photos select
+a size that fits. If one of them or a library fails to do so, it gets a MemoryError here instead of
+exhausting the memory of the machine. Linux only, where the private memory of a process can be
+limited (RLIMIT_DATA, getrlimit(2)), and only in processes of the program itself.
 """
 
 from __future__ import annotations
@@ -16,65 +15,69 @@ import threading
 from collections.abc import Iterator
 from pathlib import Path
 
-from vomstudio.core.files.available_memory import free_bytes, held_bytes, machine_bytes
+from vomstudio.core.files.available_memory import free_bytes, machine_bytes, private_bytes
 
-_FREE = 1 << 30
-"""For libraries that are loaded and kernels that are compiled meanwhile."""
-_PER_BYTE = 128
-"""The richest sound files: points of LAZ of a byte and a half are eighty bytes, held twice."""
-_PER_BYTE_OF = {".tif": 2064, ".tiff": 2064}
-"""Deflate's 1032 for flat ground, twice."""
-_PER_PROCESSOR = 64 << 20
-"""Stacks and heaps of the threads that libraries start, hardly any of which is ever touched."""
+_ALLOWANCE_BYTES = 1 << 30
+"""Allowance for libraries that are loaded and kernels that are compiled meanwhile."""
+_BYTES_PER_FILE_BYTE = 128
+"""Maximum for valid files: LAZ points of 1.5 bytes need 80 bytes in memory, stored twice."""
+_BYTES_PER_FILE_BYTE_BY_SUFFIX = {".tif": 2064, ".tiff": 2064}
+"""Maximum ratio of Deflate (1032) for flat terrain, stored twice."""
+_BYTES_PER_PROCESSOR = 64 << 20
+"""Reserved stacks and heaps of the threads of libraries, most of which stay unused."""
 
 _lock = threading.Lock()
-_ours = False
+_is_enabled = False
 
 
-def take_charge() -> None:
-    """This process is the program's own: its readers are limited from now on."""
-    global _ours
-    _ours = True
+def enable_limits() -> None:
+    """Enable the limits in this process, which must be one of the program's own."""
+    global _is_enabled
+    _is_enabled = True
 
 
 @contextlib.contextmanager
-def limited_by(path: Path) -> Iterator[None]:
-    """Inside, this process gets no more memory than a file of its size, read, can be worth."""
-    limit = _limit(path) if _ours else None
-    # One limit at a time: it is the process's.
+def limit_for_file(path: Path) -> Iterator[None]:
+    """Limit the memory of this process by the size of a file, while the file is read."""
+    limit = _file_limit(path) if _is_enabled else None
+    # The limit belongs to the process, so only one applies at a time.
     if limit is None or not _lock.acquire(blocking=False):
         yield
         return
     try:
-        with _held_to(limit):
+        with _limit_private_memory(limit):
             yield
     finally:
         _lock.release()
 
 
 @contextlib.contextmanager
-def limited_to_what_is_free() -> Iterator[None]:
-    """Inside, this process gets no more memory than there is now, swap included: for a worker,
-    which the system would otherwise end, or another program in its place. A file that is read
-    inside may be limited further."""
-    held, free = held_bytes(), free_bytes()
-    if not _ours or held is None or free is None:
+def limit_to_free_memory() -> Iterator[None]:
+    """Limit the memory of this process to the free memory, swap included.
+
+    Otherwise the system would end the process, or another one. Reading a file inside the block may
+    lower the limit.
+    """
+    used, free = private_bytes(), free_bytes()
+    if not _is_enabled or used is None or free is None:
         yield
         return
-    with _held_to(held + free + _FREE + _PER_PROCESSOR * (os.cpu_count() or 1)):
+    with _limit_private_memory(
+        used + free + _ALLOWANCE_BYTES + _BYTES_PER_PROCESSOR * (os.cpu_count() or 1)
+    ):
         yield
 
 
-def is_shortage(error: BaseException) -> bool:
-    """Whether an error says that memory is short: libraries in C++ say it in words of their own."""
+def is_memory_error(error: BaseException) -> bool:
+    """Return whether an error is caused by a lack of memory; C++ libraries report it by text."""
     if isinstance(error, MemoryError):
         return True
     if isinstance(error, OSError) and error.errno == errno.ENOMEM:
         return True
-    return any(words in str(error) for words in _SAID_OF_MEMORY)
+    return any(text in str(error) for text in _MEMORY_MESSAGES)
 
 
-_SAID_OF_MEMORY = (
+_MEMORY_MESSAGES = (
     "bad_alloc",
     "bad allocation",
     "Insufficient memory",
@@ -86,37 +89,39 @@ _SAID_OF_MEMORY = (
     "failed to map segment",
     "cannot allocate memory",
 )
-"""Of the C++ library, OpenCV, the system, Python, CUDA, and the loader of libraries."""
+"""Messages of the C++ library, OpenCV, the system, Python, CUDA and the library loader."""
 
 
 @contextlib.contextmanager
-def _held_to(limit: int) -> Iterator[None]:
-    """Inside, this process gets no more private memory than so many bytes, or than before."""
+def _limit_private_memory(limit: int) -> Iterator[None]:
+    """Limit the private memory of this process, in bytes, without raising an existing limit."""
     import resource
 
-    before = resource.getrlimit(resource.RLIMIT_DATA)
-    if before[0] != resource.RLIM_INFINITY:
-        limit = min(limit, before[0])
+    previous = resource.getrlimit(resource.RLIMIT_DATA)
+    if previous[0] != resource.RLIM_INFINITY:
+        limit = min(limit, previous[0])
     with contextlib.suppress(OSError, ValueError):
-        resource.setrlimit(resource.RLIMIT_DATA, (limit, before[1]))
+        resource.setrlimit(resource.RLIMIT_DATA, (limit, previous[1]))
     try:
         yield
     finally:
         with contextlib.suppress(OSError, ValueError):
-            resource.setrlimit(resource.RLIMIT_DATA, before)
+            resource.setrlimit(resource.RLIMIT_DATA, previous)
 
 
-def _limit(path: Path) -> int | None:
-    """Bytes of private memory, or None where the system cannot hold a process to it."""
-    held, all_there_is = held_bytes(), machine_bytes()
-    if held is None or all_there_is is None:
+def _file_limit(path: Path) -> int | None:
+    """Return the limit of private memory in bytes, None if the system does not support one."""
+    used, total = private_bytes(), machine_bytes()
+    if used is None or total is None:
         return None
     try:
         size = path.stat().st_size
         if path.suffix.lower() == ".gltf":
-            # What it describes lies beside it.
+            # Its buffers and textures are separate files in the same folder.
             size = sum(entry.stat().st_size for entry in os.scandir(path.parent))
     except OSError:
         return None
-    worth = _FREE + size * _PER_BYTE_OF.get(path.suffix.lower(), _PER_BYTE)
-    return held + min(worth, all_there_is)
+    needed = _ALLOWANCE_BYTES + size * _BYTES_PER_FILE_BYTE_BY_SUFFIX.get(
+        path.suffix.lower(), _BYTES_PER_FILE_BYTE
+    )
+    return used + min(needed, total)

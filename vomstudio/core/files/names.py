@@ -1,4 +1,4 @@
-"""Names of files as libraries take them."""
+"""File names for libraries that accept only valid UTF-8."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 
-def in_unicode(name: str) -> str:
-    """A name that is not UTF-8 as Windows Latin, as it was most likely meant; others as they
-    are."""
+def decode_name(name: str) -> str:
+    """Decode a name that is not UTF-8 as Windows Latin (cp1252); other names are not changed."""
     try:
         name.encode("utf-8")
     except UnicodeEncodeError:
@@ -19,23 +18,32 @@ def in_unicode(name: str) -> str:
     return name
 
 
-def writable(text: str) -> str:
-    """For files and databases that take only what UTF-8 can write: a question mark in place of
-    each half of a character, as in the name of a file whose bytes are no UTF-8."""
+def replace_surrogates(text: str) -> str:
+    """Replace each lone surrogate by a question mark, for output as UTF-8.
+
+    The name of a file that is not UTF-8 contains lone surrogates.
+    """
     return text.encode("utf-8", "replace").decode()
 
 
 @contextlib.contextmanager
 def utf8_name(path: Path) -> Iterator[Path]:
-    """A name of an existing file in UTF-8: its own, or that of a link where it is none. A name on
-    Linux is any bytes, of which GDAL, FFmpeg and libE57 take only UTF-8. Files beside it are not
-    found through the link. Raises OSError where no link can be made."""
+    """Yield a UTF-8 path of an existing file: its own, or that of a temporary link.
+
+    On Linux a name is any sequence of bytes, but GDAL, FFmpeg and libE57 accept only UTF-8. Files
+    beside it are not found through the link.
+
+    Raises
+    ------
+    OSError
+        If no link can be created.
+    """
     try:
         os.fspath(path).encode("utf-8")
     except UnicodeEncodeError:
-        ending = path.suffix if path.suffix.isascii() else ""
+        suffix = path.suffix if path.suffix.isascii() else ""
         with tempfile.TemporaryDirectory(prefix="vomstudio-") as folder:
-            link = Path(folder) / f"file{ending}"
+            link = Path(folder) / f"file{suffix}"
             link.symlink_to(path.absolute())
             yield link
     else:

@@ -1,7 +1,7 @@
-"""Files that are found by name: only regular ones, of a size that their kind can have.
+"""Safe access to files found by name: only regular files of a plausible size.
 
-What lies beside a photo or a model is named by whoever made the folder. A pipe waits for ever, a
-device has no end, and a file of the right name may be of any size.
+The names of files beside a photo or a model come from an unknown source. A pipe may block for ever,
+a device has no end, and a file of the right name may have any size.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
 SIDECAR_BYTES = 16 << 20
-"""More than any description beside a model or a photo has."""
+"""Maximum size of a description beside a model or a photo."""
 JSON_BYTES = 1 << 30
-"""Cameras and points of a reconstruction of thousands of photos stay below it."""
-_MOST_VALUES = 8_000_000
+"""Maximum size of JSON, above that of a reconstruction of thousands of photos."""
+_MAX_JSON_VALUES = 8_000_000
 
 
 def is_regular(path: str | Path) -> bool:
-    """Whether there is a file with content at the path, links followed; never waits for one."""
+    """Return whether there is a regular file at the path, following links; never blocks."""
     try:
         return stat.S_ISREG(os.stat(path).st_mode)
     except (OSError, ValueError):
@@ -36,15 +36,15 @@ def is_regular(path: str | Path) -> bool:
 
 
 def is_folder(path: str | Path) -> bool:
-    """As `Path.is_dir`, which raises where a drive has gone or a name is too long for one."""
+    """Return whether there is a folder, False if `Path.is_dir` would raise an error."""
     try:
         return stat.S_ISDIR(os.stat(path).st_mode)
     except (OSError, ValueError):
         return False
 
 
-def is_there(path: str | Path) -> bool:
-    """As `Path.exists`, which raises where a drive has gone or a name is too long for one."""
+def path_exists(path: str | Path) -> bool:
+    """Return whether a path exists, False if `Path.exists` would raise an error."""
     try:
         os.stat(path)
     except (OSError, ValueError):
@@ -53,8 +53,7 @@ def is_there(path: str | Path) -> bool:
 
 
 def require_regular(path: str | Path) -> None:
-    """Raises InputError for a folder, device, pipe or socket; what is not there is left to the
-    reader."""
+    """Raise InputError for a folder, device, pipe or socket, but not for a missing file."""
     try:
         mode = os.stat(path).st_mode
     except (OSError, ValueError):
@@ -63,75 +62,95 @@ def require_regular(path: str | Path) -> None:
         raise InputError(Finding("file.not-regular"), file=path)
 
 
-def require_regular_beside(path: str | Path) -> None:
-    """For libraries that look for files beside one that they open: raises InputError for the first
-    device, pipe or socket whose name begins as that of the file does, whatever it ends in. It would
-    be waited for without end."""
+def require_regular_siblings(path: str | Path) -> None:
+    """Raise InputError if a device, pipe or socket has a name that begins like that of a file.
+
+    For libraries that open files beside the given one, and would block on such a file.
+    """
     shown = Path(path)
-    begins = shown.stem.casefold()
+    stem = shown.stem.casefold()
     try:
         with os.scandir(shown.parent) as entries:
-            names = [e.name for e in entries if e.name.casefold().startswith(begins)]
+            names = [e.name for e in entries if e.name.casefold().startswith(stem)]
     except (OSError, ValueError):
         return
     for name in sorted(names):
-        beside = shown.parent / name
+        sibling = shown.parent / name
         try:
-            mode = os.stat(beside).st_mode
+            mode = os.stat(sibling).st_mode
         except OSError:
             continue
         if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
-            raise InputError(Finding("file.device-in-folder"), file=beside)
+            raise InputError(Finding("file.device-in-folder"), file=sibling)
 
 
 def open_regular(path: str | Path) -> BufferedReader:
-    """A file opened for reading, without waiting for it. Raises InputError where it is no regular
-    file, and OSError where it cannot be opened."""
+    """Open a file for reading without blocking.
+
+    Raises
+    ------
+    InputError
+        If it is not a regular file.
+    OSError
+        If it cannot be opened.
+    """
     return os.fdopen(_descriptor(path), "rb")
 
 
 def open_unbuffered(path: str | Path) -> FileIO:
-    """As `open_regular`, for what is read into memory that is there already."""
+    """Open a file as `open_regular` does, to read into an existing buffer."""
     return os.fdopen(_descriptor(path), "rb", buffering=0)
 
 
 def _descriptor(path: str | Path) -> int:
     require_regular(path)
     try:
-        # Without waiting, should a pipe have taken the place of the file since it was looked at.
+        # Not blocking, in case a pipe has replaced the file since the check.
         return os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | _BINARY)
     except ValueError as error:
-        # A zero byte in a name.
+        # The name contains a zero byte.
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path)) from error
 
 
 def read_whole(path: str | Path) -> bytes:
-    """All of a file that may be of any size. Raises as `open_regular`."""
+    """Read a file of any size. Raises as `open_regular`."""
     with open_regular(path) as file:
         return file.read()
 
 
 def read_pipe(path: str | Path, limit: int) -> bytes:
-    """What somebody writes into a pipe, at most `limit` bytes. Raises InputError where nobody does
-    within some seconds, or where it is more, and OSError."""
+    """Read the content of a pipe.
+
+    Parameters
+    ----------
+    path : str or Path
+    limit : int
+        Maximum number of bytes.
+
+    Raises
+    ------
+    InputError
+        If nothing is written within some seconds, or more than `limit`.
+    OSError
+    """
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
     parts: list[bytes] = []
-    got, begun = 0, time.monotonic()
+    total_bytes, start_s = 0, time.monotonic()
     try:
         while True:
             try:
                 part = os.read(descriptor, 1 << 20)
             except BlockingIOError:
-                # Somebody has it open: he is waited for, as long as he wants.
+                # A writer has opened the pipe: wait for it without a time limit.
                 select.select([descriptor], [], [], 1.0)
                 continue
             parts.append(part)
-            got += len(part)
-            if got > limit:
+            total_bytes += len(part)
+            if total_bytes > limit:
                 raise InputError(Finding("file.too-large", limit_mb=limit >> 20), file=path)
-            if not part and got:
+            if not part and total_bytes:
                 return b"".join(parts)
-            if not part and time.monotonic() - begun > _NOBODY_S:
+            if not part and time.monotonic() - start_s > _MAX_SILENCE_S:
                 raise InputError(Finding("file.silent-pipe"), file=path)
             if not part:
                 time.sleep(0.02)
@@ -139,16 +158,21 @@ def read_pipe(path: str | Path, limit: int) -> bytes:
         os.close(descriptor)
 
 
-_NOBODY_S = 3.0
+_MAX_SILENCE_S = 3.0
 
 
 def read_small(path: str | Path, limit: int = SIDECAR_BYTES) -> bytes:
-    """The content of a file of at most `limit` bytes.
+    """Read a file of at most `limit` bytes.
 
-    Raises InputError where it is larger or no regular file, and OSError where it cannot be read.
+    Raises
+    ------
+    InputError
+        If it is larger or not a regular file.
+    OSError
+        If it cannot be read.
     """
     with open_regular(path) as file:
-        # Room is made for what is asked for: so for no more than there is, and for nothing of what
+        # `read` allocates what is requested, so request the size of the file, and nothing if it
         # is too large.
         size = os.fstat(file.fileno()).st_size
         data = file.read(size + 1) if size <= limit else b""
@@ -158,16 +182,20 @@ def read_small(path: str | Path, limit: int = SIDECAR_BYTES) -> bytes:
 
 
 def read_json(path: str | Path, limit: int = JSON_BYTES) -> Any:
-    """What a JSON file of at most `limit` bytes holds; named by whoever made its folder.
+    """Read a JSON file of at most `limit` bytes from an unknown source.
 
-    Raises ValueError with the reason where it is larger, no regular file, no JSON or nested without
-    end, and OSError where it cannot be read.
+    Raises
+    ------
+    ValueError
+        With the reason, if it is larger, not a regular file, not JSON or nested too deeply.
+    OSError
+        If it cannot be read.
     """
     try:
         data = read_small(path, limit)
-        # Each takes some sixty bytes of memory once read, and two of the file.
-        if sum(data.count(sign) for sign in (b",", b"[", b"{")) > _MOST_VALUES:
-            raise ValueError(tr("more than {limit} values", limit=_MOST_VALUES))
+        # A value takes about 60 bytes in memory, and 2 bytes in the file.
+        if sum(data.count(sign) for sign in (b",", b"[", b"{")) > _MAX_JSON_VALUES:
+            raise ValueError(tr("more than {limit} values", limit=_MAX_JSON_VALUES))
         return json.loads(data)
     except InputError as error:
         raise ValueError(error.message) from error
@@ -176,7 +204,7 @@ def read_json(path: str | Path, limit: int = JSON_BYTES) -> Any:
 
 
 def read_small_text(path: str | Path, limit: int = SIDECAR_BYTES) -> str:
-    """As `read_small`, in UTF-8. Raises UnicodeDecodeError, a ValueError, besides."""
+    """Read a UTF-8 file as `read_small` does. Also raises UnicodeDecodeError."""
     return read_small(path, limit).decode("utf-8")
 
 

@@ -1,48 +1,48 @@
-"""Text that a spreadsheet would calculate, marked so that it does not, and without the mark again.
+"""Escaping of text that a spreadsheet would evaluate as a formula.
 
-A cell that begins with =, +, -, @, a tab or a carriage return is a formula to Excel and
-LibreOffice, and may fetch or send what its author likes (OWASP, "CSV injection"). An apostrophe
-before it makes it text. What begins with an apostrophe gets one more, so that reading gives back
-every text.
+Excel and LibreOffice evaluate a cell that begins with =, +, -, @, a tab or a carriage return, and
+the formula may load or send data (OWASP, "CSV injection"). A leading apostrophe makes it text. Text
+that begins with an apostrophe gets another one, so that every text can be restored.
 """
 
 from __future__ import annotations
 
 import re
 
-from vomstudio.core.files.plain_characters import plain
+from vomstudio.core.files.plain_characters import replace_control_characters
 
-_CALCULATED = frozenset("=+-@\t\r'")
-
-
-def guarded(text: str) -> str:
-    """The text of a cell as it is written: with an apostrophe before what would be calculated."""
-    text = plain(text)
-    return f"'{text}" if text[:1] in _CALCULATED and text else text
+_FORMULA_STARTS = frozenset("=+-@\t\r'")
 
 
-def guarded_word(cell: str) -> str:
-    """As `guarded`, for a cell of a table that somebody else wrote: its numbers, and the dashes
-    that stand for none, stay as they are."""
-    return cell if _NUMBER.fullmatch(cell) else guarded(cell)
+def escape_formula(text: str) -> str:
+    """Return the text of a cell, with an apostrophe if it would be evaluated."""
+    text = replace_control_characters(text)
+    return f"'{text}" if text[:1] in _FORMULA_STARTS and text else text
 
 
-def head_line(words: str) -> str:
-    """A line of the `#` block above a table, with its end. Names of files and models stand there,
-    and a spreadsheet cuts it into cells as any other line."""
-    line = _QUOTED.sub(r'\1 "', plain(" ".join(words.split())))
-    return f"# {_CALCULATED_INSIDE.sub(_marked, line)}\n"
+def escape_foreign_cell(cell: str) -> str:
+    """Escape a cell of a foreign table, except numbers and dashes for missing values."""
+    return cell if _NUMBER.fullmatch(cell) else escape_formula(cell)
 
 
-def _marked(found: re.Match[str]) -> str:
-    return found[0] if _NUMBER.fullmatch(found[2].rstrip(")]}. ")) else f"{found[1]}'{found[2]}"
+def comment_line(words: str) -> str:
+    """Return a line of the `#` block above a table, with its line end.
+
+    It contains names of files and models, and a spreadsheet splits it into cells like other lines.
+    """
+    line = _QUOTED_FORMULA.sub(r'\1 "', replace_control_characters(" ".join(words.split())))
+    return f"# {_INNER_FORMULA.sub(_escape_match, line)}\n"
+
+
+def _escape_match(match: re.Match[str]) -> str:
+    return match[0] if _NUMBER.fullmatch(match[2].rstrip(")]}. ")) else f"{match[1]}'{match[2]}"
 
 
 _NUMBER = re.compile(r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?|[+-]+")
-_CALCULATED_INSIDE = re.compile(r"([,;] *)([=+\-@][^,;]*)")
-_QUOTED = re.compile(r'([,;])"(?=[=+\-@])')
+_INNER_FORMULA = re.compile(r"([,;] *)([=+\-@][^,;]*)")
+_QUOTED_FORMULA = re.compile(r'([,;])"(?=[=+\-@])')
 
 
-def unguarded(cell: str) -> str:
-    """The text that `guarded` was given; other cells as they are."""
-    return cell[1:] if cell[:1] == "'" and cell[1:2] in _CALCULATED and cell[1:] else cell
+def unescape_formula(cell: str) -> str:
+    """Return the text from which `escape_formula` made a cell; other cells are not changed."""
+    return cell[1:] if cell[:1] == "'" and cell[1:2] in _FORMULA_STARTS and cell[1:] else cell

@@ -1,4 +1,4 @@
-"""Where the program keeps what has no name yet, also for a user whose home cannot be written."""
+"""Folder for state and unnamed work, also for a user whose home folder is not writable."""
 
 from __future__ import annotations
 
@@ -10,38 +10,38 @@ from pathlib import Path
 
 
 def state_folder() -> Path:
-    """Of this user: that of the system's conventions, else one among the temporary files."""
-    return _usable(_wanted())
+    """Return the user's state folder of the program, or a temporary one if it is not writable."""
+    return _first_writable(_default_folder())
 
 
 def home_is_writable() -> bool:
-    """Whether `state_folder` is where it belongs, and not where the system may empty it."""
-    return state_folder() == _wanted()
+    """Return whether `state_folder` is the regular one, which the system does not empty."""
+    return state_folder() == _default_folder()
 
 
-def _wanted() -> Path:
+def _default_folder() -> Path:
     from platformdirs import user_state_path
 
     return user_state_path("vomstudio", appauthor=False)
 
 
 @cache
-def _usable(wanted: Path) -> Path:
-    if _can_be_written(wanted):
-        return wanted
-    # A name that comes again, so that what a crash leaves behind is found.
+def _first_writable(default: Path) -> Path:
+    if _is_writable(default):
+        return default
+    # A fixed name, so that work is found after a crash.
     user = os.getuid() if hasattr(os, "getuid") else os.environ.get("USERNAME", "user")
-    mine = Path(tempfile.gettempdir()) / f"vomstudio-{user}"
-    if _is_mine(mine):
-        return mine
+    fallback = Path(tempfile.gettempdir()) / f"vomstudio-{user}"
+    if _is_private(fallback):
+        return fallback
     try:
         return Path(tempfile.mkdtemp(prefix="vomstudio-"))
     except OSError:
-        # Whoever writes there says why that is not possible.
-        return wanted
+        # Writing there will raise an error with the reason.
+        return default
 
 
-def _can_be_written(folder: Path) -> bool:
+def _is_writable(folder: Path) -> bool:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
@@ -50,13 +50,15 @@ def _can_be_written(folder: Path) -> bool:
         return False
 
 
-def _is_mine(folder: Path) -> bool:
-    """Made by and for this user alone: everybody may write beside it."""
+def _is_private(folder: Path) -> bool:
+    """Return whether the folder belongs to this user alone; its parent is shared."""
     try:
         folder.mkdir(mode=0o700, exist_ok=True)
-        found = folder.lstat()
+        status = folder.lstat()
     except OSError:
         return False
-    if not stat.S_ISDIR(found.st_mode):
+    if not stat.S_ISDIR(status.st_mode):
         return False
-    return not hasattr(os, "getuid") or (found.st_uid == os.getuid() and not found.st_mode & 0o077)
+    return not hasattr(os, "getuid") or (
+        status.st_uid == os.getuid() and not status.st_mode & 0o077
+    )

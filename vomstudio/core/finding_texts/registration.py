@@ -885,8 +885,8 @@ TEXTS: dict[str, Entry] = {
     "registration.fitted": (
         "info",
         to_translate(
-            "{model} was fitted to {other}. It turned by {turn_deg:.2f} degrees, and what was "
-            "measured on it with it."
+            "{model} was fitted to {other}. The model and its measurements were rotated by "
+            "{turn_deg:.2f} degrees."
         ),
     ),
     "registration.sets-turned": (

@@ -13,7 +13,7 @@ import numpy as np
 
 from vomstudio.core.arrays import ByteArray, Float32Array
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.memory_limit import limited_by
+from vomstudio.core.files.memory_limit import limit_for_file
 from vomstudio.core.files.regular import read_small
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
@@ -105,7 +105,7 @@ class EdgeNetwork:
         import cv2
 
         try:
-            with limited_by(self.path):
+            with limit_for_file(self.path):
                 net = cv2.dnn.readNetFromONNX(np.frombuffer(raw, np.uint8))
         except (cv2.error, MemoryError) as error:
             raise self._refused(Finding("network.not-loaded", reason=_reason(error))) from error
@@ -122,7 +122,7 @@ class EdgeNetwork:
         values = full.astype(np.float32) / 255.0
         blob = (values @ _GREY)[None] if self.channels == 1 else values.transpose(2, 0, 1)
         try:
-            with limited_by(self.path):
+            with limit_for_file(self.path):
                 self._net.setInput(np.ascontiguousarray(blob[None]))  # type: ignore[attr-defined]
                 given = np.asarray(self._net.forward())  # type: ignore[attr-defined]
         except (cv2.error, MemoryError) as error:

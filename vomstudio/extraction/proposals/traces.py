@@ -9,7 +9,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import HIDDEN
 from vomstudio.core.words import tr
 from vomstudio.extraction.followed_trace import near_surface, plane_of
@@ -34,7 +34,7 @@ DEFAULT_MIN_RESOLUTIONS = 20.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Proposal(Shown):
+class Proposal(PrintableResult):
     """A line that may be a contact.
 
     line : its name; points : (n, 3) World, m; length_m : along it
@@ -54,7 +54,7 @@ class Proposal(Shown):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ProposedTraces(Shown):
+class ProposedTraces(PrintableResult):
     """proposals : the least doubtful first; cost : what was looked for; least_length_m : of a line;
     surrogates : surfaces of noise that the doubts are told from; warnings : sentences"""
 

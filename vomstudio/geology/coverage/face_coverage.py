@@ -14,7 +14,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.words import to_translate
 from vomstudio.geology.coverage.cells import CellGrid
 
@@ -42,7 +42,7 @@ class Share:
 
 
 @dataclass(frozen=True, repr=False)
-class LookedAt(Shown):
+class LookedAt(PrintableResult):
     """Coverage of a face: how much of it was inspected.
 
     Areas are in the square of the grid's unit, metres in a project.

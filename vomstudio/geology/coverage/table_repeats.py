@@ -12,7 +12,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.geology.coverage.spread import (
     Between,
     HeldErrors,
@@ -67,7 +67,7 @@ class LeftOut:
 
 
 @dataclass(frozen=True, repr=False)
-class TableRepeats(Shown):
+class TableRepeats(PrintableResult):
     """n : picks that are no repeats; structures : of them, those that were picked again; repeats :
     how often altogether
 

@@ -11,7 +11,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding, cause_of
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.geology.faults.displacement import (
     Displacement,
     Errors,
@@ -40,7 +40,7 @@ class Pair:
 
 
 @dataclass(frozen=True, repr=False)
-class Displacements(Shown):
+class Displacements(PrintableResult):
     """what : net slip, or separation where the slip is unknown; mean_net_m, mean_throw_m,
     mean_heave_m with the standard deviation of the pairs, None of one pair; of separations the dip
     separation. skipped : pairs without a result, with the reason; warnings : on slips and motions

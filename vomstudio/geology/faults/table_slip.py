@@ -8,7 +8,7 @@ from typing import Protocol
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.geology.faults.kinematics import (
     kinematic_axes,
     movements,
@@ -94,7 +94,7 @@ class DihedraFound:
 
 
 @dataclass(frozen=True, repr=False)
-class TableSlip(Shown):
+class TableSlip(PrintableResult):
     """n : faults. dropped_lines, warnings : of the table as it was read"""
 
     n: int

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import FLAT
 from vomstudio.geology.measured import CONE95
 from vomstudio.geology.orientation import Plane, normals_to_planes
@@ -36,7 +36,7 @@ _AROUND = np.linspace(0.0, 2.0 * np.pi, 1440, endpoint=False)
 
 
 @dataclass(frozen=True, repr=False)
-class ThreePoints(Shown):
+class ThreePoints(PrintableResult):
     """The plane through three points, or the best one through more of them, with the 95 % errors of
     its dip and dip direction, each by itself, and the half-angle of its 95 % cone in the worst
     direction; None where nothing is known of the points' errors. Where a plane may be off more to

@@ -15,7 +15,7 @@ from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.progress import Progress, Silent
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.words import tr
 from vomstudio.geology.orientation import ANGLE_TOLERANCE_DEG, Plane, planes_to_normals
 from vomstudio.geology.orientation_rows import OrientationRows
@@ -74,7 +74,7 @@ class FacetSlope:
 
 
 @dataclass(frozen=True, repr=False)
-class FacetSlopes(Shown):
+class FacetSlopes(PrintableResult):
     """n : planes. left_out : lines of their table; skipped : facets that are no slope, each `id`
     and `reason`; convention, dropped_lines : of the planes' table as it was read"""
 

@@ -11,7 +11,7 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray, ObjectArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import OPTIONAL
 from vomstudio.geology.fractures.intervals import (
     UNKNOWN,
@@ -116,7 +116,7 @@ class FractureSet:
 
 
 @dataclass(frozen=True, repr=False)
-class FractureNetwork(Shown):
+class FractureNetwork(PrintableResult):
     """See docs/cli.md; None is what cannot be stated. P21_unclipped_1_per_m : with all that the
     traces have outside the area, which is too much; names with 95 : the 95 % intervals, lower and
     upper limit; dispersion : as in `Densities`; plane : on which three-dimensional traces were

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.findings import Finding
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.geology.common_rotation_errors import Region, Turns, cone, moved, region, resultant
 from vomstudio.geology.populations.distributions import (
     AxisConfidence,
@@ -87,7 +87,7 @@ class VollmerFigures:
 
 
 @dataclass(frozen=True, repr=False)
-class SetStatistics(Shown):
+class SetStatistics(PrintableResult):
     """What is said of one set of orientations.
 
     n : how many. of : "poles" of planes, or "lines". axial : a vector and its opposite are the same

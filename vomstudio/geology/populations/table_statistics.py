@@ -9,7 +9,7 @@ import numpy as np
 
 from vomstudio.core.arrays import IntArray
 from vomstudio.core.findings import Finding
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.populations.error_weights import Errors, errors_of
 from vomstudio.geology.populations.set_statistics import SetStatistics, set_statistics
@@ -19,7 +19,7 @@ UNNAMED = "unassigned"
 
 
 @dataclass(frozen=True, repr=False)
-class TableStatistics(Shown):
+class TableStatistics(PrintableResult):
     """n : rows; sets : by name, in order of appearance; convention, dropped_lines, warnings : of
     the table as it was read"""
 

@@ -13,7 +13,7 @@ from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.core.errors import GeometryError, InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import HIDDEN
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import parse_plane
@@ -86,7 +86,7 @@ class DescribedSet(Arrangement, ProposedSet):
 
 
 @dataclass(frozen=True, repr=False)
-class SetProposal(Shown):
+class SetProposal(PrintableResult):
     """n planes, of which `unassigned` are in no set; criteria : by which their number is chosen, of
     0, 1, 2... sets, the less the better, empty where seeds were given; assignment : (n,) of the
     rows that were used, the name of the set, "" for none, with its probability; rows : (n,) their

@@ -15,7 +15,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geology.view_attitudes import camera_rotations, of_nadir_body
 from vomstudio.io.control.geo_file import is_geo, read_geo
 from vomstudio.io.text.named_columns import PHOTO, NamedTable
-from vomstudio.io.text.rows import shortened
+from vomstudio.io.text.rows import shorten
 
 _ANGLES = (
     (
@@ -92,7 +92,7 @@ def read_attitudes(path: str | Path, north: str = "grid") -> AttitudeTable:
         return _of_geo(path)
     table = NamedTable(path, ("photo", *_NAMES))
     photos = table.words(PHOTO, "photo")
-    table.require_once(photos)
+    table.require_unique(photos)
     angles = np.full((len(photos), 3), np.nan)
     there = [table.has(names) for names in _ANGLES]
     if there[1] != there[2] or not any(there):
@@ -186,7 +186,7 @@ def _norths(table: NamedTable, n: int, usual: str) -> tuple[str, ...]:
             north = _NORTHS.get(word.casefold())
             if north is None:
                 finding = Finding(
-                    "table.unknown-word", cell=shortened(word), words=("grid", "true", "magnetic")
+                    "table.unknown-word", cell=shorten(word), words=("grid", "true", "magnetic")
                 )
                 raise table.at(row, finding, "north")
             found.append(north if word else usual)

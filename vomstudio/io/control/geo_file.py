@@ -18,8 +18,8 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.coordinate_limits import why_no_error
 from vomstudio.io.control.formats.opendronemap import is_odm, projection_of
-from vomstudio.io.text.file_text import MOST_OBJECTS, read_text
-from vomstudio.io.text.rows import is_comma_number, shortened
+from vomstudio.io.text.file_text import MAX_OBJECTS, read_text
+from vomstudio.io.text.rows import is_comma_number, shorten
 
 _COLUMNS = ("x", "y", "z", "yaw", "pitch", "roll", "horizontal_accuracy", "vertical_accuracy")
 
@@ -62,7 +62,7 @@ def read_geo(path: Path) -> GeoFile:
         name = " ".join(cells[:at]).replace("\\", "/")
         if name in first:
             raise InputError(
-                Finding("table.repeated-label", label=shortened(name), first_line=first[name]),
+                Finding("table.repeated-label", label=shorten(name), first_line=first[name]),
                 file=path,
                 line=number,
                 field="image",
@@ -100,7 +100,7 @@ def read_geo(path: Path) -> GeoFile:
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    text, _ = read_text(path, MOST_OBJECTS)
+    text, _ = read_text(path, MAX_OBJECTS)
     return [
         (number, [c.strip() for c in line.split("\t")] if "\t" in line else line.split())
         for number, line in enumerate(text.split("\n"), 1)
@@ -140,7 +140,7 @@ def _value(path: Path, line: int, name: str, cell: str) -> float:
     if name not in ("x", "y") and not is_comma_number(cell):
         # What stands behind the numbers is for others.
         return float("nan")
-    said = Finding("table.not-a-number", cell=shortened(cell))
+    said = Finding("table.not-a-number", cell=shorten(cell))
     if is_comma_number(cell):
-        said = Finding("table.decimal-comma", cell=shortened(cell))
+        said = Finding("table.decimal-comma", cell=shorten(cell))
     raise InputError(said, file=path, line=line, field=name)

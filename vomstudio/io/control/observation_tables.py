@@ -20,10 +20,10 @@ from vomstudio.io.control.control_files import read_control
 from vomstudio.io.control.geo_file import is_geo, read_geo
 from vomstudio.io.control.registry import choose_format
 from vomstudio.io.gate.points import ModelFrame, points_to_world
-from vomstudio.io.gate.stated_crs import crs_of_table
+from vomstudio.io.gate.stated_crs import table_crs
 from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
-from vomstudio.io.text.orientation_reading import orientations_of
-from vomstudio.io.text.rows import shortened
+from vomstudio.io.text.orientation_reading import extract_orientations
+from vomstudio.io.text.rows import shorten
 
 _MODEL = (
     ("model x", "local x", "xm", "mx"),
@@ -174,10 +174,10 @@ def read_pairs(path: str | Path, crs: str | None = None) -> Pairs:
     """
     table = NamedTable(path, _PAIRS)
     labels = table.words(LABEL, "label")
-    table.require_once(labels)
+    table.require_unique(labels)
     model = table.columns(_MODEL, ("model_x", "model_y", "model_z"))
     world = table.columns(WORLD, ("x", "y", "z"))
-    table.require_places(world)
+    table.require_coordinates(world)
     placed = points_to_world(
         world,
         file=table.path,
@@ -231,7 +231,7 @@ def read_scale_bars(path: str | Path) -> list[ScaleBar]:
         if one == other:
             raise table.at(
                 bar,
-                Finding("control.bar-of-one-point", label=shortened(one)),
+                Finding("control.bar-of-one-point", label=shorten(one)),
                 "to",
             )
     sigma = table.positive(("sigma", "sigma m", "accuracy", "accuracy m", "error"), "sigma_m")
@@ -261,12 +261,12 @@ def read_positions(path: str | Path) -> Positions:
         return Positions(geo.photos, geo.places, False, sigma, geo.crs, file=path, line=geo.line)
     table = NamedTable(path, ("photo", "x", "y", "z"))
     photos = table.words(PHOTO, "photo")
-    table.require_once(photos)
+    table.require_unique(photos)
     places = table.columns(WORLD, ("x", "y", "z"))
     degrees = table.has(("lon", "longitude", "x longitude"))
     if not degrees:
-        table.require_places(places)
-    stated, findings = crs_of_table(path, table.table.comments)
+        table.require_coordinates(places)
+    stated, findings = table_crs(path, table.table.comments)
     return Positions(
         photos,
         places,
@@ -298,12 +298,12 @@ def read_compass(path: str | Path) -> CompassTable:
         raise InputError(
             Finding("control.no-model-direction"), file=table.path, line=table.table.header_line
         )
-    read = orientations_of(table.table)
-    vectors = table.columns(_MODEL, ("model_x", "model_y", "model_z"))[read.kept]
+    read = extract_orientations(table.table)
+    vectors = table.columns(_MODEL, ("model_x", "model_y", "model_z"))[read.row_indices]
     length = np.linalg.norm(vectors, axis=1)
     for place in np.flatnonzero(~(length > 0)):
         raise table.at(
-            int(read.kept[place]),
+            int(read.row_indices[place]),
             Finding("control.no-model-direction"),
             "model_x",
         )
@@ -317,12 +317,14 @@ def read_compass(path: str | Path) -> CompassTable:
     labels = read.ids
     if not table.has(("id",)) and table.has(LABEL):
         names = table.words(LABEL, "label", empty=True)
-        labels = tuple(names[row] or label for row, label in zip(read.kept, labels, strict=True))
+        labels = tuple(
+            names[row] or label for row, label in zip(read.row_indices, labels, strict=True)
+        )
     return CompassTable(
         labels,
         read.is_plane,
         np.where(read.is_plane, read.dip_direction_deg, read.trend_deg),
         np.where(read.is_plane, read.dip_deg, read.plunge_deg),
         vectors / length[:, None],
-        sigma[read.kept],
+        sigma[read.row_indices],
     )

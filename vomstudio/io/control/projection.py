@@ -24,7 +24,7 @@ def in_metres(
     from pyproj import CRS
     from pyproj.exceptions import CRSError
 
-    from vomstudio.io.gis.crs import from_degrees, parse_crs, utm_zone
+    from vomstudio.io.gis.crs import degrees_to_grid, parse_crs, utm_zone
 
     if text is None or text.upper().startswith(("LOCAL", "ENGCRS", "ENGINEERING")):
         return list(points), None
@@ -40,7 +40,7 @@ def in_metres(
                 if abs(point.position[0]) > 180 or abs(point.position[1]) > 90:
                     raise _nowhere(path, line, point)
             code = utm_zone(points[0].position[0], points[0].position[1])
-            to_grid = from_degrees(code, horizontal.to_wkt())
+            to_grid = degrees_to_grid(code, horizontal.to_wkt())
             moved = []
             for point in points:
                 place = to_grid(point.position[0], point.position[1])

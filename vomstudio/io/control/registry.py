@@ -14,13 +14,13 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.io.control.format import ControlFormat
-from vomstudio.io.plugins import Found, find_plugins
+from vomstudio.io.plugins import LoadedPlugins, find_plugins
 
 GROUP = "vomstudio.control_formats"
 
 
 @functools.cache
-def find_formats() -> Found[ControlFormat]:
+def find_formats() -> LoadedPlugins[ControlFormat]:
     from vomstudio.io.control import formats
 
     return find_plugins(formats, "CONTROL_FORMAT", ControlFormat, GROUP)

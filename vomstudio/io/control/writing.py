@@ -12,10 +12,10 @@ import numpy as np
 
 from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.files.atomic import write_bytes
-from vomstudio.core.files.backup import set_aside
-from vomstudio.core.files.containment import check_beside
+from vomstudio.core.files.backup import back_up
+from vomstudio.core.files.containment import check_generated_path
 from vomstudio.core.files.regular import open_regular
-from vomstudio.core.files.spreadsheet_cells import guarded
+from vomstudio.core.files.spreadsheet_cells import escape_formula
 from vomstudio.core.findings import Finding
 from vomstudio.io.control.observation_tables import CompassTable, Pairs
 from vomstudio.io.control.points import ControlPoint, Mark
@@ -35,7 +35,7 @@ def write_control(
     """
     rows = [
         [
-            guarded(p.label),
+            escape_formula(p.label),
             *map(_digits, p.position),
             "" if p.sigma_m is None else _digits(p.sigma_m),
             "check" if p.check else "control",
@@ -55,7 +55,11 @@ def write_pairs(path: Path, pairs: Pairs) -> Path | None:
     rows = []
     for k, label in enumerate(pairs.labels):
         places = [*pairs.model[k].tolist(), *pairs.world[k].tolist()]
-        row = [guarded(label), *map(_digits, places), "check" if pairs.check[k] else "control"]
+        row = [
+            escape_formula(label),
+            *map(_digits, places),
+            "check" if pairs.check[k] else "control",
+        ]
         if has_sigma:
             row += ["" if np.isnan(v) else _digits(v) for v in pairs.sigma[k].tolist()]
         rows.append(row)
@@ -75,7 +79,7 @@ def write_compass(path: Path, table: CompassTable) -> Path | None:
         sigma = float(table.sigma[k])
         rows.append(
             [
-                guarded(label),
+                escape_formula(label),
                 "plane" if plane else "line",
                 *(angles if plane else ["", ""]),
                 *(["", ""] if plane else angles),
@@ -91,15 +95,18 @@ def write_marks(path: Path, marks: Iterable[Mark]) -> Path | None:
 
     Returns where a table was put that held more than these columns. Raises TargetError.
     """
-    rows = [[guarded(m.label), guarded(m.photo), _digits(m.x), _digits(m.y)] for m in marks]
+    rows = [
+        [escape_formula(m.label), escape_formula(m.photo), _digits(m.x), _digits(m.y)]
+        for m in marks
+    ]
     return _write(path, ["label", "photo", "x", "y"], rows)
 
 
 def _write(
     path: Path, header: Sequence[str], rows: Sequence[Sequence[str]], comment: str = ""
 ) -> Path | None:
-    check_beside(path)
-    kept = set_aside(path) if path.exists() and not _is_plain(path, header) else None
+    check_generated_path(path)
+    kept = back_up(path) if path.exists() and not _is_plain(path, header) else None
     if not rows:
         try:
             path.unlink(missing_ok=True)

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.core.files.atomic import atomic_group
-from vomstudio.core.files.plain_characters import plain
-from vomstudio.core.files.spreadsheet_cells import guarded_word
+from vomstudio.core.files.plain_characters import replace_control_characters
+from vomstudio.core.files.spreadsheet_cells import escape_foreign_cell
 
 Row = Mapping[str, Any]
 
@@ -40,8 +40,8 @@ def _cell(value: Any) -> str:
     if isinstance(value, float):
         # Far finer than any measurement; the zeros of rounding say nothing.
         return f"{value:.12g}"
-    text = " ".join(plain(str(value)).split())
-    return guarded_word(text) if isinstance(value, str) else text
+    text = " ".join(replace_control_characters(str(value)).split())
+    return escape_foreign_cell(text) if isinstance(value, str) else text
 
 
 def degrees(value: float | None) -> float | None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.plain_characters import plain
+from vomstudio.core.files.plain_characters import replace_control_characters
 from vomstudio.core.findings import Finding
 from vomstudio.geology.map_symbols import strike_and_dip, symbol_size, trend_arrow
 from vomstudio.io.exchange.geojson import properties_of
@@ -52,7 +52,7 @@ def kml_text(
             style = styles[shades[word]]
             _placemark(folder, layer, row, style, _parts(layer, row, size), crs, out)
     ElementTree.indent(root)
-    return '<?xml version="1.0" encoding="UTF-8"?>\n' + plain(
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + replace_control_characters(
         ElementTree.tostring(root, encoding="unicode")
     )
 

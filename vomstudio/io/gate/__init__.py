@@ -1,1 +1,1 @@
-"""The gate for everything that comes in: in which frame coordinates are, and is it metric."""
+"""Input gate: the frame of coordinates, and whether it is metric."""

@@ -1,4 +1,4 @@
-"""Which CRS and units coordinates have: by the options, else by what their file states."""
+"""CRS and units of coordinates: from the options, else from the statements of the file."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.frame_options import FrameOptions
 from vomstudio.io.gis.axis_units import StatedAxes, stated_axes
-from vomstudio.io.gis.crs import crs_name, typed_crs
+from vomstudio.io.gis.crs import crs_name, parse_crs_option
 
 MAX_SHOWN_CHARACTERS = 80
 _SAME_UNIT = 2e-7
@@ -33,7 +33,7 @@ def choose_axes(
     text : str or None
         Code, name or WKT that the file states.
     options : FrameOptions
-        What the caller knows; it replaces what the file states.
+        Options of the caller, which override the statements of the file.
     file : Path
         For messages.
     height_unit : str, optional
@@ -71,7 +71,7 @@ def choose_axes(
                 )
             )
     if options.unit is not None:
-        axes = _with_unit(axes, options.unit, file)
+        axes = _check_unit(axes, options.unit, file)
     return axes, tuple(findings)
 
 
@@ -103,7 +103,7 @@ def assumed_frame(
     Parameters
     ----------
     up, unit : str
-        What is in use.
+        Up axis and unit in use.
     has_up, has_unit : bool
         Whether the file states them.
     severity : optional
@@ -117,14 +117,14 @@ def assumed_frame(
 def _typed_axes(options: FrameOptions, height_unit: str | None, file: Path) -> StatedAxes:
     assert options.crs is not None
     if options.to_crs is None:
-        typed_crs(options.crs)
+        parse_crs_option(options.crs)
     try:
         return stated_axes(options.crs, height_unit)
     except InputError as error:
         raise UsageError(error, file=file, field="--crs") from error
 
 
-def _with_unit(axes: StatedAxes, unit: str, file: Path) -> StatedAxes:
+def _check_unit(axes: StatedAxes, unit: str, file: Path) -> StatedAxes:
     """Return the axes with a unit that was given. Raise UsageError if their CRS has another one."""
     if axes.kind == "local":
         return StatedAxes()

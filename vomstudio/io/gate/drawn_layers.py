@@ -16,18 +16,23 @@ import numpy as np
 
 from vomstudio.core.arrays import AnyArray, BoolArray, FloatArray, IntArray, ObjectArray
 from vomstudio.core.errors import InputError, UsageError
-from vomstudio.core.files.regular import is_folder, is_there
+from vomstudio.core.files.regular import is_folder, path_exists
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.geometry.outlines.self_crossing import taken_apart
-from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
+from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gate.points import ModelFrame, WorldPoints, points_to_world
-from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
-from vomstudio.io.gis.axis_units import MOST_DEGREES, suggested_zone
-from vomstudio.io.gis.dxf_properties import ENTITY_COLUMNS, dxf_facts, select_lines, why_unreadable
-from vomstudio.io.gis.layer_reading import names_no_crs, symbol_layers
+from vomstudio.io.gate.stated_crs import StatedCrs, table_crs
+from vomstudio.io.gis.axis_units import MAX_DEGREES, suggested_zone
+from vomstudio.io.gis.dxf_properties import (
+    ENTITY_COLUMNS,
+    read_dxf_properties,
+    select_lines,
+    unreadable_reason,
+)
+from vomstudio.io.gis.layer_reading import is_geojson_without_crs, symbol_layers
 from vomstudio.io.gis.vector_layers import VectorLayer, list_layers, read_layers
-from vomstudio.io.gis.wkb_shapes import shapes_from_wkb, surfaces_left_out
+from vomstudio.io.gis.wkb_shapes import excluded_surfaces_finding, shapes_from_wkb
 
 _LINES, _AREAS = ("LineString", "LinearRing"), ("Polygon",)
 OUTLINE_LAYERS = ("patches", "lithologies")
@@ -91,7 +96,7 @@ class RawLayer:
         Row of each shape in the file.
     columns, crs, fields
         As in `DrawnLayer`.
-    warnings, left_out : tuple
+    warnings, excluded : tuple
         Findings about coordinates, and about entities of a drawing that were not read.
     field : str or None
         Argument name, for shapes passed to the Python interface instead of a file.
@@ -103,7 +108,7 @@ class RawLayer:
     columns: Mapping[str, AnyArray]
     crs: str | None
     warnings: tuple[Finding, ...] = ()
-    left_out: tuple[Finding, ...] = ()
+    excluded: tuple[Finding, ...] = ()
     fields: tuple[str, ...] = ()
     field: str | None = None
 
@@ -130,7 +135,7 @@ def read_raw_lines(
     layer: str | None = None,
     columns: Iterable[str] = (),
     progress: Progress | None = None,
-    options: FrameOptions = AS_STATED,
+    options: FrameOptions = DEFAULT_FRAME,
     model: ModelFrame | None = None,
 ) -> RawLayer:
     """Read all features of a layer of lines in World, with heights.
@@ -146,7 +151,7 @@ def read_raw_lines(
         Names of the attributes to read.
     progress : Progress, optional
     options : FrameOptions
-        Frame options of the caller, which complete what the file states.
+        Frame options of the caller, which complete the statements of the file.
     model : ModelFrame, optional
         Frame of the data that the drawing belongs to, to which it is converted.
 
@@ -164,7 +169,7 @@ def read_raw_areas(
     path: str | Path,
     layer: str | None = None,
     progress: Progress | None = None,
-    options: FrameOptions = AS_STATED,
+    options: FrameOptions = DEFAULT_FRAME,
     model: ModelFrame | None = None,
 ) -> RawLayer:
     """Read all features of a layer of polygons in World, as `read_raw_lines`."""
@@ -172,7 +177,7 @@ def read_raw_areas(
 
 
 def raw_shapes(
-    shapes: ObjectArray, name: str, crs: str | None = None, options: FrameOptions = AS_STATED
+    shapes: ObjectArray, name: str, crs: str | None = None, options: FrameOptions = DEFAULT_FRAME
 ) -> RawLayer:
     """Convert shapes (n,) passed to the Python interface to a layer in World.
 
@@ -191,20 +196,20 @@ def raw_shapes(
     return RawLayer(path, shapes, rows, {}, placed.crs, placed.findings, field=name)
 
 
-def extract_lines(raw: RawLayer, *, with_rings: bool = True) -> DrawnLayer:
+def extract_lines(raw: RawLayer, *, include_rings: bool = True) -> DrawnLayer:
     """Return the lines of a layer as single parts, heights dropped.
 
     Parameters
     ----------
-    with_rings : bool
+    include_rings : bool
         False excludes closed lines, with the finding ``lines.closed``.
 
     Raises
     ------
     InputError
-        If there are none.
+        Without such shapes.
     """
-    return _build_layer(raw, _LINES, (), with_rings)
+    return _build_layer(raw, _LINES, (), include_rings)
 
 
 def extract_area(raw: RawLayer) -> tuple[Any, DrawnLayer]:
@@ -213,7 +218,7 @@ def extract_area(raw: RawLayer) -> tuple[Any, DrawnLayer]:
     Raises
     ------
     InputError
-        If there are none.
+        Without such shapes.
     """
     import shapely
 
@@ -224,12 +229,12 @@ def extract_area(raw: RawLayer) -> tuple[Any, DrawnLayer]:
 
 
 def _build_layer(
-    raw: RawLayer, kinds: tuple[str, ...], messages: Iterable[Finding], with_rings: bool
+    raw: RawLayer, kinds: tuple[str, ...], messages: Iterable[Finding], include_rings: bool
 ) -> DrawnLayer:
     import shapely
 
     shapes = shapely.force_2d(raw.shapes)
-    parts, row, part_messages = _parts(shapes, raw.feature, kinds, with_rings)
+    parts, row, part_messages = _parts(shapes, raw.feature, kinds, include_rings)
     if not len(parts):
         raise _no_shapes_error(raw, kinds)
     return DrawnLayer(
@@ -238,7 +243,7 @@ def _build_layer(
         raw.feature[row] + 1,
         {name: values[row] for name, values in raw.columns.items()},
         raw.crs,
-        (*raw.warnings, *messages, *part_messages, *raw.left_out),
+        (*raw.warnings, *messages, *part_messages, *raw.excluded),
         raw.fields,
     )
 
@@ -254,7 +259,7 @@ def _read(
 ) -> RawLayer:
     import shapely
 
-    if not is_there(path) or is_folder(path):
+    if not path_exists(path) or is_folder(path):
         raise InputError(Finding("file.missing"), file=path)
     layer = layer or _find_layer(path, kinds, progress)
     names = {name.casefold() for name in (*attributes, *ENTITY_COLUMNS, "layer")}
@@ -265,12 +270,12 @@ def _read(
     # A table without geometry has no layer of shapes.
     shapes, surfaces = shapes_from_wkb(read.shapes)
     columns = dict(read.columns or {})
-    left_out: list[Finding] = []
+    excluded: list[Finding] = []
     keep = np.ones(len(shapes), np.bool_)
     if path.suffix.lower() == ".dxf":
-        keep, left_out = select_lines(path, columns, surfaces)
+        keep, excluded = select_lines(path, columns, surfaces)
     elif surfaces.any():
-        left_out.append(surfaces_left_out(int(surfaces.sum())))
+        excluded.append(excluded_surfaces_finding(int(surfaces.sum())))
     # Report a surface once, not again as a shape without coordinates.
     keep = keep & ~(shapely.is_missing(shapes) & (surfaces > 0))
     if not keep.all():
@@ -285,7 +290,7 @@ def _read(
         columns,
         placed.crs,
         placed.findings,
-        tuple(left_out),
+        tuple(excluded),
         read.fields,
     )
 
@@ -293,7 +298,7 @@ def _read(
 def _no_shapes_error(raw: RawLayer, kinds: tuple[str, ...]) -> InputError:
     if raw.field is not None:
         return InputError(Finding("drawing.zero-length"), field=raw.field)
-    for finding in raw.left_out:
+    for finding in raw.excluded:
         if isinstance(finding, Finding) and finding.code == "drawing.no-lines":
             return InputError(Finding("drawing.only-bodies", **finding.values), file=raw.path)
     code = "drawing.no-polygons" if kinds is _AREAS else "drawing.no-traces"
@@ -302,7 +307,7 @@ def _no_shapes_error(raw: RawLayer, kinds: tuple[str, ...]) -> InputError:
 
 def _unreadable(path: Path) -> InputError:
     return InputError(
-        why_unreadable(path) or Finding("drawing.unreadable"),
+        unreadable_reason(path) or Finding("drawing.unreadable"),
         file=path,
     )
 
@@ -335,7 +340,7 @@ def _frame(
     *,
     alone: bool,
 ) -> tuple[StatedCrs, FrameOptions]:
-    """Return what a drawing states about its CRS, and the options that complete it.
+    """Return the CRS that a drawing states, and the options that complete it.
 
     Parameters
     ----------
@@ -344,21 +349,21 @@ def _frame(
     bounds : (2, 2) float
         Lowest and highest x and y.
     alone : bool
-        Whether there is no other data whose CRS the drawing would be converted to.
+        Whether the drawing belongs to no model, to whose CRS it would be converted.
     """
-    if names_no_crs(path):
+    if is_geojson_without_crs(path):
         if options.crs is not None:
             return StatedCrs(), options
-        in_degrees = float(np.abs(bounds).max(initial=0.0)) <= MOST_DEGREES
-        if alone and options.to_crs is None and in_degrees:
+        is_in_degrees = float(np.abs(bounds).max(initial=0.0)) <= MAX_DEGREES
+        if alone and options.to_crs is None and is_in_degrees:
             options = replace(options, to_crs=suggested_zone(bounds))
         return StatedCrs(crs), options
     if crs is None:
-        sidecar, _ = crs_of_table(path, ())
+        sidecar, _ = table_crs(path, ())
         if sidecar.text is not None:
             return sidecar, options
     if crs is None and options.unit is None and path.suffix.lower() == ".dxf":
-        unit_m = dxf_facts(path).unit_m
+        unit_m = read_dxf_properties(path).unit_m
         return StatedCrs(is_local=unit_m is not None, unit_m=unit_m), options
     return StatedCrs(crs), options
 
@@ -379,23 +384,23 @@ def _convert_to_world(
     finite = points[np.isfinite(points).all(axis=1), :2]
     bounds = np.array([finite.min(axis=0), finite.max(axis=0)]) if len(finite) else np.zeros((2, 2))
     stated, options = _frame(path, crs, bounds, options, alone=model is None)
-    placed = points_to_world(points, file=path, stated=stated, options=options, model=model)
-    if placed.points is points or np.array_equal(placed.points, points, equal_nan=True):
-        return shapes, placed
+    world = points_to_world(points, file=path, stated=stated, options=options, model=model)
+    if world.points is points or np.array_equal(world.points, points, equal_nan=True):
+        return shapes, world
     converted = shapes.copy()
     has_z = shapely.has_z(shapes)
-    for with_z in (False, True):
-        selected = has_z == with_z
+    for is_3d in (False, True):
+        selected = has_z == is_3d
         if selected.any():
-            new = placed.points[selected[row]]
+            new = world.points[selected[row]]
             converted[selected] = shapely.set_coordinates(
-                shapes[selected].copy(), new if with_z else new[:, :2]
+                shapes[selected].copy(), new if is_3d else new[:, :2]
             )
-    return converted, placed
+    return converted, world
 
 
 def _close_outlines(shapes: ObjectArray) -> tuple[ObjectArray, list[Finding]]:
-    """Convert closed lines to polygons if there are none, and return a message about them.
+    """Convert closed lines to polygons in a layer without polygons, and return a finding.
 
     CAD drawings have no polygons.
     """
@@ -418,7 +423,7 @@ def _parts(
     shapes: ObjectArray,
     numbers: IntArray,
     kinds: tuple[str, ...],
-    with_rings: bool,
+    include_rings: bool,
 ) -> tuple[ObjectArray, IntArray, list[Finding]]:
     """Return single parts of the requested kinds, the row of each, and messages about others.
 
@@ -454,7 +459,7 @@ def _parts(
             )
         )
     parts, feature = parts[has_size], feature[has_size]
-    if not with_rings:
+    if not include_rings:
         closed = np.asarray(shapely.is_closed(parts))
         if closed.any():
             messages.append(Finding("lines.closed", lines=int(closed.sum())))

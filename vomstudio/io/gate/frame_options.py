@@ -1,4 +1,4 @@
-"""The options that define the frame of whatever is read, declared once for every door."""
+"""Options for the frame of input files, declared once for every door."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ UpAxis = Literal["z", "y"]
 
 @dataclass(frozen=True)
 class FrameOptions(Options):
-    """Up axis, unit and CRS of a file; None for what the file itself states.
+    """Up axis, unit and CRS of a file; None for the statement of the file.
 
     Raises
     ------
@@ -56,10 +56,10 @@ class FrameOptions(Options):
 
     @property
     def first_given(self) -> str | None:
-        """The first option given, as on the command line; None if none was given."""
-        given = given_options(self)
-        return next((each.flag for each in declarations(type(self)) if each.name in given), None)
+        """Flag of the first option that was given, None if none was."""
+        options = given_options(self)
+        return next((each.flag for each in declarations(type(self)) if each.name in options), None)
 
 
-AS_STATED = FrameOptions()
-"""No option given: the frame is what the file states."""
+DEFAULT_FRAME = FrameOptions()
+"""No options: the frame is the one that the file states."""

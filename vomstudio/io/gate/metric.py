@@ -1,8 +1,8 @@
-"""Whether lengths in a coordinate reference system are lengths on the ground.
+"""Check that lengths in a coordinate reference system are lengths on the ground.
 
-A map projection stretches distances and leaves heights as they are. Where it stretches by more than
-`MAX_SCALE_ERROR`, dips and lengths would be wrong: a bed of 30 degrees dips 21.9 degrees in Web
-Mercator at 46 degrees north.
+A map projection scales distances but not heights. If the scale differs from 1 by more than
+`MAX_SCALE_ERROR`, dips and lengths are wrong: a bed of 30 degrees dips 21.9 degrees in Web Mercator
+at 46 degrees north.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class MapScale:
         it differs most from 1.
     anisotropy : float
         Largest scale divided by smallest scale at one place, minus 1.
-    in_area : bool
+    is_in_area : bool
         Whether the data lie within the area of use of the CRS.
     suggested_crs : str
         ``EPSG:n`` of the UTM zone (WGS 84) at the data.
@@ -46,7 +46,7 @@ class MapScale:
 
     scale: float
     anisotropy: float
-    in_area: bool
+    is_in_area: bool
     suggested_crs: str
 
     @property
@@ -98,7 +98,7 @@ def map_scale(crs: str, bounds: FloatArray) -> MapScale | None:
     return MapScale(
         scale=worst,
         anisotropy=float((largest / smallest).max() - 1.0),
-        in_area=_is_in_area(flat.area_of_use, longitude, latitude),
+        is_in_area=_is_in_area(flat.area_of_use, longitude, latitude),
         suggested_crs=utm_zone(*middle),
     )
 
@@ -133,34 +133,34 @@ def check_metric(
     bounds = np.asarray(bounds, np.float64)[:, :2]
     if not np.isfinite(bounds).all() or _is_inside_utm_zone(crs, bounds):
         return ()
-    found = map_scale(crs, bounds)
-    if found is None or not (found.is_metric or found.in_area):
+    scale = map_scale(crs, bounds)
+    if scale is None or not (scale.is_metric or scale.is_in_area):
         exchanged = map_scale(crs, bounds[:, ::-1])
-        if exchanged is not None and exchanged.is_metric and exchanged.in_area:
+        if exchanged is not None and exchanged.is_metric and exchanged.is_in_area:
             raise InputError(
                 Finding("frame.swapped-axes", crs=crs_name(crs)), file=file, field="x, y"
             )
-    if found is None:
+    if scale is None:
         raise InputError(
             Finding("frame.undefined-place", crs=crs_name(crs)), file=file, field=field
         )
     values = {
         "crs": crs_name(crs),
-        "scale": found.scale,
-        "anisotropy": found.anisotropy,
-        "suggested_crs": found.suggested_crs,
+        "scale": scale.scale,
+        "anisotropy": scale.anisotropy,
+        "suggested_crs": scale.suggested_crs,
     }
-    if not found.is_metric:
+    if not scale.is_metric:
         raise InputError(
             Finding("frame.not-metric", **values),
             file=file,
             field=field,
         )
-    return () if found.in_area else (Finding("frame.outside-area", **values),)
+    return () if scale.is_in_area else (Finding("frame.outside-area", **values),)
 
 
-def looks_like_degrees(bounds: FloatArray) -> Finding | None:
-    """Return ``frame.maybe-degrees`` if x and y may be longitude and latitude beside heights in m.
+def degrees_finding(bounds: FloatArray) -> Finding | None:
+    """Return ``frame.maybe-degrees`` if x and y may be longitude and latitude.
 
     Parameters
     ----------
@@ -171,8 +171,8 @@ def looks_like_degrees(bounds: FloatArray) -> Finding | None:
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
         return None
     span, height = float(np.hypot(*(high - low)[:2])), float(high[2] - low[2])
-    in_range = max(abs(low[0]), abs(high[0])) <= 180.0 and max(abs(low[1]), abs(high[1])) <= 90.0
-    if not in_range or height <= 0.0 or span * 100.0 >= height:
+    is_in_range = max(abs(low[0]), abs(high[0])) <= 180.0 and max(abs(low[1]), abs(high[1])) <= 90.0
+    if not is_in_range or height <= 0.0 or span * 100.0 >= height:
         return None
     return Finding("frame.maybe-degrees", span=span, height=height)
 
@@ -200,9 +200,9 @@ def _is_in_area(area: object, longitude: FloatArray, latitude: FloatArray) -> bo
 
 
 def _is_inside_utm_zone(crs: str, bounds: FloatArray) -> bool:
-    """Return whether data in a UTM zone of WGS 84 surely lie within the zone.
+    """Return whether data in a UTM zone of WGS 84 are certainly within the zone.
 
-    Decided without PROJ, which the first picture of a model would wait for.
+    Decided without importing PROJ, which would delay the first picture of a model.
     """
     if (zone := _UTM_ZONE.fullmatch(crs)) is None:
         return False

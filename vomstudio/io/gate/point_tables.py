@@ -1,4 +1,4 @@
-"""Tables of points in World: the readers that commands, Python functions and the window use."""
+"""Reading tables of points in World, for commands, Python functions and the window."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from pathlib import Path
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
+from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gate.points import ModelFrame, WorldPoints, points_to_world
 from vomstudio.io.text import log_reading, tables
-from vomstudio.io.text.file_text import MOST_OBJECTS
+from vomstudio.io.text.file_text import MAX_OBJECTS
 from vomstudio.io.text.log_reading import Boundaries
 from vomstudio.io.text.orientation_reading import OrientationTable
 from vomstudio.io.text.tables import PointGroups, TextTable, coordinate_columns, read_table
@@ -53,7 +53,7 @@ class PairsInWorld:
 def read_points(
     path: str | Path,
     by: str | None = None,
-    options: FrameOptions = AS_STATED,
+    options: FrameOptions = DEFAULT_FRAME,
     model: ModelFrame | None = None,
 ) -> GroupsInWorld:
     """Read the points of a text table, by feature, in World.
@@ -64,7 +64,7 @@ def read_points(
     by : str, optional
         Column that names the feature of each point; see `vomstudio.io.text.tables.read_points`.
     options : FrameOptions
-        What the caller knows about the frame.
+        Frame options of the caller.
     model : ModelFrame, optional
         The model that the points belong to; without a statement of their own they are in its World.
 
@@ -82,7 +82,7 @@ def read_points(
 
 
 def read_places(
-    table: OrientationTable, options: FrameOptions = AS_STATED, model: ModelFrame | None = None
+    table: OrientationTable, options: FrameOptions = DEFAULT_FRAME, model: ModelFrame | None = None
 ) -> WorldPoints | None:
     """Return the coordinates of the rows of an orientation table, in World.
 
@@ -100,7 +100,7 @@ def read_places(
     if text.names is None:
         return None
     try:
-        points = text.numbers(coordinate_columns(text))[table.kept]
+        points = text.numbers(coordinate_columns(text))[table.row_indices]
     except InputError:
         return None
     return points_to_world(
@@ -108,7 +108,9 @@ def read_places(
     )
 
 
-def read_boundaries(table: str | Path | TextTable, options: FrameOptions = AS_STATED) -> Boundaries:
+def read_boundaries(
+    table: str | Path | TextTable, options: FrameOptions = DEFAULT_FRAME
+) -> Boundaries:
     """Read points with names and notes, such as the boundaries of a log, in World.
 
     Raises
@@ -117,12 +119,14 @@ def read_boundaries(table: str | Path | TextTable, options: FrameOptions = AS_ST
         For a table that cannot be read, and as `points_to_world`.
     """
     text = _table(table)
-    read = log_reading.boundaries_of(text)
+    read = log_reading.extract_boundaries(text)
     placed = points_to_world(read.points, file=text.path, comments=text.comments, options=options)
     return replace(read, points=placed.points, findings=placed.findings)
 
 
-def read_pairs(table: str | Path | TextTable, options: FrameOptions = AS_STATED) -> PairsInWorld:
+def read_pairs(
+    table: str | Path | TextTable, options: FrameOptions = DEFAULT_FRAME
+) -> PairsInWorld:
     """Read pairs of points on both sides of a fault, in World.
 
     Raises
@@ -131,7 +135,7 @@ def read_pairs(table: str | Path | TextTable, options: FrameOptions = AS_STATED)
         For a table that cannot be read, and as `points_to_world`.
     """
     text = _table(table)
-    names, points = log_reading.pairs_of(text)
+    names, points = log_reading.extract_pairs(text)
     placed = points_to_world(
         points.reshape(-1, 3), file=text.path, comments=text.comments, options=options
     )
@@ -139,4 +143,4 @@ def read_pairs(table: str | Path | TextTable, options: FrameOptions = AS_STATED)
 
 
 def _table(table: str | Path | TextTable) -> TextTable:
-    return table if isinstance(table, TextTable) else read_table(table, most=MOST_OBJECTS)
+    return table if isinstance(table, TextTable) else read_table(table, max_lines=MAX_OBJECTS)

@@ -1,4 +1,4 @@
-"""Coordinates of tables, brought to World: East, North, Up in metres."""
+"""Conversion of table coordinates to World: east, north, up in metres."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.axes import assumed_frame, choose_axes, require_crs, unreadable
-from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
-from vomstudio.io.gate.metric import check_metric, looks_like_degrees
+from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
+from vomstudio.io.gate.metric import check_metric, degrees_finding
 from vomstudio.io.gate.reprojection import Reprojection
-from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
+from vomstudio.io.gate.stated_crs import StatedCrs, table_crs
 from vomstudio.io.gis.axis_units import StatedAxes, refusal, unit_findings, unit_text
 from vomstudio.io.gis.crs import crs_name, metric_crs, world_crs
 
@@ -45,7 +45,7 @@ class WorldPoints:
     crs : str or None
         CRS of World; None for local coordinates.
     findings : tuple of Finding
-        What was assumed or converted.
+        Assumptions and conversions.
     """
 
     points: FloatArray
@@ -59,7 +59,7 @@ def points_to_world(
     file: Path,
     comments: Sequence[str] = (),
     stated: StatedCrs | None = None,
-    options: FrameOptions = AS_STATED,
+    options: FrameOptions = DEFAULT_FRAME,
     model: ModelFrame | None = None,
 ) -> WorldPoints:
     """Establish the frame of the points of a table and convert them to World.
@@ -67,7 +67,7 @@ def points_to_world(
     Parameters
     ----------
     points : (n, 3) float
-        As written; rows with NaN are passed through.
+        As in the file; rows with NaN are preserved.
     file : Path
         The table, for messages and for `NAME.prj` beside it.
     comments : sequence of str
@@ -75,7 +75,7 @@ def points_to_world(
     stated : StatedCrs, optional
         What the file states about its CRS, if it is not a table with comments.
     options : FrameOptions
-        What the caller knows about the frame.
+        Frame options of the caller.
     model : ModelFrame, optional
         Frame of the model that the points belong to. Points whose table states another CRS are
         converted to it; points without a stated frame are in its World.
@@ -97,23 +97,23 @@ def points_to_world(
     points = np.ascontiguousarray(points, np.float64)
     findings: tuple[Finding, ...] = ()
     if stated is None:
-        stated, findings = crs_of_table(file, comments)
+        stated, findings = table_crs(file, comments)
     if options.up == "y":
         # x East, y Up, z South.
         points = np.ascontiguousarray(points[:, [0, 2, 1]] * [1.0, -1.0, 1.0])
-    axes, about_axes = choose_axes(stated.text, options, file=file)
-    findings += about_axes
+    axes, axis_findings = choose_axes(stated.text, options, file=file)
+    findings += axis_findings
     if options.to_crs is not None:
         require_crs(axes, file)
     if axes.kind == "none":
-        return _without_crs(points, stated, findings, options, file, model)
+        return _local_points(points, stated, findings, options, file, model)
     target = options.to_crs or (None if model is None else model.crs)
     bounds = _bounds(points)
     if target is not None and (options.to_crs is not None or not _is_same(axes, target)):
-        return _converted(points, axes, target, findings, file)
-    refused = refusal(axes, bounds)
-    if refused is not None:
-        raise InputError(refused, file=file, field="CRS")
+        return _convert(points, axes, target, findings, file)
+    reason = refusal(axes, bounds)
+    if reason is not None:
+        raise InputError(reason, file=file, field="CRS")
     findings += unit_findings(axes)
     if axes.crs is None or axes.unit_m is None:
         # A local system has units and no place on Earth.
@@ -126,7 +126,7 @@ def points_to_world(
     return WorldPoints(points * axes.metres, world, (*findings, *checked))
 
 
-def _without_crs(
+def _local_points(
     points: FloatArray,
     stated: StatedCrs,
     findings: tuple[Finding, ...],
@@ -137,12 +137,12 @@ def _without_crs(
     unit_m = stated.unit_m or 1.0 if options.unit is None else METRES[options.unit]
     if unit_m != 1.0:
         points = points * unit_m
-        known = next((name for name, metres in METRES.items() if metres == unit_m), None)
-        unit = f"{unit_m:g} m" if known is None else unit_text(known)
+        known_unit = next((name for name, metres in METRES.items() if metres == unit_m), None)
+        unit = f"{unit_m:g} m" if known_unit is None else unit_text(known_unit)
         findings += (Finding("frame.unit-converted", unit=unit, height_unit=unit),)
     if options.unit is None and model is None:
-        maybe = looks_like_degrees(_bounds(points))
-        findings += () if maybe is None else (maybe.of_file(file.name),)
+        finding = degrees_finding(_bounds(points))
+        findings += () if finding is None else (finding.with_file(file.name),)
     if model is None:
         findings += assumed_frame(
             file,
@@ -156,14 +156,14 @@ def _without_crs(
     return WorldPoints(points, None if model is None else model.crs, findings)
 
 
-def _converted(
+def _convert(
     points: FloatArray, axes: StatedAxes, target: str, findings: tuple[Finding, ...], file: Path
 ) -> WorldPoints:
-    """Return points converted to another CRS, which is metric there."""
+    """Convert points to another CRS, and check that it is metric there."""
     source = axes.crs
     if source is None:
-        refused = refusal(axes, _bounds(points))
-        finding = refused or unreadable(file, axes.kind)
+        reason = refusal(axes, _bounds(points))
+        finding = reason or unreadable(file, axes.kind)
         raise InputError(finding, file=file, field="CRS")
     code = metric_crs(target, "--to-crs")
     conversion = Reprojection.create(source, code, height_factor=axes.metres[2])
@@ -190,7 +190,7 @@ def _is_exchanged(points: FloatArray, conversion: Reprojection, code: str) -> bo
 
 
 def _is_same(axes: StatedAxes, world: str) -> bool:
-    """Return whether a CRS is World's, apart from its unit."""
+    """Return whether a CRS is that of World, apart from its unit."""
     from pyproj import CRS
 
     if axes.crs is None:

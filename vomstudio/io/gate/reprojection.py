@@ -17,8 +17,8 @@ from vomstudio.io.gis.crs import crs_name, metric_crs
 class Reprojection:
     """Conversion from a CRS to a projected CRS in metres.
 
-    Heights are scaled to metres and otherwise kept, except from geocentric coordinates, whose
-    heights become ellipsoidal.
+    Heights are scaled to metres and otherwise unchanged; heights of geocentric coordinates become
+    ellipsoidal.
 
     Parameters
     ----------
@@ -46,12 +46,12 @@ class Reprojection:
         system = CRS.from_user_input(source)
         if not system.is_geocentric and system.is_compound:
             system = system.sub_crs_list[0]
-        made = Transformer.from_crs(system, code, always_xy=True)
-        return cls(source, code, height_factor, made)
+        transformer = Transformer.from_crs(system, code, always_xy=True)
+        return cls(source, code, height_factor, transformer)
 
     @property
     def finding(self) -> Finding:
-        """The finding that reports the conversion."""
+        """Finding that reports the conversion."""
         return Finding("frame.reprojected", crs=crs_name(self.source), to_crs=crs_name(self.target))
 
     def apply(self, points: FloatArray) -> FloatArray:

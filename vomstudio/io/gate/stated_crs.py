@@ -23,7 +23,7 @@ _LOCAL = ("local", "none", "engcrs", "engineering", "unknown", "undefined")
 
 @dataclass(frozen=True)
 class StatedCrs:
-    """What a table states about its coordinate reference system.
+    """Coordinate reference system that a table states.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def crs_in_comments(comments: Sequence[str]) -> StatedCrs:
     """Return the CRS that the comments of a table name.
 
     Understood are ``CRS: EPSG:32633`` and ``CoordinateSystem: WKT`` (as Metashape writes it),
-    WKT on a line of its own, and a code at the start of a comment or of an item of a list in it, if
+    WKT on a separate line, and a code at the start of a comment or of an item of a list in it, if
     all comments name the same one.
 
     Parameters
@@ -70,7 +70,7 @@ def crs_in_comments(comments: Sequence[str]) -> StatedCrs:
     return StatedCrs(f"EPSG:{codes.pop()}" if len(codes) == 1 else None)
 
 
-def crs_of_table(path: Path, comments: Sequence[str]) -> tuple[StatedCrs, tuple[Finding, ...]]:
+def table_crs(path: Path, comments: Sequence[str]) -> tuple[StatedCrs, tuple[Finding, ...]]:
     """Return the CRS of a table of coordinates, from its comments, else `NAME.prj` beside it.
 
     Parameters
@@ -125,5 +125,5 @@ def _axes(text: str) -> StatedAxes | None:
 
 
 def _differ(text: str, axes: StatedAxes) -> bool:
-    own = _axes(text)
-    return own is not None and own.crs != axes.crs
+    other = _axes(text)
+    return other is not None and other.crs != axes.crs

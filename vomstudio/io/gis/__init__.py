@@ -1,1 +1,1 @@
-"""Coordinate systems and the file formats of GIS and CAD."""
+"""Coordinate systems, and file formats of GIS and CAD."""

@@ -1,8 +1,8 @@
-"""Which unit each axis of a file is in, by the coordinate reference system that it names.
+"""Unit of each axis of a file, by the coordinate reference system that it names.
 
-The only place that decides this, for every format: horizontal and vertical unit are taken from the
-CRS (compound ones have two), heights without a unit of their own have that of the horizontal axes,
-and what a file states of its heights beside the CRS goes before both (CONVENTIONS).
+The only place that decides this, for every format. The horizontal and vertical units are those of
+the CRS (compound ones have two); heights without a unit have that of the horizontal axes; a unit of
+heights that a file states besides the CRS overrides both (CONVENTIONS).
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.units import METRES
 
 Units = tuple[str, str, str]
-"""Of x, y and z: "m", "ft", "us-ft", "degree", "unknown", or another unit's name."""
+"""Units of x, y and z: "m", "ft", "us-ft", "degree", "unknown", or another name."""
 
 UNKNOWN: Units = ("unknown", "unknown", "unknown")
-MOST_DEGREES = 400.0
-"""No coordinate in degrees, or gons, is beyond it."""
-_SAME = 2e-7
-"""Relative: files write the US survey foot with seven digits; the two feet differ by 2e-6."""
-_WORDS = {
+MAX_DEGREES = 400.0
+"""Maximum coordinate in degrees or gons."""
+_UNIT_TOLERANCE = 2e-7
+"""Relative; files state the US survey foot with seven digits, and the two feet differ by 2e-6."""
+_UNIT_NAMES = {
     "m": to_translate("metres"),
     "ft": to_translate("feet"),
     "us-ft": to_translate("US survey feet"),
@@ -37,16 +37,24 @@ _WORDS = {
 
 @dataclass(frozen=True)
 class StatedAxes:
-    """What a file says of its axes.
+    """Axes that a file states.
 
-    crs : "EPSG:n" or WKT, in whose x, y (and z) the model is kept; None where it is none with
-        east, north and up
-    kind : of the CRS that was named; "local" is one with a unit and no place on Earth
-    units : as the file states them
-    unit_m, height_m : metres in a unit of x and y, and of z; None where it is unknown or no length
-    has_heights : whether heights have a statement of their own, beside that of x and y
-    overruled : the unit of heights that the CRS names, where the file states another beside it
-    grows : whither x, y and z grow where that is not east (or along a meridian), north and up
+    Parameters
+    ----------
+    crs : str or None
+        "EPSG:n" or WKT of the stored x, y (and z); None without east, north and up axes.
+    kind : str
+        Kind of the named CRS; "local" is one with a unit and no place on Earth.
+    units : Units
+        Units as the file states them.
+    unit_m, height_m : float or None
+        Metres per unit of x and y, and of z; None if unknown or not a length.
+    has_heights : bool
+        Whether heights have their own statement, besides that of x and y.
+    replaced_height_unit : str or None
+        Unit of heights of the CRS, if the file states another one.
+    unusual_directions : frozenset of str
+        Directions of axes that are not east (or along a meridian), north and up.
     """
 
     crs: str | None = None
@@ -55,91 +63,125 @@ class StatedAxes:
     unit_m: float | None = None
     height_m: float | None = None
     has_heights: bool = False
-    overruled: str | None = None
-    grows: frozenset[Literal["west", "south", "down"]] = frozenset()
+    replaced_height_unit: str | None = None
+    unusual_directions: frozenset[Literal["west", "south", "down"]] = frozenset()
 
     @property
     def metres(self) -> tuple[float, float, float]:
-        """Metres per unit of x, y and z; 1 where unknown, and for degrees."""
+        """Metres per unit of x, y and z; 1 if unknown, and for degrees."""
         flat = self.unit_m or 1.0
         return flat, flat, self.height_m or flat
 
     @property
     def height_factor(self) -> float:
-        """What brings heights to the unit of x and y, in which the model is kept; of a local
-        system, which has no axes to keep to, both are brought to metres by `unit_factor`."""
+        """Factor from the unit of heights to that of x and y.
+
+        In a local system `unit_factor` converts both to metres.
+        """
         if self.kind not in ("projected", "local") or not self.unit_m or not self.height_m:
             return 1.0
         return self.height_m / self.unit_m
 
     @property
     def unit_factor(self) -> float:
+        """Metres per unit of a local system, else 1."""
         return self.unit_m if self.kind == "local" and self.unit_m else 1.0
 
 
 def stated_axes(text: str | None, height_unit: str | None = None) -> StatedAxes:
-    """text : a code, a name or WKT, as a file names its CRS; None where it names none.
-    height_unit : what it says of its heights beside that, a name of `METRES`.
+    """Determine the axes that a file states.
 
-    Raises InputError where the text is no CRS.
+    Parameters
+    ----------
+    text : str or None
+        Code, name or WKT of the CRS; None if the file names none.
+    height_unit : str, optional
+        Unit of heights that the file states besides the CRS, a name of `METRES`.
+
+    Raises
+    ------
+    InputError
+        If the text is not a CRS.
     """
-    own = None if height_unit is None else METRES.get(height_unit)
+    stated_height_m = None if height_unit is None else METRES.get(height_unit)
     if text is None or not text.strip():
         high = height_unit or "unknown"
-        return StatedAxes(units=("unknown", "unknown", high), height_m=own, has_heights=bool(own))
+        return StatedAxes(
+            units=("unknown", "unknown", high),
+            height_m=stated_height_m,
+            has_heights=bool(stated_height_m),
+        )
     from pyproj import CRS
     from pyproj.exceptions import CRSError
 
-    plain = text.strip()
+    crs_text = text.strip()
     try:
-        crs = CRS.from_user_input(f"EPSG:{plain}" if plain.isdigit() else plain)
+        crs = CRS.from_user_input(f"EPSG:{crs_text}" if crs_text.isdigit() else crs_text)
     except CRSError as error:
-        raise InputError(Finding("frame.unknown-crs", crs=plain[:80]), field="CRS") from error
-    parts = [_bare(part) for part in crs.sub_crs_list] if crs.is_compound else [_bare(crs)]
+        raise InputError(Finding("frame.unknown-crs", crs=crs_text[:80]), field="CRS") from error
+    parts = (
+        [_remove_datum_shift(part) for part in crs.sub_crs_list]
+        if crs.is_compound
+        else [_remove_datum_shift(crs)]
+    )
     flat = next((part for part in parts if not part.is_vertical), None)
     axes = [] if flat is None else flat.axis_info
     up = next((part.axis_info for part in parts if part.is_vertical), axes[2:3])
-    grows = _unusual(axes[:2], up)
-    kind = "none" if flat is None else _kind_of(flat)
-    name, unit_m = _unit_of(axes[0]) if axes else ("unknown", None)
-    high, height_m = _unit_of(up[0]) if up else (name, unit_m)
-    overruled = high if up and height_unit not in (None, high) else None
+    unusual_directions = _unusual_directions(axes[:2], up)
+    kind = "none" if flat is None else _crs_kind(flat)
+    name, unit_m = _axis_unit(axes[0]) if axes else ("unknown", None)
+    high, height_m = _axis_unit(up[0]) if up else (name, unit_m)
+    replaced_height_unit = high if up and height_unit not in (None, high) else None
     if height_unit is not None:
-        high, height_m = height_unit, own
+        high, height_m = height_unit, stated_height_m
     has_heights = bool(up) or height_unit is not None
     if kind == "geographic":
         unit_m = None
         if not has_heights:
             high, height_m = "unknown", None
-    # The name of a compound system says another unit of z than the model is then kept in.
-    mixed = unit_m is not None and height_m is not None and not _same(unit_m, height_m)
-    kept = None
-    if flat is not None and kind not in ("local", "none") and not grows:
-        # A shift to another datum beside a system of the register is the register's business.
-        bare = mixed or overruled is not None or (crs.is_bound and flat.to_epsg() is not None)
-        kept = _name_of(flat if bare else crs)
+    # A compound system may state another unit of z than that of the stored model.
+    has_mixed_units = unit_m is not None and height_m is not None and not _is_same(unit_m, height_m)
+    stored_crs = None
+    if flat is not None and kind not in ("local", "none") and not unusual_directions:
+        # A datum shift of a system with an EPSG code is defined by the EPSG register.
+        use_horizontal_part = (
+            has_mixed_units
+            or replaced_height_unit is not None
+            or (crs.is_bound and flat.to_epsg() is not None)
+        )
+        stored_crs = _crs_name(flat if use_horizontal_part else crs)
     return StatedAxes(
-        kept, kind, (name, name, high), unit_m, height_m, has_heights, overruled, grows
+        stored_crs,
+        kind,
+        (name, name, high),
+        unit_m,
+        height_m,
+        has_heights,
+        replaced_height_unit,
+        unusual_directions,
     )
 
 
-def _unusual(flat: Any, up: Any) -> frozenset[Literal["west", "south", "down"]]:
-    """Of pyproj axes. Both axes of a polar system point along meridians, the same way."""
-    ways = {str(axis.direction) for axis in flat}
-    found: set[Literal["west", "south", "down"]] = set()
-    if len(ways) == 2:
-        found |= {way for way in ("west", "south") if way in ways}
+def _unusual_directions(flat: Any, up: Any) -> frozenset[Literal["west", "south", "down"]]:
+    """Return the directions of pyproj axes that are not east, north or up.
+
+    Both axes of a polar system point along meridians, in the same direction.
+    """
+    directions = {str(axis.direction) for axis in flat}
+    unusual: set[Literal["west", "south", "down"]] = set()
+    if len(directions) == 2:
+        unusual |= {direction for direction in ("west", "south") if direction in directions}
     if up and str(up[0].direction) == "down":
-        found.add("down")
-    return frozenset(found)
+        unusual.add("down")
+    return frozenset(unusual)
 
 
-def _bare(crs: Any) -> Any:
-    """Without the shift to another datum that files add to it."""
+def _remove_datum_shift(crs: Any) -> Any:
+    """Return a CRS without the shift to another datum that some files add."""
     return crs.source_crs if crs.is_bound and crs.source_crs is not None else crs
 
 
-def _kind_of(crs: Any) -> Literal["projected", "geographic", "geocentric", "local", "none"]:
+def _crs_kind(crs: Any) -> Literal["projected", "geographic", "geocentric", "local", "none"]:
     if crs.is_projected:
         return "projected"
     if crs.is_geocentric:
@@ -149,65 +191,65 @@ def _kind_of(crs: Any) -> Literal["projected", "geographic", "geocentric", "loca
     return "local" if crs.is_engineering and len(crs.axis_info) >= 2 else "none"
 
 
-def _same(one: float, other: float) -> bool:
-    return isclose(one, other, rel_tol=_SAME)
+def _is_same(one: float, other: float) -> bool:
+    return isclose(one, other, rel_tol=_UNIT_TOLERANCE)
 
 
-def _unit_of(axis: Any) -> tuple[str, float | None]:
-    """Name and metres of the unit of a pyproj axis."""
+def _axis_unit(axis: Any) -> tuple[str, float | None]:
+    """Return name and metres of the unit of a pyproj axis; None for an angle."""
     name, factor = str(axis.unit_name), float(axis.unit_conversion_factor)
     if name in ("degree", "grad", "gon", "radian") or (
-        axis.direction in ("north", "east") and _same(factor, 0.017453292519943295)
+        axis.direction in ("north", "east") and _is_same(factor, 0.017453292519943295)
     ):
-        return ("degree" if _same(factor, 0.017453292519943295) else name), None
+        return ("degree" if _is_same(factor, 0.017453292519943295) else name), None
     if not isfinite(factor) or factor <= 0 or (name == "unknown" and factor == 1.0):
         return "unknown", None
     for known, metres in METRES.items():
-        if _same(factor, metres):
+        if _is_same(factor, metres):
             return known, factor
     return name, factor
 
 
-def _name_of(crs: Any) -> str:
-    """ "EPSG:n" where the code means the same with the same units, else WKT."""
+def _crs_name(crs: Any) -> str:
+    """Return "EPSG:n" if the code has the same units, else WKT."""
     code = crs.to_epsg()
     if code is not None:
         from pyproj import CRS
 
-        meant = CRS.from_epsg(code).axis_info
+        epsg_axes = CRS.from_epsg(code).axis_info
         if all(
-            _same(a.unit_conversion_factor, b.unit_conversion_factor)
-            for a, b in zip(meant, crs.axis_info, strict=False)
+            _is_same(a.unit_conversion_factor, b.unit_conversion_factor)
+            for a, b in zip(epsg_axes, crs.axis_info, strict=False)
         ):
             return f"EPSG:{code}"
     return str(crs.to_wkt())
 
 
 def unit_text(unit: str) -> str:
-    """The name of a unit within a sentence."""
-    return tr(_WORDS[unit]) if unit in _WORDS else unit
+    """Return the name of a unit for a sentence."""
+    return tr(_UNIT_NAMES[unit]) if unit in _UNIT_NAMES else unit
 
 
 def unit_findings(axes: StatedAxes) -> tuple[Finding, ...]:
-    """Return what a reader of a file with these axes converts or assumes; none for plain metres."""
+    """Return the findings about units that are converted or assumed; none for metres."""
     flat, _, high = axes.units
     findings: list[Finding] = []
     if axes.has_heights and flat == "unknown":
         findings.append(Finding("frame.height-unit-only", height_unit=unit_text(high)))
-    if axes.grows:
+    if axes.unusual_directions:
         findings.append(Finding("frame.axes-unused"))
-    if axes.overruled is not None:
+    if axes.replaced_height_unit is not None:
         findings.append(
             Finding(
                 "frame.height-unit-replaced",
                 height_unit=unit_text(high),
-                crs_unit=unit_text(axes.overruled),
+                crs_unit=unit_text(axes.replaced_height_unit),
             )
         )
     is_converted = (
         (axes.kind == "local" and axes.unit_factor != 1.0)
-        or not _same(axes.height_factor, 1.0)
-        or (axes.kind == "projected" and axes.unit_m is not None and not _same(axes.unit_m, 1.0))
+        or not _is_same(axes.height_factor, 1.0)
+        or (axes.kind == "projected" and axes.unit_m is not None and not _is_same(axes.unit_m, 1.0))
     )
     if is_converted:
         findings.append(
@@ -227,14 +269,14 @@ def refusal(axes: StatedAxes, bounds: FloatArray) -> Finding | None:
     """
     if axes.kind == "geocentric":
         return Finding("frame.geocentric")
-    if "down" in axes.grows:
+    if "down" in axes.unusual_directions:
         return Finding("frame.depths")
-    if axes.grows and float(np.asarray(bounds)[:, 1].sum()) > 0:
-        # Coordinates below zero show that the file counts to the north all the same, as GIS do.
+    if axes.unusual_directions and float(np.asarray(bounds)[:, 1].sum()) > 0:
+        # Negative coordinates show that y increases to the north nevertheless, as in GIS.
         return Finding("frame.other-axes")
     if axes.kind != "geographic":
         return None
-    if float(np.abs(np.asarray(bounds)[:, :2]).max(initial=0.0)) > MOST_DEGREES:
+    if float(np.abs(np.asarray(bounds)[:, :2]).max(initial=0.0)) > MAX_DEGREES:
         return Finding("frame.not-degrees")
     return Finding("frame.degrees", suggested_crs=suggested_zone(bounds))
 

@@ -14,16 +14,16 @@ from vomstudio.core.files.regular import read_small
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.io.gis.axis_units import stated_axes
-from vomstudio.io.text.encodings import as_utf8
+from vomstudio.io.text.encodings import convert_to_utf8
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     from vomstudio.core.arrays import FloatArray
 
-_LONGEST = 100_000
+_MAX_BYTES = 100_000
 
-_ZONE_OF_WGS_84 = re.compile(r"EPSG:32[67](0[1-9]|[1-5]\d|60)")
+_WGS_84_UTM = re.compile(r"EPSG:32[67](0[1-9]|[1-5]\d|60)")
 _UTM = re.compile(
     r"(?:wgs[ _]?84\s*/?\s*)?utm(?:[ _-]?zone)?"
     r"[ _-]?(?P<number>0?[1-9]|[1-5]\d|60)\s?(?P<half>[ns])",
@@ -32,9 +32,25 @@ _UTM = re.compile(
 
 
 def parse_crs(text: str) -> tuple[str, float]:
-    """("EPSG:n", metres per unit) of a projected CRS typed by a person: "32633", "EPSG:32633", "utm
-    33n" for the zone of WGS 84, a name as EPSG has it, or WKT. Raises InputError where it is not
-    one that a model's x, y, z can be in."""
+    """Parse a projected CRS entered by a user.
+
+    Parameters
+    ----------
+    text : str
+        Such as "32633", "EPSG:32633", "utm 33n" (WGS 84), a name of EPSG, or WKT.
+
+    Returns
+    -------
+    code : str
+        "EPSG:n" or WKT.
+    unit_m : float
+        Metres per unit of x and y.
+
+    Raises
+    ------
+    InputError
+        If it is not a CRS for x, y and z of a model.
+    """
     from pyproj import CRS
     from pyproj.exceptions import CRSError
 
@@ -51,17 +67,17 @@ def parse_crs(text: str) -> tuple[str, float]:
     if not crs.is_projected:
         raise InputError(Finding("frame.not-projected", crs=crs.name), field="CRS")
     axes = stated_axes(plain)
-    if axes.grows:
+    if axes.unusual_directions:
         raise InputError(Finding("frame.other-axes", crs=crs.name), field="CRS")
     if axes.height_factor != 1.0 or axes.crs is None or axes.unit_m is None:
         raise InputError(Finding("frame.other-height-unit", crs=crs.name), field="CRS")
     return axes.crs, axes.unit_m
 
 
-def metres_of(code: str) -> float:
-    """Metres in a unit of x and y of a CRS; 1 where it is none with east and north."""
-    if _ZONE_OF_WGS_84.fullmatch(code):
-        # No need to load PROJ, which the first picture of a model would wait for.
+def unit_in_metres(code: str) -> float:
+    """Return the metres per unit of x and y of a CRS; 1 if it has no east and north."""
+    if _WGS_84_UTM.fullmatch(code):
+        # Avoid importing PROJ, which would delay the first picture of a model.
         return 1.0
     try:
         return parse_crs(code)[1]
@@ -70,8 +86,20 @@ def metres_of(code: str) -> float:
 
 
 def world_crs(code: str | None, unit_m: float) -> str | None:
-    """The CRS of World, which is in metres, of a model whose own CRS has units of `unit_m`: the
-    same projection, as WKT, with metres on its axes. `code` itself where the unit is the metre."""
+    """Return the CRS of World, which is in metres, for a model in a CRS.
+
+    Parameters
+    ----------
+    code : str or None
+        CRS of the model.
+    unit_m : float
+        Metres per unit of its x and y.
+
+    Returns
+    -------
+    str or None
+        `code` if its unit is the metre, else the same projection in metres, as WKT.
+    """
     if code is None or unit_m == 1.0:
         return code
     from pyproj import CRS
@@ -89,16 +117,27 @@ def world_crs(code: str | None, unit_m: float) -> str | None:
 
 
 def crs_name(code: str) -> str:
-    """What a CRS is called, such as "WGS 84 / UTM zone 33N"."""
+    """Return the name of a CRS, such as "WGS 84 / UTM zone 33N"."""
     from pyproj import CRS
 
     return str(CRS.from_user_input(code).name)
 
 
 def convergence_deg(code: str, x: float, y: float) -> float | None:
-    """Meridian convergence at a place of a projected CRS: by how much grid north lies east of true
-    north, so that grid azimuth = true azimuth - convergence. None where the place is outside what
-    the CRS covers."""
+    """Compute the meridian convergence at a place of a projected CRS.
+
+    Parameters
+    ----------
+    code : str
+    x, y : float
+        Coordinates in the unit of the CRS.
+
+    Returns
+    -------
+    float or None
+        Angle in degrees from true north to grid north, positive to the east: grid azimuth = true
+        azimuth - convergence. None if the CRS does not cover the place.
+    """
     from pyproj import Proj
     from pyproj.exceptions import ProjError
 
@@ -112,13 +151,13 @@ def convergence_deg(code: str, x: float, y: float) -> float | None:
 
 
 def utm_zone(longitude_deg: float, latitude_deg: float) -> str:
-    """ "EPSG:n" of the UTM zone (WGS 84) of a place."""
+    """Return "EPSG:n" of the UTM zone (WGS 84) of a place in degrees."""
     zone = min(int((longitude_deg + 180) // 6) + 1, 60)
     return f"EPSG:{(32600 if latitude_deg >= 0 else 32700) + zone}"
 
 
-def typed_crs(text: str, field: str = "--crs") -> tuple[str, float]:
-    """As `parse_crs`, of what somebody typed; field: what errors call it. Raises UsageError."""
+def parse_crs_option(text: str, field: str = "--crs") -> tuple[str, float]:
+    """Parse a CRS as `parse_crs`, and raise UsageError with the option `field`."""
     try:
         return parse_crs(text)
     except InputError as error:
@@ -126,19 +165,36 @@ def typed_crs(text: str, field: str = "--crs") -> tuple[str, float]:
 
 
 def metric_crs(text: str, field: str) -> str:
-    """ "EPSG:n" or WKT of a projected CRS in metres; field: what errors call it. Raises
-    UsageError."""
-    code, unit = typed_crs(text, field)
+    """Parse a projected CRS in metres, and return "EPSG:n" or WKT.
+
+    Raises
+    ------
+    UsageError
+        With the option `field`, if it is not a projected CRS in metres.
+    """
+    code, unit = parse_crs_option(text, field)
     if unit != 1.0:
         raise UsageError(Finding("frame.not-in-metres", crs=crs_name(code)), field=field)
     return code
 
 
-def from_degrees(
+def degrees_to_grid(
     code: str, geographic: str = "EPSG:4326"
 ) -> Callable[[float, float], tuple[float, float] | None]:
-    """What turns longitude and latitude (WGS 84 unless said otherwise) into x and y of a projected
-    CRS in metres; None where a place is outside what the CRS covers."""
+    """Return a function that projects longitude and latitude.
+
+    Parameters
+    ----------
+    code : str
+        Projected CRS in metres.
+    geographic : str
+        CRS of longitude and latitude in degrees.
+
+    Returns
+    -------
+    callable
+        From longitude and latitude to x and y; None if the CRS does not cover the place.
+    """
     from pyproj import Transformer
 
     transformer = Transformer.from_crs(geographic, code, always_xy=True)
@@ -153,13 +209,23 @@ def from_degrees(
 def to_degrees(
     code: str, x: npt.ArrayLike, y: npt.ArrayLike
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Longitudes and latitudes (n,), WGS 84, of x and y (n,) of a CRS; None where a place is
-    outside what the CRS covers."""
+    """Convert coordinates of a CRS to longitude and latitude (WGS 84).
+
+    Parameters
+    ----------
+    code : str
+    x, y : (n,) float
+
+    Returns
+    -------
+    longitude, latitude : (n,) float
+        In degrees. None instead of both if the CRS does not cover a place.
+    """
     import numpy as np
 
     longitude, latitude = _to_wgs84(code).transform(np.asarray(x), np.asarray(y))
-    found = np.asarray(longitude, np.float64), np.asarray(latitude, np.float64)
-    return found if all(np.isfinite(part).all() for part in found) else None
+    degrees = np.asarray(longitude, np.float64), np.asarray(latitude, np.float64)
+    return degrees if all(np.isfinite(part).all() for part in degrees) else None
 
 
 @lru_cache(maxsize=4)
@@ -175,12 +241,12 @@ def read_sidecar(file: Path) -> str:
     Raises
     ------
     FileNotFoundError
-        If there is none.
+        If the file does not exist.
     OSError, InputError
         If it cannot be read.
     """
-    # Names in a code page of Windows are not what the numbers depend on.
-    return as_utf8(read_small(sidecar_path(file), _LONGEST)).decode("utf-8", "replace")
+    # Names in a Windows code page do not affect the numbers.
+    return convert_to_utf8(read_small(sidecar_path(file), _MAX_BYTES)).decode("utf-8", "replace")
 
 
 def sidecar_crs(model: Path, bounds: FloatArray | None = None) -> tuple[str | None, Finding | None]:
@@ -213,11 +279,11 @@ def sidecar_crs(model: Path, bounds: FloatArray | None = None) -> tuple[str | No
         axes = stated_axes(text)
     except InputError:
         return None, Finding("frame.crs-unreadable", file=name, crs=_shown(text))
-    if bounds is not None and _are_of(axes.kind, bounds):
+    if bounds is not None and _can_have_kind(axes.kind, bounds):
         return text, None
     if axes.kind != "projected":
         return None, Finding("frame.crs-unused", file=name, crs=_shown(text))
-    if axes.height_factor != 1.0 or axes.grows:
+    if axes.height_factor != 1.0 or axes.unusual_directions:
         return text, None
     return axes.crs, None
 
@@ -226,7 +292,7 @@ def _shown(text: str) -> str:
     return " ".join(text.split())[:80] or tr("nothing")
 
 
-def _are_of(kind: str, bounds: FloatArray) -> bool:
+def _can_have_kind(kind: str, bounds: FloatArray) -> bool:
     """Return whether a model may have coordinates of this kind."""
     import numpy as np
 
@@ -240,5 +306,5 @@ def _are_of(kind: str, bounds: FloatArray) -> bool:
 
 
 def sidecar_path(model: Path) -> Path:
-    """Where the CRS of a model stands whose format has no place for it."""
+    """Return the path of the file with the CRS of a model whose format cannot store one."""
     return model.with_suffix(".prj")

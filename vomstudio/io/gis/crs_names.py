@@ -1,4 +1,4 @@
-"""Projected reference systems by name and area, as PROJ's database has them."""
+"""Projected reference systems by name and area, from the database of PROJ."""
 
 from __future__ import annotations
 
@@ -12,7 +12,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class NamedCrs:
-    """code : "EPSG:n"; area : where it is used, in words"""
+    """Projected CRS of the database.
+
+    Parameters
+    ----------
+    code : str
+        "EPSG:n".
+    name : str
+    area : str
+        Description of the area of use.
+    """
 
     code: str
     name: str
@@ -21,35 +30,43 @@ class NamedCrs:
 
 @cache
 def projected_systems() -> tuple[NamedCrs, ...]:
-    """All that are in use, by their codes; some five thousand, read within half a second once."""
+    """Return all valid systems by code: about 5000, loaded once within half a second."""
     from pyproj.database import query_crs_info
     from pyproj.enums import PJType
 
-    found = query_crs_info(auth_name="EPSG", pj_types=[PJType.PROJECTED_CRS])
+    entries = query_crs_info(auth_name="EPSG", pj_types=[PJType.PROJECTED_CRS])
     systems = [
         NamedCrs(f"EPSG:{each.code}", each.name, _area(each.area_of_use))
-        for each in found
+        for each in entries
         if not each.deprecated
     ]
     return tuple(sorted(systems, key=lambda each: int(each.code[5:])))
 
 
-def matching(text: str, most: int = 50) -> list[NamedCrs]:
-    """Those whose code, name or area holds every word of the text; first those that have all of
-    them in code and name, the shorter names before the longer ones."""
+def search_systems(text: str, max_count: int = 50) -> list[NamedCrs]:
+    """Find systems whose code, name or area contains every word of a text.
+
+    Systems with all words in code and name precede others, and shorter names longer ones.
+
+    Parameters
+    ----------
+    text : str
+    max_count : int
+        Maximum number of systems.
+    """
     words = text.casefold().replace(",", " ").split()
     if not words:
         return []
-    by_name, by_area = [], []
+    name_matches, area_matches = [], []
     for each in projected_systems():
         name = f"{each.code} {each.name}".casefold()
         if all(word in name for word in words):
-            by_name.append(each)
+            name_matches.append(each)
         else:
-            all_of_it = f"{name} {each.area.casefold()}"
-            if all(word in all_of_it for word in words):
-                by_area.append(each)
-    return (sorted(by_name, key=_length) + sorted(by_area, key=_length))[:most]
+            description = f"{name} {each.area.casefold()}"
+            if all(word in description for word in words):
+                area_matches.append(each)
+    return (sorted(name_matches, key=_length) + sorted(area_matches, key=_length))[:max_count]
 
 
 def _area(area: AreaOfUse | None) -> str:

@@ -1,7 +1,7 @@
-"""How much a DXF drawing becomes once its blocks are put in their places.
+"""Number of entities of a DXF drawing after its blocks are inserted.
 
-A block may hold others many times, and these others again: some lines of a file are so more
-entities than anybody can wait for. They are counted here before a library unfolds them.
+A block may contain others many times, and these others again, so a short file can expand to more
+entities than a library can process. They are counted before a library expands them.
 """
 
 from __future__ import annotations
@@ -13,17 +13,23 @@ from pathlib import Path
 
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
-from vomstudio.io.gis.dxf_groups import DxfPiece, dxf_pieces, text_of
+from vomstudio.io.gis.dxf_groups import DxfPiece, dxf_pieces, value_text
 
-MOST_UNFOLDED = 1_000_000
-_NO_ENTITIES = {b"SECTION", b"ENDSEC", b"BLOCK", b"ENDBLK", b"TABLE", b"ENDTAB", b"EOF"}
+MAX_EXPANDED_ENTITIES = 1_000_000
+_NON_ENTITIES = {b"SECTION", b"ENDSEC", b"BLOCK", b"ENDBLK", b"TABLE", b"ENDTAB", b"EOF"}
 
 
-def refuse_endless_blocks(path: Path) -> float:
-    """How many entities are put in places of blocks. Raises InputError where a block holds itself,
-    or where they are more than a million; OSError."""
-    total = _Drawing(dxf_pieces(path)).unfolded()
-    if total > MOST_UNFOLDED:
+def count_block_entities(path: Path) -> float:
+    """Count the entities that inserted blocks expand to.
+
+    Raises
+    ------
+    InputError
+        If a block contains itself, or the entities are more than `MAX_EXPANDED_ENTITIES`.
+    OSError
+    """
+    total = _Drawing(dxf_pieces(path)).count_expanded()
+    if total > MAX_EXPANDED_ENTITIES:
         raise InputError(
             Finding("drawing.nested-blocks", count=f"{total:.0e}" if math.isfinite(total) else "∞"),
             file=path,
@@ -32,47 +38,47 @@ def refuse_endless_blocks(path: Path) -> float:
 
 
 class _Drawing:
-    """Entities by the block that holds them; those of none are in the block without a name."""
+    """Entities by the block that contains them; those outside blocks have an empty block name."""
 
     def __init__(self, pieces: Iterator[DxfPiece]) -> None:
-        self._own: Counter[bytes] = Counter()
-        self._placed: dict[bytes, list[tuple[bytes, float]]] = defaultdict(list)
-        self._known: dict[bytes, float] = {}
+        self._entities: Counter[bytes] = Counter()
+        self._inserts: dict[bytes, list[tuple[bytes, float]]] = defaultdict(list)
+        self._sizes: dict[bytes, float] = {}
         block = b""
         for piece in pieces:
             if piece.kind == b"BLOCK":
-                block = self._told(piece)[0]
+                block = self._parse_insert(piece)[0]
             elif piece.kind == b"ENDBLK":
                 block = b""
             elif piece.kind == b"INSERT":
-                name, across, down = self._told(piece)
-                self._placed[block].append((name, max(across, 1.0) * max(down, 1.0)))
-            elif piece.kind not in _NO_ENTITIES:
-                self._own[block] += 1
+                name, across, down = self._parse_insert(piece)
+                self._inserts[block].append((name, max(across, 1.0) * max(down, 1.0)))
+            elif piece.kind not in _NON_ENTITIES:
+                self._entities[block] += 1
 
     @staticmethod
-    def _told(piece: DxfPiece) -> tuple[bytes, float, float]:
-        """Name, and columns and rows of a grid."""
-        said = dict(piece.groups())
+    def _parse_insert(piece: DxfPiece) -> tuple[bytes, float, float]:
+        """Return the name of an inserted block, and the columns and rows of its grid."""
+        values = dict(piece.groups())
         across, down = (
-            float(text) if (text := text_of(said.get(code, 1))).isdigit() else 1.0
+            float(text) if (text := value_text(values.get(code, 1))).isdigit() else 1.0
             for code in (70, 71)
         )
-        return text_of(said.get(2, b"")).upper(), across, down
+        return value_text(values.get(2, b"")).upper(), across, down
 
-    def unfolded(self) -> float:
-        """How many entities are put in places of blocks; infinite where a block holds itself."""
-        return sum(times * self._size(name, ()) for name, times in self._placed[b""])
+    def count_expanded(self) -> float:
+        """Return the number of expanded entities, infinite if a block contains itself."""
+        return sum(times * self._size(name, ()) for name, times in self._inserts[b""])
 
-    def _size(self, block: bytes, above: tuple[bytes, ...]) -> float:
-        if block in above or len(above) > _DEEPEST:
+    def _size(self, block: bytes, parents: tuple[bytes, ...]) -> float:
+        if block in parents or len(parents) > _MAX_DEPTH:
             return math.inf
-        if block not in self._known:
-            inside = (
-                times * self._size(name, (*above, block)) for name, times in self._placed[block]
+        if block not in self._sizes:
+            contents = (
+                times * self._size(name, (*parents, block)) for name, times in self._inserts[block]
             )
-            self._known[block] = self._own[block] + sum(inside)
-        return self._known[block]
+            self._sizes[block] = self._entities[block] + sum(contents)
+        return self._sizes[block]
 
 
-_DEEPEST = 100
+_MAX_DEPTH = 100

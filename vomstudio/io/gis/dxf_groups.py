@@ -1,6 +1,6 @@
-"""The groups of a drawing for CAD (DXF), entity by entity.
+"""Groups of a DXF drawing, entity by entity.
 
-A DXF is a list of groups, a code and a value each: two lines of text, or a number and bytes. Group
+A DXF is a list of groups, each a code and a value: two lines of text, or a number and bytes. Group
 code 0 begins an entity, a block, a section or an entry of a table (AutoCAD DXF Reference).
 """
 
@@ -18,74 +18,87 @@ from vomstudio.core.files.regular import read_small
 Value = bytes | int | float
 Groups = list[tuple[int, Value]]
 
-LARGEST = 512 << 20
+MAX_BYTES = 512 << 20
 _BINARY = b"AutoCAD Binary DXF\r\n\x1a\0"
-# A code has digits alone: a line of 0 before one with a letter is a code, and no value.
-_BEGINS = re.compile(
+# A code has only digits: a line 0 before a line with a letter is a code, not a value.
+_ENTITY_START = re.compile(
     rb"(?m)^[ \t]*0[ \t]*\r?\n[ \t]*(?=[0-9]*[A-Za-z_])([A-Za-z0-9_]+)[ \t]*\r?(?:\n|\Z)"
 )
-# A line of 60 may be a value, which the groups tell.
-_MAY_BE_UNSEEN = re.compile(rb"(?m)^[ \t]*60[ \t]*\r?\n[ \t]*1[ \t]*\r?$")
+# A line 60 may also be a value; only the groups show which.
+_INVISIBLE = re.compile(rb"(?m)^[ \t]*60[ \t]*\r?\n[ \t]*1[ \t]*\r?$")
 
 
 @dataclass(frozen=True)
 class DxfPiece:
-    """What stands from one group of code 0 to the next. kind : its value, in capitals"""
+    """Part of a drawing from one group of code 0 to the next.
+
+    Parameters
+    ----------
+    kind : bytes
+        Value of the first group, in capitals.
+    """
 
     kind: bytes
     _data: bytes
     _begin: int
     _end: int
-    _known: Groups | None = None
+    _groups: Groups | None = None
 
     def groups(self) -> Groups:
-        """Those behind the first, up to where they make no sense. Of a million pieces few are
-        asked."""
-        if self._known is not None:
-            return self._known
+        """Return the groups after the first, up to the first invalid one; parsed on request."""
+        if self._groups is not None:
+            return self._groups
         lines = self._data[self._begin : self._end].splitlines()
-        found: Groups = []
+        groups: Groups = []
         for code, value in zip(lines[0::2], lines[1::2], strict=False):
             if not code.strip().isdigit():
                 break
-            found.append((int(code), value.strip()))
-        return found
+            groups.append((int(code), value.strip()))
+        return groups
 
     @property
     def span(self) -> tuple[int, int]:
-        """Where its groups behind the first stand in the text that it is a piece of."""
+        """Begin and end of the groups after the first, in the text of the drawing."""
         return self._begin, self._end
 
     @property
-    def may_be_unseen(self) -> bool:
-        """False where none of its groups says that it is invisible."""
-        if self._known is not None:
-            return (60, 1) in self._known
-        return _MAY_BE_UNSEEN.search(self._data, self._begin, self._end) is not None
+    def may_be_invisible(self) -> bool:
+        """Whether a group may state that the entity is invisible."""
+        if self._groups is not None:
+            return (60, 1) in self._groups
+        return _INVISIBLE.search(self._data, self._begin, self._end) is not None
 
 
 def dxf_pieces(path: str | Path) -> Iterator[DxfPiece]:
-    """Of a drawing, which ends where it makes no sense any more. Raises InputError where it is too
-    large, and OSError."""
-    data = read_small(path, LARGEST)
+    """Yield the parts of a drawing, up to the first invalid one.
+
+    Raises
+    ------
+    InputError
+        If the file is too large.
+    OSError
+    """
+    data = read_small(path, MAX_BYTES)
     return _binary(data) if is_binary(data) else text_pieces(data)
 
 
 def is_binary(data: bytes) -> bool:
+    """Return whether a drawing is a binary DXF."""
     return data.startswith(_BINARY)
 
 
-def text_of(value: Value) -> bytes:
+def value_text(value: Value) -> bytes:
+    """Return a value of a group as text."""
     return value if isinstance(value, bytes) else str(value).encode()
 
 
 def text_pieces(data: bytes) -> Iterator[DxfPiece]:
-    """Of a drawing that is written as text."""
+    """Yield the parts of a text DXF."""
     kind, begin = b"", 0
-    for found in chain(_BEGINS.finditer(data), (None,)):
-        yield DxfPiece(kind, data, begin, len(data) if found is None else found.start())
-        if found is not None:
-            kind, begin = found[1].upper(), found.end()
+    for match in chain(_ENTITY_START.finditer(data), (None,)):
+        yield DxfPiece(kind, data, begin, len(data) if match is None else match.start())
+        if match is not None:
+            kind, begin = match[1].upper(), match.end()
 
 
 _SIZES = (
@@ -119,8 +132,8 @@ _SIZES = (
     (range(1060, 1071), 2),
     (range(1071, 1072), 4),
 )
-"""Bytes of a value by its code: 0 for text up to a zero, -1 for a length and so many bytes."""
-_SIZE_OF = {code: size for codes, size in _SIZES for code in codes}
+"""Bytes of a value by its code: 0 for zero-terminated text, -1 for a length byte and data."""
+_SIZE_BY_CODE = {code: size for codes, size in _SIZES for code in codes}
 
 
 def _binary(data: bytes) -> Iterator[DxfPiece]:
@@ -128,18 +141,19 @@ def _binary(data: bytes) -> Iterator[DxfPiece]:
     for code, value in binary_groups(data):
         if code == 0:
             yield DxfPiece(kind, b"", 0, 0, groups)
-            kind, groups = text_of(value).upper(), []
+            kind, groups = value_text(value).upper(), []
         else:
             groups.append((code, value))
     yield DxfPiece(kind, b"", 0, 0, groups)
 
 
 def binary_groups(data: bytes) -> Iterator[tuple[int, Value]]:
+    """Yield code and value of the groups of a binary DXF."""
     at = len(_BINARY)
     while at + 2 <= len(data):
         (code,) = struct.unpack_from("<H", data, at)
         at += 2
-        size = _SIZE_OF.get(code, 0)
+        size = _SIZE_BY_CODE.get(code, 0)
         if size == 0:
             end = data.find(b"\0", at)
             if end < 0:

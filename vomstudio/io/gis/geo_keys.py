@@ -1,7 +1,7 @@
-"""The CRS of GeoTIFF keys, which LAS files carry too, named by GDAL.
+"""CRS of GeoTIFF keys, which LAS files have too, decoded by GDAL.
 
-The keys go into a picture of one pixel in memory, so that one reader names them all: codes, systems
-that are defined by parameters (code 32767), units of length and vertical systems.
+The keys are written into a picture of one pixel in memory, so that one reader decodes all of them:
+codes, systems defined by parameters (code 32767), units of length and vertical systems.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import stated_axes
 
 COMPOUND = {"GTIFF_REPORT_COMPD_CS": "YES"}
-"""GDAL leaves the vertical part out of files of GeoTIFF 1.0 unless it is asked for."""
-_KEYS_AT_MOST = 1000
+"""Option of GDAL that includes the vertical part of files of GeoTIFF 1.0."""
+_MAX_KEYS = 1000
 _SYSTEMS = {"projected": 3072, "geographic": 2048}
 _UNIT, _UNIT_SIZE, _VERTICAL_UNITS = 3076, 3077, 4099
 _UNITS = {9001: "m", 9002: "ft", 9003: "us-ft"}
@@ -31,7 +31,7 @@ _USER_DEFINED = 32767
 
 @dataclass(frozen=True)
 class Keys:
-    """The records GeoKeyDirectory, GeoDoubleParams and GeoAsciiParams, as they stand in a file."""
+    """The records GeoKeyDirectory, GeoDoubleParams and GeoAsciiParams of a file."""
 
     directory: bytes
     doubles: bytes = b""
@@ -40,21 +40,36 @@ class Keys:
 
 @dataclass(frozen=True)
 class NamedKeys:
-    """What keys say. crs : WKT, None where they name no system that is known; height_unit : of
-    heights beside it, a name of `METRES`; warnings : what they say and nobody can follow"""
+    """Meaning of GeoTIFF keys.
+
+    Parameters
+    ----------
+    crs : str or None
+        WKT, None if they name no known system.
+    height_unit : str or None
+        Unit of heights besides the CRS, a name of `METRES`.
+    warnings : tuple of Finding
+        Statements that cannot be used.
+    """
 
     crs: str | None = None
     height_unit: str | None = None
     warnings: tuple[Finding, ...] = ()
 
 
-def name_keys(keys: Keys) -> NamedKeys:
-    """Raises InputError where they are damaged."""
+def decode_keys(keys: Keys) -> NamedKeys:
+    """Decode GeoTIFF keys.
+
+    Raises
+    ------
+    InputError
+        If they are damaged.
+    """
     rows = _rows(keys.directory)
     if not rows:
         return NamedKeys()
-    text = _named_by_gdal(keys, rows)
-    # GDAL does not use it beside the code of a vertical system, and LAStools writes both.
+    text = _decode_by_gdal(keys, rows)
+    # GDAL ignores the unit if a vertical system is named, and LAStools writes both.
     height_unit = _UNITS.get(_value(rows, _VERTICAL_UNITS))
     if text is None:
         return NamedKeys(None, height_unit)
@@ -64,20 +79,20 @@ def name_keys(keys: Keys) -> NamedKeys:
         return NamedKeys(text, None if height_unit == stated else height_unit)
     if height_unit is None and named.has_heights and stated in METRES:
         height_unit = stated
-    # What GDAL falls back to is in metres, whatever the keys say.
+    # The fallback of GDAL is in metres, regardless of the keys.
     codes = [_value(rows, key) for key in _SYSTEMS.values()]
     code = next((code for code in codes if code not in (0, _USER_DEFINED)), None)
     warnings = () if code is None else (Finding("frame.crs-unreadable", crs=f"EPSG:{code}"),)
-    return NamedKeys(_plain_system(keys, rows), height_unit, warnings)
+    return NamedKeys(_local_system(keys, rows), height_unit, warnings)
 
 
-def keys_of_tiff(path: Path) -> Keys:
-    """Those of a GeoTIFF's first picture; empty where it has none, or they cannot be read."""
+def read_tiff_keys(path: Path) -> Keys:
+    """Return the keys of the first picture of a GeoTIFF, empty without keys."""
     from PIL.TiffImagePlugin import ImageFileDirectory_v2
 
     try:
         with open_regular(path) as file, warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # of tags that are cut off
+            warnings.simplefilter("ignore", UserWarning)  # truncated tags
             head = file.read(8)
             head += file.read(8) if head[2:4] in (b"+\0", b"\0+") else b""
             tags = ImageFileDirectory_v2(head)
@@ -94,13 +109,13 @@ def keys_of_tiff(path: Path) -> Keys:
         return Keys(b"")
 
 
-def _value(rows: Sequence[tuple[int, int, int, int]], wanted: int) -> int:
-    """Of a key that holds a code; 0 without."""
-    return next((value for key, at, _, value in rows if key == wanted and at == 0), 0)
+def _value(rows: Sequence[tuple[int, int, int, int]], target_key: int) -> int:
+    """Return the value of a key with a code, 0 if it is missing."""
+    return next((value for key, at, _, value in rows if key == target_key and at == 0), 0)
 
 
-def _plain_system(keys: Keys, rows: Sequence[tuple[int, int, int, int]]) -> str | None:
-    """x and y in the unit of length that the keys state, without a place on Earth; None without."""
+def _local_system(keys: Keys, rows: Sequence[tuple[int, int, int, int]]) -> str | None:
+    """Return a local CRS in the stated unit of length, None without a unit."""
     code = _value(rows, _UNIT)
     name, size = _UNITS.get(code, ""), METRES.get(_UNITS.get(code, ""), 0.0)
     for key, at, _, place in rows:
@@ -117,7 +132,7 @@ def _double(doubles: bytes, place: int) -> float:
     return float(struct.unpack_from("<d", doubles, 8 * place)[0])
 
 
-def _named_by_gdal(keys: Keys, rows: Sequence[tuple[int, int, int, int]]) -> str | None:
+def _decode_by_gdal(keys: Keys, rows: Sequence[tuple[int, int, int, int]]) -> str | None:
     import rasterio
     from rasterio.errors import NotGeoreferencedWarning, RasterioError
     from rasterio.io import MemoryFile
@@ -134,11 +149,11 @@ def _named_by_gdal(keys: Keys, rows: Sequence[tuple[int, int, int, int]]) -> str
 
 
 def _rows(directory: bytes) -> list[tuple[int, int, int, int]]:
-    """(key, where its value is, how many, value or position) of each key."""
+    """Return (key, location of its value, count, value or position) of each key."""
     if len(directory) < 8:
         return []
     count = struct.unpack_from("<H", directory, 6)[0]
-    if count > _KEYS_AT_MOST or 8 + 8 * count > len(directory):
+    if count > _MAX_KEYS or 8 + 8 * count > len(directory):
         raise _damaged()
     return [struct.unpack_from("<4H", directory, 8 + 8 * k) for k in range(count)]
 
@@ -148,7 +163,7 @@ def _damaged() -> InputError:
 
 
 def _picture(directory: bytes, doubles: bytes, texts: bytes) -> bytes:
-    """A TIFF of one pixel, by the TIFF 6.0 and GeoTIFF 1.1 specifications."""
+    """Return a TIFF of one pixel, by the TIFF 6.0 and GeoTIFF 1.1 specifications."""
     short, long, double, ascii_ = 3, 4, 12, 2
     small = {256: 1, 257: 1, 258: 8, 259: 1, 262: 1, 277: 1, 278: 1, 279: 1}
     large = {
@@ -160,7 +175,7 @@ def _picture(directory: bytes, doubles: bytes, texts: bytes) -> bytes:
         large[34736] = (double, len(doubles) // 8, doubles)
     if texts:
         text = texts.rstrip(b"\0") + b"\0"
-        # Four bytes or less would stand in the tag itself.
+        # Four bytes or less would be stored in the tag itself.
         text = text.ljust(5, b"\0")
         large[34737] = (ascii_, len(text), text)
     count = len(small) + 1 + len(large)

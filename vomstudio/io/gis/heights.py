@@ -1,4 +1,4 @@
-"""Heights above the ellipsoid and above the sea, which differ by up to 107 m."""
+"""Heights above the ellipsoid and above sea level, which differ by up to 107 m."""
 
 from __future__ import annotations
 
@@ -9,20 +9,29 @@ _GEOIDS = ("EPSG:9518", "EPSG:9707")
 
 
 def geoid_height_m(longitude_deg: float, latitude_deg: float) -> float | None:
-    """By how much the sea (EGM2008, else EGM96) lies above the ellipsoid of WGS 84 at a place; None
-    where the grid of neither is installed. pyproj brings none, and none is fetched here."""
+    """Return the height of the geoid (EGM2008, else EGM96) above the WGS 84 ellipsoid.
+
+    Parameters
+    ----------
+    longitude_deg, latitude_deg : float
+
+    Returns
+    -------
+    float or None
+        Metres; None if no grid is installed. pyproj includes none, and none is downloaded.
+    """
     import warnings
 
     from pyproj.transformer import TransformerGroup
 
     for code in _GEOIDS:
         with warnings.catch_warnings():
-            # Says that grids are missing, which is what is asked.
+            # A warning about missing grids is expected.
             warnings.simplefilter("ignore")
-            found = TransformerGroup("EPSG:4979", code, always_xy=True)
-        if not found.best_available:
+            group = TransformerGroup("EPSG:4979", code, always_xy=True)
+        if not group.best_available:
             continue
-        height = found.transformers[0].transform(longitude_deg, latitude_deg, 0.0)[2]
+        height = group.transformers[0].transform(longitude_deg, latitude_deg, 0.0)[2]
         if isfinite(height):
             return -float(height)
     return None

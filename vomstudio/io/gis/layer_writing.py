@@ -1,4 +1,4 @@
-"""Layers of vector data into files that GDAL writes."""
+"""Writing layers of vector data with GDAL."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 
 from vomstudio.core.arrays import AnyArray
 from vomstudio.core.errors import TargetError
-from vomstudio.core.files.names import writable
+from vomstudio.core.files.names import replace_surrogates
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.units import WORLD
 
 VERSION = "1.2"
-"""Of GeoPackage. QGIS 3.22 warns of 1.4, and opens its layers without their styles."""
+"""Version of GeoPackage. QGIS 3.22 warns about 1.4, and ignores styles in it."""
 
 
 def write_layer(
@@ -28,9 +28,27 @@ def write_layer(
     described: str = "",
     append: bool = False,
 ) -> None:
-    """One layer of a GeoPackage. geometry : (n,) of shapely; columns : (n,) each; crs : None for a
-    local frame; append : to the
-    layers that are there. Raises TargetError."""
+    """Write a layer of a GeoPackage.
+
+    Parameters
+    ----------
+    part : Path
+    layer : str
+        Name of the layer.
+    geometry_type : str
+    geometry : (n,) array of shapely geometries
+    columns : mapping of str to (n,) array
+    crs : str or None
+        None for a local frame.
+    described : str
+        Description of the layer.
+    append : bool
+        Add the layer to those in the file.
+
+    Raises
+    ------
+    TargetError
+    """
     import shapely
     from pyogrio.errors import DataSourceError, FieldError, GeometryError
     from pyogrio.raw import write
@@ -39,12 +57,12 @@ def write_layer(
         write(
             str(part),
             shapely.to_wkb(geometry),
-            [_writable(values) for values in columns.values()],
+            [_encodable(values) for values in columns.values()],
             np.array(list(columns), dtype=object),
             layer=layer,
             driver="GPKG",
             geometry_type=geometry_type,
-            # Without one, GDAL would say East and North.
+            # Without a CRS, GDAL would state East and North.
             crs=crs or WORLD.wkt,
             append=append,
             layer_options={"DESCRIPTION": described},
@@ -56,9 +74,11 @@ def write_layer(
         ) from error
 
 
-def _writable(values: AnyArray) -> AnyArray:
-    """Texts as any program reads them; numbers as they are."""
+def _encodable(values: AnyArray) -> AnyArray:
+    """Replace lone surrogates in text; numbers are not changed."""
     if values.dtype.kind not in "OU":
         return values
-    texts = [writable(value) if isinstance(value, str) else value for value in values.tolist()]
+    texts = [
+        replace_surrogates(value) if isinstance(value, str) else value for value in values.tolist()
+    ]
     return np.array(texts, object)

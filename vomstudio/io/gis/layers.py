@@ -1,4 +1,4 @@
-"""Layers of points, lines and rings with attributes, whatever the format of their file."""
+"""Layers of points, lines and rings with attributes, independent of the file format."""
 
 from __future__ import annotations
 
@@ -11,10 +11,21 @@ from vomstudio.core.arrays import AnyArray, FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """shapes : one (n, 3) float64 array per feature; of a point n = 1, of a ring the first point is
-    not repeated at the end. columns : one value per feature, by name. main, by : as in
-    `project.kind.GisLayer`.
-    colors : of each feature, "#rrggbb" or ""; none for the points of orientations"""
+    """Layer of features with attributes.
+
+    Parameters
+    ----------
+    name : str
+    kind : {"point", "line", "ring"}
+    shapes : list of (n, 3) float64
+        Points of each feature; n = 1 for a point. A ring does not repeat its first point.
+    columns : dict of str to (m,) array
+        One value per feature.
+    main, by
+        As in `project.kind.GisLayer`.
+    colors : sequence of str
+        Colour of each feature, "#rrggbb" or ""; empty for points of orientations.
+    """
 
     name: str
     kind: Literal["point", "line", "ring"]
@@ -26,12 +37,20 @@ class Layer:
 
     @property
     def classes(self) -> list[str]:
-        """By what features have their colours; empty words where the layer does not say."""
+        """Class of each feature, which determines its colour; empty if the layer has none."""
         return [str(word) for word in self.columns.get(self.by, [""] * len(self.shapes))]
 
-    def colors_of(self, types: Mapping[str, str], otherwise: str) -> dict[str, str]:
-        """The colour of each class. types : of the feature types, by their names in lower case."""
+    def colors_of(self, types: Mapping[str, str], default: str) -> dict[str, str]:
+        """Return the colour of each class.
+
+        Parameters
+        ----------
+        types : mapping of str to str
+            Colours of feature types, by their names in lower case.
+        default : str
+            Colour of other classes.
+        """
         if self.by == "kind":
-            return {word: types.get(word.casefold(), otherwise) for word in self.classes}
-        own = zip(self.classes, self.colors, strict=True)
-        return {word: color or otherwise for word, color in own}
+            return {word: types.get(word.casefold(), default) for word in self.classes}
+        class_colors = zip(self.classes, self.colors, strict=True)
+        return {word: color or default for word, color in class_colors}

@@ -1,4 +1,4 @@
-"""Lines and outlines out of GIS layers and drawings, as the file has their coordinates."""
+"""Reading lines and outlines from GIS layers and drawings, in coordinates of the file."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from vomstudio.core.arrays import AnyArray, FloatArray, ObjectArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
-from vomstudio.io.gis.dxf_properties import ENTITY_COLUMNS, select_lines, why_unreadable
+from vomstudio.io.gis.dxf_properties import ENTITY_COLUMNS, select_lines, unreadable_reason
 from vomstudio.io.gis.layer_reading import symbol_layers
 from vomstudio.io.gis.vector_layers import list_layers, read_layers
-from vomstudio.io.gis.wkb_shapes import shapes_from_wkb, surfaces_left_out
+from vomstudio.io.gis.wkb_shapes import excluded_surfaces_finding, shapes_from_wkb
 
-_NAMES = ("name", "label", "id", "title")
-_WORDS = ("id", "kind", "set")
-NO_LAYERS = ("", "0", "defpoints", "entities")
-"""Layers of CAD on which lies what nobody put on one."""
-_ROUNDING = 1e-13
-"""Of the largest coordinate: no point of a line without length is farther from its first."""
-_LOOKED_AT = 10_000
-"""Shapes between two looks at whether the work is still wanted."""
+_NAME_COLUMNS = ("name", "label", "id", "title")
+_ATTRIBUTE_COLUMNS = ("id", "kind", "set")
+DEFAULT_LAYERS = ("", "0", "defpoints", "entities")
+"""Default layers of CAD programs."""
+_MIN_RELATIVE_LENGTH = 1e-13
+"""Minimum length of a line, relative to its largest coordinate."""
+_SHAPES_PER_STEP = 10_000
+"""Shapes between two checks of cancellation."""
 
 
 @dataclass(frozen=True)
-class FeatureWords:
+class FeatureAttributes:
     """Attributes of a shape that belong to a feature of a project; "" if the file has none.
 
     Parameters
@@ -45,7 +45,7 @@ class FeatureWords:
     set: str = ""
 
 
-NO_WORDS = FeatureWords()
+NO_ATTRIBUTES = FeatureAttributes()
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,13 +70,23 @@ class ReadLine:
     points: FloatArray
     closed: bool
     crs: str | None = None
-    words: FeatureWords = NO_WORDS
+    words: FeatureAttributes = NO_ATTRIBUTES
 
 
 @dataclass(frozen=True, eq=False)
 class ReadLines:
-    """systems : the CRS that its layers state; described : by the names of its layers; warnings :
-    what was left out, sentences"""
+    """Lines of a file.
+
+    Parameters
+    ----------
+    lines : tuple of ReadLine
+    systems : tuple of str
+        CRS of the layers.
+    described : mapping of str to str
+        Descriptions by layer name.
+    warnings : tuple of Finding
+        Findings about excluded shapes.
+    """
 
     lines: tuple[ReadLine, ...]
     systems: tuple[str, ...]
@@ -98,7 +108,7 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
     Cancelled
     """
     path = Path(path)
-    found: list[ReadLine] = []
+    all_lines: list[ReadLine] = []
     described: dict[str, str] = {}
     systems: list[str] = []
     warnings: list[Finding] = []
@@ -111,7 +121,13 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
     symbols = symbol_layers(layer.name for layer in layers)
     names = [n.name for n in layers if n.kind is not None and n.name.casefold() not in symbols]
     read = (
-        read_layers(path, names, (*_NAMES, *_WORDS, *ENTITY_COLUMNS, "layer"), unreadable, progress)
+        read_layers(
+            path,
+            names,
+            (*_NAME_COLUMNS, *_ATTRIBUTE_COLUMNS, *ENTITY_COLUMNS, "layer"),
+            unreadable,
+            progress,
+        )
         if names
         else []
     )
@@ -128,53 +144,53 @@ def read_gis_lines(path: str | Path, progress: Progress | None = None) -> ReadLi
             geometries, surfaces = geometries[keep], surfaces[keep]
             columns = {name: values[keep] for name, values in columns.items()}
         elif surfaces.any():
-            warnings.append(surfaces_left_out(int(surfaces.sum())))
+            warnings.append(excluded_surfaces_finding(int(surfaces.sum())))
         layer_names = [layer.name] * len(geometries)
         if path.suffix.lower() == ".dxf":
-            layer_names = _words(columns, "layer") or layer_names
+            layer_names = _column_texts(columns, "layer") or layer_names
         line_names = _names(columns, len(geometries))
-        words = _feature_words(columns, len(geometries))
+        words = _feature_attributes(columns, len(geometries))
         lines, others = _lines(layer_names, line_names, words, geometries, layer.crs, progress)
-        found += lines
+        all_lines += lines
         skipped += others - sum(
             shape is None for shape, count in zip(geometries, surfaces, strict=True) if count
         )
     if skipped:
         warnings.append(Finding("drawing.other-shapes", count=skipped))
-    valid = tuple(line for line in found if _is_sound(line.points))
-    if len(valid) < len(found):
-        warnings.append(Finding("drawing.invalid-shapes", count=len(found) - len(valid)))
+    valid = tuple(line for line in all_lines if _is_valid(line.points))
+    if len(valid) < len(all_lines):
+        warnings.append(Finding("drawing.invalid-shapes", count=len(all_lines) - len(valid)))
     return ReadLines(valid, tuple(systems), described, tuple(warnings))
 
 
-def _is_sound(points: FloatArray) -> bool:
+def _is_valid(points: FloatArray) -> bool:
     if len(points) < 2 or not np.isfinite(points).all():
         return False
-    # Curves that GDAL draws of one point differ by the rounding of its sums.
-    return bool((np.abs(points - points[0]) > _ROUNDING * np.abs(points).max()).any())
+    # Points of a degenerate curve in GDAL differ by rounding errors.
+    return bool((np.abs(points - points[0]) > _MIN_RELATIVE_LENGTH * np.abs(points).max()).any())
 
 
 def _unreadable(path: Path) -> InputError:
     return InputError(
-        why_unreadable(path) or Finding("drawing.unreadable"),
+        unreadable_reason(path) or Finding("drawing.unreadable"),
         file=path,
     )
 
 
 def _names(columns: Mapping[str, AnyArray], count: int) -> list[str]:
-    for name in _NAMES:
-        if (found := _words(columns, name)) is not None:
-            return found
+    for name in _NAME_COLUMNS:
+        if (names := _column_texts(columns, name)) is not None:
+            return names
     return [""] * count
 
 
-def _feature_words(columns: Mapping[str, AnyArray], count: int) -> list[FeatureWords]:
-    texts = [_words(columns, name) or [""] * count for name in _WORDS]
-    return [FeatureWords(*each) for each in zip(*texts, strict=True)]
+def _feature_attributes(columns: Mapping[str, AnyArray], count: int) -> list[FeatureAttributes]:
+    texts = [_column_texts(columns, name) or [""] * count for name in _ATTRIBUTE_COLUMNS]
+    return [FeatureAttributes(*each) for each in zip(*texts, strict=True)]
 
 
-def _words(columns: Mapping[str, AnyArray], name: str) -> list[str] | None:
-    """Of the column that is called so, in any letters."""
+def _column_texts(columns: Mapping[str, AnyArray], name: str) -> list[str] | None:
+    """Return the texts of a column by its name, compared without case."""
     for key, values in columns.items():
         if key.casefold() == name:
             return ["" if value is None else str(value) for value in values]
@@ -184,22 +200,22 @@ def _words(columns: Mapping[str, AnyArray], name: str) -> list[str] | None:
 def _lines(
     layers: list[str],
     names: list[str],
-    words: list[FeatureWords],
+    words: list[FeatureAttributes],
     shapes: ObjectArray,
     crs: str | None,
     progress: Progress | None,
 ) -> tuple[list[ReadLine], int]:
-    found: list[ReadLine] = []
+    lines: list[ReadLine] = []
     skipped = 0
     rows = zip(layers, names, words, shapes, strict=True)
     for number, (layer, name, word, shape) in enumerate(rows):
-        if progress is not None and not number % _LOOKED_AT:
+        if progress is not None and not number % _SHAPES_PER_STEP:
             progress.step(number)
         parts = _parts(shape)
         skipped += not parts
         for points, closed in parts:
-            found.append(ReadLine(layer, name, points, closed, crs, word))
-    return found, skipped
+            lines.append(ReadLine(layer, name, points, closed, crs, word))
+    return lines, skipped
 
 
 def _parts(shape: Any) -> list[tuple[FloatArray, bool]]:
@@ -214,5 +230,5 @@ def _parts(shape: Any) -> list[tuple[FloatArray, bool]]:
         points = shapely.get_coordinates(shape)
         return [(points, bool(len(points) > 3 and (points[0] == points[-1]).all()))]
     if hasattr(shape, "geoms"):
-        return [part for one in shape.geoms for part in _parts(one)]
+        return [part for member in shape.geoms for part in _parts(member)]
     return []

@@ -1,4 +1,4 @@
-"""A map of QGIS (.qgs, from 3.22 on) whose layers are those of a GeoPackage beside it."""
+"""QGIS project (.qgs, from 3.22 on) with the layers of a GeoPackage in the same folder."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from uuid import NAMESPACE_OID, uuid5
 
-from vomstudio.core.files.plain_characters import plain
+from vomstudio.core.files.plain_characters import replace_control_characters
 from vomstudio.io.gis.qml import VERSION, Style, elements
 
 _GEOMETRY = {"point": "Point", "line": "Line", "ring": "Polygon"}
@@ -15,7 +15,13 @@ _GEOMETRY = {"point": "Point", "line": "Line", "ring": "Polygon"}
 
 @dataclass(frozen=True)
 class MapLayer:
-    """A layer of the GeoPackage with its style; extent: (x, y) of its lower and upper corner"""
+    """Layer of the GeoPackage with its style.
+
+    Parameters
+    ----------
+    extent : tuple of float
+        x and y of its lower and upper corner.
+    """
 
     name: str
     style: Style
@@ -23,14 +29,24 @@ class MapLayer:
 
 
 def qgs(title: str, source: str, layers: Sequence[MapLayer], crs: str | None) -> str:
-    """source: the GeoPackage's name in the same folder. layers: the uppermost first. crs: EPSG code
-    or WKT, None where there is none."""
+    """Return the text of a QGIS project.
+
+    Parameters
+    ----------
+    title : str
+    source : str
+        Name of the GeoPackage in the same folder.
+    layers : sequence of MapLayer
+        The uppermost first.
+    crs : str or None
+        EPSG code or WKT, None for a local frame.
+    """
     root = ElementTree.Element("qgis", version=VERSION, projectname=title)
     ElementTree.SubElement(root, "title").text = title
     project_crs = ElementTree.SubElement(root, "projectCrs")
     project_crs.append(_crs(crs))
     tree = ElementTree.SubElement(root, "layer-tree-group")
-    _no_properties(tree)
+    _add_empty_properties(tree)
     for number, layer in enumerate(layers):
         node = ElementTree.SubElement(
             tree,
@@ -42,18 +58,18 @@ def qgs(title: str, source: str, layers: Sequence[MapLayer], crs: str | None) ->
             providerKey="ogr",
             source=_source(source, layer),
         )
-        _no_properties(node)
+        _add_empty_properties(node)
     custom = ElementTree.SubElement(tree, "custom-order", enabled="0")
     for number, layer in enumerate(layers):
         ElementTree.SubElement(custom, "item").text = _id(number, layer)
     canvas = ElementTree.SubElement(root, "mapcanvas", name="theMapCanvas", annotationsVisible="1")
     ElementTree.SubElement(canvas, "units").text = "meters"
-    _extent(canvas, _around([layer.extent for layer in layers]))
+    _extent(canvas, _common_extent([layer.extent for layer in layers]))
     ElementTree.SubElement(canvas, "rotation").text = "0"
     ElementTree.SubElement(canvas, "destinationsrs").append(_crs(crs))
-    held = ElementTree.SubElement(root, "projectlayers")
+    map_layers = ElementTree.SubElement(root, "projectlayers")
     for number, layer in enumerate(layers):
-        _layer(held, number, layer, source, crs)
+        _layer(map_layers, number, layer, source, crs)
     order = ElementTree.SubElement(root, "layerorder")
     for number, layer in enumerate(layers):
         ElementTree.SubElement(order, "layer", id=_id(number, layer))
@@ -65,19 +81,19 @@ def qgs(title: str, source: str, layers: Sequence[MapLayer], crs: str | None) ->
     ElementTree.SubElement(paths, "Absolute", type="bool").text = "false"
     ElementTree.indent(root)
     head = "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
-    return head + plain(ElementTree.tostring(root, encoding="unicode"))
+    return head + replace_control_characters(ElementTree.tostring(root, encoding="unicode"))
 
 
-def _no_properties(node: ElementTree.Element) -> None:
-    """Without the empty list QGIS does not read the node."""
+def _add_empty_properties(node: ElementTree.Element) -> None:
+    """Add an empty list of properties, without which QGIS does not read the node."""
     ElementTree.SubElement(ElementTree.SubElement(node, "customproperties"), "Option")
 
 
 def _layer(
-    held: ElementTree.Element, number: int, layer: MapLayer, source: str, crs: str | None
+    map_layers: ElementTree.Element, number: int, layer: MapLayer, source: str, crs: str | None
 ) -> None:
     one = ElementTree.SubElement(
-        held,
+        map_layers,
         "maplayer",
         type="vector",
         geometry=_GEOMETRY[layer.style.geometry],
@@ -97,7 +113,7 @@ def _layer(
 
 
 def _id(number: int, layer: MapLayer) -> str:
-    """QGIS gives layers whose names are short another one, under which the tree has none."""
+    """Return an unambiguous id: QGIS renames layers with short ids, but not in the tree."""
     return f"{layer.name}_{uuid5(NAMESPACE_OID, f'{layer.name} {number}')}".replace("-", "_")
 
 
@@ -126,12 +142,12 @@ def _extent(parent: ElementTree.Element, extent: tuple[float, float, float, floa
         ElementTree.SubElement(root, name).text = repr(float(value))
 
 
-def _around(
+def _common_extent(
     extents: Sequence[tuple[float, float, float, float]],
 ) -> tuple[float, float, float, float]:
-    """All of them with a margin, so that symbols at the edge are whole."""
+    """Return the common extent with a margin, so that symbols at the edge are complete."""
     if not extents:
         return 0.0, 0.0, 1.0, 1.0
-    left, low, right, high = zip(*extents, strict=True)
-    margin = 0.1 * max(max(right) - min(left), max(high) - min(low), 1.0)
-    return min(left) - margin, min(low) - margin, max(right) + margin, max(high) + margin
+    west, south, east, north = zip(*extents, strict=True)
+    margin = 0.1 * max(max(east) - min(west), max(north) - min(south), 1.0)
+    return min(west) - margin, min(south) - margin, max(east) + margin, max(north) + margin

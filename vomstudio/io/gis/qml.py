@@ -1,8 +1,8 @@
-"""Styles of map layers as QGIS reads them (QML, from 3.22 on): symbols by type, turned and labelled
-by the figures of each feature.
+"""Styles of map layers for QGIS (QML, from 3.22 on).
 
-The elements are those of a saved style: a categorised renderer with a symbol for each value of an
-attribute, made of symbol layers whose properties may be expressions, and simple labels.
+Symbols depend on the type of a feature, and are rotated and labelled by its attributes. A saved
+style has a categorised renderer, with a symbol for each value of an attribute. Symbols consist of
+symbol layers, whose properties may be expressions. Labels are simple ones.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from vomstudio.core.files.plain_characters import plain
+from vomstudio.core.files.plain_characters import replace_control_characters
 
 VERSION = "3.22.16"
 Geometry = Literal["point", "line", "ring"]
@@ -22,8 +22,17 @@ _GEOMETRY_TYPE = {"point": "0", "line": "1", "ring": "2"}
 
 @dataclass(frozen=True)
 class Piece:
-    """One layer of a symbol. kind: QGIS's name of it (SimpleMarker, SimpleLine, SimpleFill).
-    values: its properties. by: properties that are expressions."""
+    """Layer of a symbol.
+
+    Parameters
+    ----------
+    kind : str
+        Name in QGIS: SimpleMarker, SimpleLine or SimpleFill.
+    values : mapping of str to str
+        Properties.
+    by : mapping of str to str
+        Properties that are expressions.
+    """
 
     kind: str
     values: Mapping[str, str]
@@ -32,7 +41,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Category:
-    """What is drawn alike: the value of the attribute ("" for all others), and its words."""
+    """Symbol of the features with one value of the attribute; "" for all other values."""
 
     value: str
     label: str
@@ -41,7 +50,15 @@ class Category:
 
 @dataclass(frozen=True)
 class Labels:
-    """expression: what is written; by: placement by expressions (OffsetXY in millimetres)"""
+    """Labels of a layer.
+
+    Parameters
+    ----------
+    expression : str
+        Expression of the text.
+    by : mapping of str to str
+        Placement by expressions (OffsetXY in millimetres).
+    """
 
     expression: str
     color: str = "#1a1a1a"
@@ -51,8 +68,15 @@ class Labels:
 
 @dataclass(frozen=True)
 class Style:
-    """Of one layer. attribute: whose values tell the categories apart; None: one symbol for all.
-    tip: expression of what a pointer shows"""
+    """Style of a layer.
+
+    Parameters
+    ----------
+    attribute : str or None
+        Attribute whose values define the categories; None for a single symbol.
+    tip : str or None
+        Expression of the map tip.
+    """
 
     geometry: Geometry
     categories: Sequence[Category]
@@ -62,25 +86,25 @@ class Style:
 
 
 def qml(style: Style) -> str:
-    """The style as a text of its own."""
+    """Return a style as the text of a QML file."""
     root = ElementTree.Element("qgis", version=VERSION)
     root.extend(elements(style))
     ElementTree.SubElement(root, "layerGeometryType").text = _GEOMETRY_TYPE[style.geometry]
     ElementTree.indent(root)
     head = "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
-    return head + plain(ElementTree.tostring(root, encoding="unicode"))
+    return head + replace_control_characters(ElementTree.tostring(root, encoding="unicode"))
 
 
 def elements(style: Style) -> list[ElementTree.Element]:
-    """The style's elements, as they stand in a style and in a layer of a project."""
-    found = [_renderer(style)]
+    """Return the elements of a style, for a style file or a layer of a project."""
+    children = [_renderer(style)]
     if style.labels is not None:
-        found.append(_labeling(style.labels))
+        children.append(_labeling(style.labels))
     if style.tip is not None:
         tip = ElementTree.Element("mapTip")
         tip.text = style.tip
-        found.append(tip)
-    return found
+        children.append(tip)
+    return children
 
 
 def _renderer(style: Style) -> ElementTree.Element:
@@ -90,10 +114,10 @@ def _renderer(style: Style) -> ElementTree.Element:
     )
     if style.attribute is not None:
         root.set("attr", style.attribute)
-        listed = ElementTree.SubElement(root, "categories")
+        categories = ElementTree.SubElement(root, "categories")
         for number, category in enumerate(style.categories):
             ElementTree.SubElement(
-                listed,
+                categories,
                 "category",
                 value=category.value,
                 label=category.label,
@@ -128,16 +152,16 @@ def _piece(symbol: ElementTree.Element, piece: Piece) -> None:
 
 def _properties(parent: ElementTree.Element, tag: str, by: Mapping[str, str]) -> None:
     root = ElementTree.SubElement(parent, tag)
-    whole = ElementTree.SubElement(root, "Option", type="Map")
-    _option(whole, "name", "")
-    every = ElementTree.SubElement(whole, "Option", name="properties", type="Map")
+    options = ElementTree.SubElement(root, "Option", type="Map")
+    _option(options, "name", "")
+    properties = ElementTree.SubElement(options, "Option", name="properties", type="Map")
     for name, expression in by.items():
-        one = ElementTree.SubElement(every, "Option", name=name, type="Map")
-        _option(one, "active", "true", "bool")
-        _option(one, "expression", expression)
+        entry = ElementTree.SubElement(properties, "Option", name=name, type="Map")
+        _option(entry, "active", "true", "bool")
+        _option(entry, "expression", expression)
         # 3 is QGIS's number of an expression, 2 that of a field.
-        _option(one, "type", "3", "int")
-    _option(whole, "type", "collection")
+        _option(entry, "type", "3", "int")
+    _option(options, "type", "collection")
 
 
 def _option(parent: ElementTree.Element, name: str, value: str, type_: str = "QString") -> None:
@@ -208,7 +232,7 @@ def _labeling(labels: Labels) -> ElementTree.Element:
 
 
 def rgba(color: str, alpha: int = 255) -> str:
-    """ "#rrggbb" as QGIS writes a colour."""
+    """Convert "#rrggbb" to the notation of QGIS."""
     red, green, blue = (int(color[i : i + 2], 16) for i in (1, 3, 5))
     return f"{red},{green},{blue},{alpha}"
 
@@ -219,8 +243,15 @@ def rgba(color: str, alpha: int = 255) -> str:
 def stroke(
     length_mm: float, width_mm: float, color: str, *, angle: str, offset: str, by: Mapping[str, str]
 ) -> Piece:
-    """A straight line of a marker. angle: expression, degrees clockwise from up; offset: "x,y" in
-    millimetres before it is turned, y down."""
+    """Return a straight line of a marker.
+
+    Parameters
+    ----------
+    angle : str
+        Expression, degrees clockwise from up.
+    offset : str
+        "x,y" in millimetres before the rotation, y down.
+    """
     values = {
         "name": "line",
         "size": f"{length_mm:g}",
@@ -245,7 +276,7 @@ def stroke(
 def mark(
     name: str, size_mm: float, color: str, *, offset: str = "0,0", by: Mapping[str, str] = {}
 ) -> Piece:
-    """One of QGIS's simple markers, filled."""
+    """Return a simple marker of QGIS, filled."""
     values = {
         "name": name,
         "size": f"{size_mm:g}",
@@ -268,6 +299,7 @@ def mark(
 
 
 def line(width_mm: float, color: str, by: Mapping[str, str]) -> Piece:
+    """Return a solid line."""
     values = {
         "line_color": rgba(color),
         "line_style": "solid",
@@ -283,7 +315,7 @@ def line(width_mm: float, color: str, by: Mapping[str, str]) -> Piece:
 
 
 def fill(color: str, by: Mapping[str, str]) -> Piece:
-    """A pale area with its edge."""
+    """Return a transparent fill with an outline."""
     values = {
         "color": rgba(color, 70),
         "style": "solid",

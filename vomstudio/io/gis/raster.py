@@ -1,6 +1,6 @@
-"""GeoTIFF out: pictures and grids with their place, written tile by tile through rasterio.
+"""Writing GeoTIFFs, tile by tile, with rasterio.
 
-GDAL reports a full disk late, or only in its log, so a finished file is looked over once.
+GDAL reports a full disk late or only in its log, so each file is verified after writing.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy as np
 
 from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.files.names import utf8_name
-from vomstudio.core.files.regular import require_regular_beside
+from vomstudio.core.files.regular import require_regular_siblings
 from vomstudio.core.files.untrusted.pictures import check_raster
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -28,7 +28,7 @@ BLOCK = 512
 """Side of the blocks inside the files, pixels."""
 
 
-_BANDS = {"f": "F", "i": "I", "u": "I"}
+_BAND_NAMES = {"f": "F", "i": "I", "u": "I"}
 
 Affine = tuple[float, float, float, float, float, float]
 """(a, b, c, d, e, f): x = a column + b row + c, y = d column + e row + f; the outer corner of the
@@ -44,8 +44,17 @@ def is_view_plane(crs: str | None) -> bool:
 
 
 def view_plane_crs(metric: bool, picture: str = "") -> str:
-    """A picture's own plane: x right, y up, in metres or in units of the model. Engineering, so
-    that no GIS puts it on a map. picture : by which drawings on it are known to be drawn on it"""
+    """Return the CRS of a picture's own plane: x right, y up.
+
+    It is an engineering CRS, so that no GIS places it on a map.
+
+    Parameters
+    ----------
+    metric : bool
+        In metres, else in units of the model.
+    picture : str
+        Identifier of the picture, by which drawings on it are recognised.
+    """
     name = " ".join([_VIEW_PLANE, *([picture] if picture else [])])
     if metric:
         return f'LOCAL_CS["{name}",UNIT["metre",1]]'
@@ -54,12 +63,20 @@ def view_plane_crs(metric: bool, picture: str = "") -> str:
 
 @dataclass(frozen=True)
 class Raster:
-    """What a GeoTIFF shall be.
+    """Properties of a GeoTIFF to write.
 
-    kind : "rgba", four bands of uint8, the last one opacity; "float", one float32 band, NaN where
-        there is nothing; or "grey", one of uint8, 0 where there is nothing
-    crs : "EPSG:n", WKT, or None where it is not known
-    tags : texts that go into the file
+    Parameters
+    ----------
+    width, height : int
+        Size in pixels.
+    kind : {"rgba", "float", "grey"}
+        Four uint8 bands, the last one opacity; one float32 band, NaN for no data; one uint8 band,
+        0 for no data.
+    transform : Affine
+    crs : str or None
+        "EPSG:n", WKT, or None if unknown.
+    tags : mapping of str to str
+        Metadata of the file.
     """
 
     width: int
@@ -74,8 +91,18 @@ class Raster:
 def open_geotiff(path: Path, raster: Raster, shown: str | Path | None = None) -> Iterator[Any]:
     """Yield a rasterio dataset to write windows into; use `write_tile`.
 
-    `path` is where it is written (a temporary name); `shown` is the name that errors give. Raises
-    TargetError where the file cannot be written whole.
+    Parameters
+    ----------
+    path : Path
+        Path to write, usually a temporary name.
+    raster : Raster
+    shown : str or Path, optional
+        Name for errors.
+
+    Raises
+    ------
+    TargetError
+        If the file cannot be written completely.
     """
     import rasterio
     from rasterio.crs import CRS
@@ -105,39 +132,48 @@ def open_geotiff(path: Path, raster: Raster, shown: str | Path | None = None) ->
     try:
         with rasterio.Env():
             dataset = rasterio.open(path, "w", **profile)
-            tiles = _sums[id(dataset)] = {}
+            tiles = _checksums[id(dataset)] = {}
             try:
                 dataset.update_tags(**raster.tags)
                 yield dataset
             finally:
-                del _sums[id(dataset)]
-                with libtiff_silent():
+                del _checksums[id(dataset)]
+                with silence_libtiff():
                     dataset.close()
         with rasterio.Env(), rasterio.open(path) as written:
-            whole = _is_whole(written, path.stat().st_size) and _holds(written, tiles)
+            is_complete = _is_complete(written, path.stat().st_size) and _has_tiles(written, tiles)
     except RasterioError as error:
-        raise _not_whole(shown or path) from error
-    if not whole:
-        raise _not_whole(shown or path)
+        raise _incomplete_error(shown or path) from error
+    if not is_complete:
+        raise _incomplete_error(shown or path)
 
 
-def size_and_bands(path: Path) -> tuple[int, int, list[str]]:
-    """Width, height and the bands of a GeoTIFF by name, "F" for one of numbers, as Pillow calls it.
-    Raises InputError where it cannot be opened."""
+def read_size_and_bands(path: Path) -> tuple[int, int, list[str]]:
+    """Return width, height and the bands of a GeoTIFF, with "F" for numbers as in Pillow.
+
+    Raises
+    ------
+    InputError
+        If it cannot be opened.
+    """
     import rasterio
     from rasterio.errors import NotGeoreferencedWarning, RasterioError
 
-    require_regular_beside(path)
+    require_regular_siblings(path)
     check_raster(path)
     try:
-        with warnings.catch_warnings(), libtiff_silent(), rasterio.Env():
+        with warnings.catch_warnings(), silence_libtiff(), rasterio.Env():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
             with (
                 utf8_name(path) as named,
                 rasterio.open(named, driver="GTiff") as dataset,
             ):
                 kinds = [np.dtype(kind) for kind in dataset.dtypes]
-                return dataset.width, dataset.height, [_BANDS.get(k.kind, k.name) for k in kinds]
+                return (
+                    dataset.width,
+                    dataset.height,
+                    [_BAND_NAMES.get(k.kind, k.name) for k in kinds],
+                )
     except RasterioError as error:
         raise InputError(
             Finding("file.damaged", format="GeoTIFF", reason=tr("its data cannot be decoded")),
@@ -146,26 +182,28 @@ def size_and_bands(path: Path) -> tuple[int, int, list[str]]:
 
 
 @contextlib.contextmanager
-def libtiff_silent() -> Iterator[None]:
-    """Of a full disk libtiff prints a line per block to descriptor 2 itself, past GDAL's handlers;
-    the user is told in one sentence instead."""
+def silence_libtiff() -> Iterator[None]:
+    """Suppress messages of libtiff, which bypass the handlers of GDAL.
+
+    On a full disk it prints a line per block to stderr; the user gets one error instead.
+    """
     try:
         saved = os.dup(2)
     except OSError:  # closed by the caller
         yield
         return
-    nowhere = os.open(os.devnull, os.O_WRONLY)
+    null = os.open(os.devnull, os.O_WRONLY)
     try:
-        os.dup2(nowhere, 2)
+        os.dup2(null, 2)
         yield
     finally:
         os.dup2(saved, 2)
         os.close(saved)
-        os.close(nowhere)
+        os.close(null)
 
 
-def _is_whole(dataset: Any, size: int) -> bool:
-    """Whether all blocks lie within the file."""
+def _is_complete(dataset: Any, size: int) -> bool:
+    """Return whether all blocks are within the file."""
     for row in range(-(-dataset.height // BLOCK)):
         for column in range(-(-dataset.width // BLOCK)):
             place = [
@@ -177,13 +215,15 @@ def _is_whole(dataset: Any, size: int) -> bool:
     return True
 
 
-_sums: dict[int, dict[tuple[int, int, int, int], int]] = {}
-"""Of the tiles of each dataset that is being written, by column, row, width and height."""
+_checksums: dict[int, dict[tuple[int, int, int, int], int]] = {}
+"""Checksums of the tiles of each open dataset, by column, row, width and height."""
 
 
-def _holds(dataset: Any, tiles: Mapping[tuple[int, int, int, int], int]) -> bool:
-    """Whether each tile is there as it was written: GDAL says nothing of a block that the disk
-    refused once while the file was closed, and leaves an empty one."""
+def _has_tiles(dataset: Any, tiles: Mapping[tuple[int, int, int, int], int]) -> bool:
+    """Return whether all tiles are stored as they were written.
+
+    GDAL does not report a block that failed while the file was closed, and leaves it empty.
+    """
     return all(
         zlib.crc32(dataset.read(window=_window(*place)).tobytes()) == total
         for place, total in tiles.items()
@@ -196,7 +236,7 @@ def _window(column: int, row: int, width: int, height: int) -> Any:
     return Window(column, row, width, height)  # type: ignore[call-arg, unused-ignore]
 
 
-def _not_whole(path: str | Path) -> TargetError:
+def _incomplete_error(path: str | Path) -> TargetError:
     return TargetError(
         Finding("output.unwritable", reason=tr("it is not complete, the disk may be full")),
         file=path,
@@ -204,21 +244,29 @@ def _not_whole(path: str | Path) -> TargetError:
 
 
 def write_tile(dataset: Any, column: int, row: int, values: np.ndarray[Any, Any]) -> None:
-    """Put (h, w, 4) or (h, w) values with their top left pixel at (column, row)."""
+    """Write a tile.
+
+    Parameters
+    ----------
+    dataset : rasterio dataset
+    column, row : int
+        Top left pixel.
+    values : (h, w, 4) or (h, w) array
+    """
     height, width = values.shape[:2]
     place = (column, row, width, height)
     if values.ndim == 3:
         bands = np.ascontiguousarray(np.moveaxis(values, 2, 0))
     else:
         bands = np.ascontiguousarray(values[None])
-    if (tiles := _sums.get(id(dataset))) is not None:
+    if (tiles := _checksums.get(id(dataset))) is not None:
         tiles[place] = zlib.crc32(bands.astype(dataset.dtypes[0], copy=False).tobytes())
-    with libtiff_silent():
+    with silence_libtiff():
         dataset.write(bands, window=_window(*place))
 
 
 def world_file(transform: Affine) -> str:
-    """The text of a world file: six lines, the last two the centre of the top left pixel."""
+    """Return a world file: six lines, the last two the centre of the top left pixel."""
     a, b, c, d, e, f = transform
     x, y = a * 0.5 + b * 0.5 + c, d * 0.5 + e * 0.5 + f
     return "".join(f"{value:.10f}\n" for value in (a, d, b, e, x, y))

@@ -1,4 +1,4 @@
-"""Where a picture lies on the map."""
+"""Georeference of a picture on the map."""
 
 from __future__ import annotations
 
@@ -8,24 +8,29 @@ from typing import Any
 
 from vomstudio.core.errors import InputError
 from vomstudio.io.gis.crs import parse_crs
-from vomstudio.io.gis.raster import libtiff_silent
+from vomstudio.io.gis.raster import silence_libtiff
 
 
-def place_on_map(path: Path) -> dict[str, Any] | None:
-    """crs, bounds (without heights), units and resolution_m of a TIFF with rows from north to south
-    in a projected CRS in metres; None for every other, such as an oblique orthophoto, whose plane
-    is no map."""
+def read_map_placement(path: Path) -> dict[str, Any] | None:
+    """Return crs, bounds, units and resolution_m of a TIFF that is a map.
+
+    Returns
+    -------
+    dict or None
+        None unless rows run from north to south in a projected CRS in metres; the plane of an
+        oblique orthophoto is not a map. The bounds have no heights.
+    """
     import rasterio
     from rasterio.errors import NotGeoreferencedWarning, RasterioError
 
     from vomstudio.core.files.names import utf8_name
-    from vomstudio.core.files.regular import require_regular_beside
+    from vomstudio.core.files.regular import require_regular_siblings
     from vomstudio.core.files.untrusted.pictures import check_raster
 
     try:
-        require_regular_beside(path)
+        require_regular_siblings(path)
         check_raster(path)
-        with warnings.catch_warnings(), libtiff_silent(), rasterio.Env():
+        with warnings.catch_warnings(), silence_libtiff(), rasterio.Env():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
             with utf8_name(path) as named, rasterio.open(named, driver="GTiff") as dataset:
                 if dataset.crs is None or not dataset.crs.is_projected:

@@ -1,11 +1,13 @@
-"""ESRI shapefiles with z, written block by block: the geometry (.shp), its index (.shx) and the
-attributes (.dbf), by ESRI's white paper of 1998 and dBase III.
+"""ESRI shapefiles with z, written block by block.
 
-Written here because libraries were measured to be slower and to lose digits (two busy cores).
-300,000 points with three attributes took 1.4 to 2.5 s, written block by block, so that they can be
-cancelled and need no memory of their own; GDAL (pyogrio 0.13) 3.4 to 6.1 s and pyshp 3.1 12 to 17.
-Both give attributes 15 decimals: of evenly spread numbers below 1 GDAL changes 93 %, 1e-20 becomes
-0 and 1e300 becomes 1e23. Here every double comes back as it was, which GDAL reads in the tests.
+The geometry (.shp), its index (.shx) and the attributes (.dbf), by ESRI's white paper of 1998 and
+dBase III.
+
+Own code, because libraries were measured to be slower and to lose digits (two busy cores). 300,000
+points with three attributes took 1.4 to 2.5 s, in blocks that can be cancelled and need no extra
+memory; GDAL (pyogrio 0.13) 3.4 to 6.1 s and pyshp 3.1 12 to 17 s. Both write attributes with 15
+decimals: GDAL changes 93 % of uniformly distributed numbers below 1, 1e-20 becomes 0 and 1e300
+becomes 1e23. Here every double is restored exactly, as the tests verify with GDAL.
 """
 
 from __future__ import annotations
@@ -22,16 +24,24 @@ import numpy as np
 from vomstudio.core.arrays import AnyArray
 
 POINT_Z, LINE_Z, RING_Z = 11, 13, 15
-MOST_BYTES = 2**31 - 1
-"""More than that in one file many programs cannot read."""
+MAX_BYTES = 2**31 - 1
+"""Maximum size of a file for many programs."""
 NO_M = -1e39
-LONGEST_NAME, LONGEST_TEXT = 10, 254
+MAX_NAME_LENGTH, MAX_TEXT_LENGTH = 10, 254
 POINT_BYTES = 44
 
 
 @dataclass(frozen=True)
 class Column:
-    """One attribute. kind : dBase's letter; width : bytes of a value"""
+    """Attribute of a table.
+
+    Parameters
+    ----------
+    kind : str
+        Letter of dBase.
+    width : int
+        Bytes of a value.
+    """
 
     name: str
     values: AnyArray
@@ -41,9 +51,17 @@ class Column:
 
 
 def column(name: str, values: AnyArray) -> Column:
-    """With the letter and width that its values need. Texts longer than the format holds are cut.
-    name : at most ten bytes of ASCII."""
-    if len(name.encode("ascii")) > LONGEST_NAME:
+    """Create a column with the type and width that its values need.
+
+    Text that exceeds the limit of the format is truncated.
+
+    Parameters
+    ----------
+    name : str
+        At most ten ASCII bytes.
+    values : (n,) array
+    """
+    if len(name.encode("ascii")) > MAX_NAME_LENGTH:
         raise ValueError(f"'{name}' is longer than a column's name may be")
     kind = values.dtype.kind
     if kind == "b":
@@ -56,20 +74,22 @@ def column(name: str, values: AnyArray) -> Column:
     if kind == "f":
         wide = values.dtype.itemsize > 4
         return Column(name, values, "N" if wide else "F", 24 if wide else 16, 15 if wide else 9)
-    texts = np.array([_cut("" if value is None else str(value)) for value in values], object)
+    texts = np.array(
+        [_encode_text("" if value is None else str(value)) for value in values], object
+    )
     width = max((len(text) for text in texts), default=1)
     return Column(name, texts, "C", max(1, width), 0)
 
 
-def _cut(text: str) -> bytes:
+def _encode_text(text: str) -> bytes:
     encoded = " ".join(text.split()).encode("utf-8", "replace")
-    return encoded[:LONGEST_TEXT].decode(errors="ignore").encode()
+    return encoded[:MAX_TEXT_LENGTH].decode(errors="ignore").encode()
 
 
 def is_too_large(n_points: int, columns: Sequence[Column]) -> bool:
-    """Whether a file of so many points would be larger than programs can read."""
+    """Return whether a file of this number of points exceeds the limit of programs."""
     row = 1 + sum(c.width for c in columns)
-    return n_points * max(POINT_BYTES, row) > MOST_BYTES - 10_000
+    return n_points * max(POINT_BYTES, row) > MAX_BYTES - 10_000
 
 
 def write_points(
@@ -80,7 +100,16 @@ def write_points(
     columns: Sequence[Column],
     blocks: Iterable[slice],
 ) -> None:
-    """POINTZ. blocks : rows, in order and together all; who makes them reports and may stop it."""
+    """Write a POINTZ shapefile.
+
+    Parameters
+    ----------
+    shp, shx, dbf : Path
+    points : (n, 3) float
+    columns : sequence of Column
+    blocks : iterable of slice
+        Successive rows; the iterator may report progress, or raise to cancel.
+    """
     n = len(points)
     record = np.dtype([("head", ">i4", 2), ("type", "<i4"), ("xyzm", "<f8", 4)])
     with open(shp, "wb") as shapes, open(shx, "wb") as index, open(dbf, "wb") as table:
@@ -111,8 +140,18 @@ def write_shapes(
     shapes: Sequence[AnyArray],
     columns: Sequence[Column],
 ) -> None:
-    """POLYLINEZ or POLYGONZ of one part each. A ring is closed, and turned clockwise as seen from
-    above, which is how the format knows it from a hole."""
+    """Write POLYLINEZ or POLYGONZ shapes of one part each.
+
+    A ring is closed, and oriented clockwise as seen from above, which distinguishes it from a hole.
+
+    Parameters
+    ----------
+    shp, shx, dbf : Path
+    kind : int
+        `LINE_Z` or `RING_Z`.
+    shapes : sequence of (m, 3) float
+    columns : sequence of Column
+    """
     contents = [_content(kind, shape) for shape in shapes]
     everything = np.concatenate(shapes) if shapes else np.empty((0, 3))
     total = 100 + sum(8 + len(content) for content in contents)
@@ -184,7 +223,7 @@ def _write_rows(table: BinaryIO, columns: Sequence[Column], rows: slice) -> None
 
 
 def _cells(c: Column, rows: slice) -> AnyArray:
-    """(n, width) bytes."""
+    """Return the bytes (n, width) of a column."""
     values = c.values[rows]
     if c.kind == "L":
         return np.where(values, ord("T"), ord("F")).astype(np.uint8)[:, None]
@@ -200,45 +239,47 @@ def _cells(c: Column, rows: slice) -> AnyArray:
 
 
 def _number(value: float, width: int) -> bytes:
-    """The shortest decimals that give back the value; blank where there is none."""
+    """Format a number as the shortest decimals that restore it; blank if not finite."""
     text = repr(value) if value - value == 0.0 else ""
     return text.encode()[:width].rjust(width)
 
 
 def _integers(values: AnyArray, width: int) -> AnyArray:
     cells = np.full((len(values), width), ord(" "), np.uint8)
-    # Python's integers: the lowest of int64 has no positive counterpart there.
-    left = np.abs(values) if values.min(initial=0) > np.iinfo(np.int64).min else None
-    if left is None:
+    # Use Python's integers: the lowest int64 has no positive counterpart.
+    remaining = np.abs(values) if values.min(initial=0) > np.iinfo(np.int64).min else None
+    if remaining is None:
         texts = b"".join(str(v).encode().rjust(width) for v in values.tolist())
         return np.frombuffer(texts, np.uint8).reshape(len(values), width)
     negative = values < 0
     for k in range(width - 1, -1, -1):
-        busy = (left > 0) if k < width - 1 else np.ones(len(values), bool)
-        cells[busy, k] = (left[busy] % 10 + ord("0")).astype(np.uint8)
-        sign = ~busy & negative
+        has_digit = (remaining > 0) if k < width - 1 else np.ones(len(values), bool)
+        cells[has_digit, k] = (remaining[has_digit] % 10 + ord("0")).astype(np.uint8)
+        sign = ~has_digit & negative
         cells[sign, k] = ord("-")
         negative &= ~sign
-        left = left // 10
+        remaining = remaining // 10
     return cells
 
 
 def short_names(names: Iterable[str], known: Mapping[str, str] | None = None) -> dict[str, str]:
-    """A name of at most ten bytes for each, none twice (compared without case)."""
+    """Return a unique name of at most ten bytes for each, compared without case."""
     used: set[str] = set()
     result: dict[str, str] = {}
     for name in names:
-        plain = (known or {}).get(name, name).encode("ascii", "ignore").decode()[:LONGEST_NAME]
-        free = next(label for label in _tries(plain or "field") if label.casefold() not in used)
+        plain = (known or {}).get(name, name).encode("ascii", "ignore").decode()[:MAX_NAME_LENGTH]
+        free = next(
+            label for label in _name_candidates(plain or "field") if label.casefold() not in used
+        )
         used.add(free.casefold())
         result[name] = free
     return result
 
 
-def _tries(plain: str) -> Iterator[str]:
+def _name_candidates(plain: str) -> Iterator[str]:
     yield plain
     number = 2
     while True:
-        ending = f"_{number}"
-        yield plain[: LONGEST_NAME - len(ending)] + ending
+        suffix = f"_{number}"
+        yield plain[: MAX_NAME_LENGTH - len(suffix)] + suffix
         number += 1

@@ -1,4 +1,4 @@
-"""Lines and outlines out of SVG, as Inkscape and other programs write it (SVG 1.1, W3C 2011)."""
+"""Lines and outlines of SVG, as written by Inkscape and others (SVG 1.1, W3C 2011)."""
 
 from __future__ import annotations
 
@@ -18,39 +18,56 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.files.regular import read_small
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
-from vomstudio.io.gis.line_reading import FeatureWords, ReadLine
+from vomstudio.io.gis.line_reading import FeatureAttributes, ReadLine
 from vomstudio.io.gis.svg_paths import (
     NUMBER,
-    length,
-    lengths,
-    moved,
-    numbers_in,
-    shape_of,
-    transform_of,
+    count_numbers,
+    element_pieces,
+    parse_length,
+    parse_lengths,
+    parse_transform,
+    transform_points,
 )
 from vomstudio.io.text.xml_tree import parse_xml
 
-OWN_CLASS = "vomstudio"
-"""Of elements of our own drawings that are no line of anybody: frames, symbols, labels."""
-_LARGEST = 256 << 20
-_MOST_NUMBERS = 500_000
-"""Of all paths: what is read in some seconds; hands draw a hundredth of it."""
+PROGRAM_CLASS = "vomstudio"
+"""Class of elements of drawings of this program that are not lines: frames, symbols, labels."""
+_MAX_BYTES = 256 << 20
+_MAX_NUMBERS = 500_000
+"""Maximum for all paths, read in some seconds; hand drawings have a hundredth of it."""
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 _MODE = "{http://www.inkscape.org/namespaces/inkscape}groupmode"
 _ABSOLUTE = "{http://sodipodi.sourceforge.net/DTD/sodipodi-0.dtd}absref"
 _LINK = "{http://www.w3.org/1999/xlink}href"
 _WORDS = ("id", "data-kind", "data-set")
-_NEVER_SEEN = ("defs", "clipPath", "mask", "pattern", "marker", "metadata", "namedview", "style")
-_DEEPEST_USE = 8
-_MOST_SHAPES = 1_000_000
+_INVISIBLE_TAGS = (
+    "defs",
+    "clipPath",
+    "mask",
+    "pattern",
+    "marker",
+    "metadata",
+    "namedview",
+    "style",
+)
+_MAX_CLONE_DEPTH = 8
+_MAX_SHAPES = 1_000_000
 
 
 @dataclass(frozen=True, eq=False)
 class SvgImage:
-    """corners : (4, 2) of its place in the drawing's units, upper left, upper right, lower right,
-    lower left; name : of the file that is shown, "" where the picture is in the drawing; fit :
-    "none" stretches it to its place, "meet" puts it inside, "slice" covers all of it; align : 0 to
-    1 across and down
+    """Picture in a drawing.
+
+    Parameters
+    ----------
+    corners : (4, 2) float
+        Corners of its frame in the drawing's units: upper left and right, lower right and left.
+    name : str
+        Name of the file, "" for an embedded picture.
+    fit : {"none", "meet", "slice"}
+        Stretch to the frame, fit inside, or cover all of it.
+    align : tuple of float
+        Alignment across and down, 0 to 1.
     """
 
     corners: FloatArray
@@ -58,8 +75,14 @@ class SvgImage:
     fit: str
     align: tuple[float, float]
 
-    def shown(self, ratio: float) -> FloatArray:
-        """(4, 2) corners of a picture of this width by height in its place."""
+    def fitted_corners(self, ratio: float) -> FloatArray:
+        """Return the corners (4, 2) of the picture in its frame.
+
+        Parameters
+        ----------
+        ratio : float
+            Width of the picture divided by its height.
+        """
         across, down = self.corners[1] - self.corners[0], self.corners[3] - self.corners[0]
         wide, high = float(np.hypot(*across)), float(np.hypot(*down))
         if self.fit == "none" or not (wide > 0 and high > 0):
@@ -72,11 +95,18 @@ class SvgImage:
 
 @dataclass(frozen=True, eq=False)
 class SvgDrawing:
-    """Coordinates are the file's user units, x right, y down.
+    """Content of a drawing, in user units of the file, x right, y down.
 
-    lines : with their transforms applied, without what is hidden; images : also those that are
-    hidden, since lines lie on them all the same; page : (4,) x, y, width, height; marks : what its
-    descriptions say
+    Parameters
+    ----------
+    lines : tuple of ReadLine
+        Visible lines, with their transforms applied.
+    images : tuple of SvgImage
+        Also hidden ones, because lines may be drawn on them.
+    page : (4,) float or None
+        x, y, width, height.
+    marks : tuple of str
+        Descriptions.
     """
 
     lines: tuple[ReadLine, ...]
@@ -87,33 +117,43 @@ class SvgDrawing:
 
 @np.errstate(all="ignore")
 def read_svg(path: str | Path) -> SvgDrawing:
-    """Paths (curves as pieces), polylines, polygons, lines, rectangles, circles and ellipses, also
-    where they are used again (clones). Raises InputError where the file is no SVG."""
+    """Read the shapes of a drawing, including clones.
+
+    Shapes are paths (curves are split), polylines, polygons, lines, rectangles, circles and
+    ellipses.
+
+    Raises
+    ------
+    InputError
+        If the file is not a valid SVG.
+    """
     path = Path(path)
-    root = parse_xml(_plain_svg(_content(path), path), path)
+    root = parse_xml(_simplify_svg(_content(path), path), path)
     if _tag(root) != "svg":
         raise InputError(Finding("file.other-format", format="SVG"), file=path)
     lines: list[ReadLine] = []
     images: list[SvgImage] = []
     marks = [str(element.text or "") for element in root.iter() if _tag(element) == "desc"]
-    room = _MOST_NUMBERS
+    remaining_numbers = _MAX_NUMBERS
     try:
-        for element, at in _Walk(root).all():
+        for element, at in _ElementWalk(root).all():
             tag = _tag(element)
             if tag == "image":
                 images.append(_image(element, at))
-            elif tag != "desc" and at.seen:
-                room -= numbers_in(element)
-                if room < 0:
+            elif tag != "desc" and at.is_visible:
+                remaining_numbers -= count_numbers(element)
+                if remaining_numbers < 0:
                     raise InputError(
-                        Finding("file.too-many-parts", limit=_MOST_NUMBERS, parts=tr("numbers")),
+                        Finding("file.too-many-parts", limit=_MAX_NUMBERS, parts=tr("numbers")),
                         file=path,
                     )
                 name = str(element.get(_LABEL) or _title(element) or element.get("id") or at.name)
-                words = FeatureWords(*(str(element.get(key) or "") for key in _WORDS))
+                words = FeatureAttributes(*(str(element.get(key) or "") for key in _WORDS))
                 lines += [
-                    ReadLine(at.layer, name, moved(points, at.matrix), closed, words=words)
-                    for points, closed in shape_of(element, tag, at.view)
+                    ReadLine(
+                        at.layer, name, transform_points(points, at.matrix), closed, words=words
+                    )
+                    for points, closed in element_pieces(element, tag, at.view)
                     if len(points) > 1
                 ]
     except (ValueError, IndexError, OverflowError) as error:
@@ -127,10 +167,10 @@ def read_svg(path: str | Path) -> SvgDrawing:
 
 
 def _content(path: Path) -> bytes:
-    """Of a file that may be packed (.svgz)."""
-    too_large = InputError(Finding("file.too-large", limit_mb=_LARGEST >> 20), file=path)
+    """Read a file that may be compressed (.svgz)."""
+    too_large = InputError(Finding("file.too-large", limit_mb=_MAX_BYTES >> 20), file=path)
     try:
-        data = read_small(path, _LARGEST)
+        data = read_small(path, _MAX_BYTES)
     except OSError as error:
         reason = error.strerror or error
         raise InputError(Finding("file.unreadable", reason=reason), file=path) from error
@@ -138,11 +178,11 @@ def _content(path: Path) -> bytes:
         return data
     try:
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as packed:
-            data = packed.read(_LARGEST + 1)
+            data = packed.read(_MAX_BYTES + 1)
     except (OSError, EOFError, zlib.error) as error:
         damaged = Finding("file.damaged", format="SVG", reason=error)
         raise InputError(damaged, file=path) from error
-    if len(data) > _LARGEST:
+    if len(data) > _MAX_BYTES:
         raise too_large
     return data
 
@@ -151,81 +191,98 @@ _DOCTYPE = re.compile(rb"<!DOCTYPE\s+svg\b[^\[>]*(?:\[([^\]]*)\]\s*)?>")
 _ENTITY = re.compile(
     rb"<!ENTITY\s+([\w.-]{1,64})\s+(?:\"([^\"&%<]{0,200})\"|'([^'&%<]{0,200})')\s*>"
 )
-_MOST_ENTITIES = 64
+_MAX_ENTITIES = 64
 
 
-def _plain_svg(data: bytes, path: Path) -> bytes:
-    """Without the pictures inside, which are longer than the parser lets an attribute be, and
-    without the short words that Illustrator declares for its namespaces, written out."""
+def _simplify_svg(data: bytes, path: Path) -> bytes:
+    """Remove embedded pictures and expand entities.
+
+    Pictures exceed the parser's limit for attributes. Illustrator declares entities for its
+    namespaces.
+    """
     data = re.sub(rb"""(["'])data:[^"']*""", rb"\1data:", data)
     head = _DOCTYPE.search(data[:65_536])
     if head is None or not head.group(1):
         return data
-    said = _ENTITY.findall(head.group(1))
-    if len(said) > _MOST_ENTITIES or _ENTITY.sub(b"", head.group(1)).strip():
+    entities = _ENTITY.findall(head.group(1))
+    if len(entities) > _MAX_ENTITIES or _ENTITY.sub(b"", head.group(1)).strip():
         return data
     body = data[head.end() :]
-    for name, double, single in said:
+    for name, double, single in entities:
         body = body.replace(b"&" + name + b";", double or single)
-        if len(body) > _LARGEST:
-            raise InputError(Finding("file.too-large", limit_mb=_LARGEST >> 20), file=path)
+        if len(body) > _MAX_BYTES:
+            raise InputError(Finding("file.too-large", limit_mb=_MAX_BYTES >> 20), file=path)
     return data[: head.start()] + body
 
 
 @dataclass(frozen=True, eq=False)
-class _Place:
-    """Where an element stands. matrix : (3, 3) to the drawing's units; view : width and height of
-    the innermost viewport; seen : not hidden; visible : of what inherits it; name : of the clone;
-    uses : how many clones it is inside of"""
+class _Context:
+    """Context of an element.
+
+    Parameters
+    ----------
+    matrix : (3, 3) float
+        To the drawing's units.
+    view : tuple of float
+        Width and height of the innermost viewport.
+    name : str
+        Name of the clone.
+    is_visible : bool
+        Whether both `shown` and `visible` are true.
+    shown, visible : bool
+        Inherited display and visibility.
+    uses : int
+        Depth of nested clones.
+    """
 
     matrix: FloatArray
     view: tuple[float, float]
     layer: str = ""
     name: str = ""
-    seen: bool = True
+    is_visible: bool = True
     shown: bool = True
     visible: bool = True
     uses: int = 0
 
 
-class _Walk:
-    """All elements of a drawing with their places."""
+class _ElementWalk:
+    """Iterator over all elements of a drawing with their contexts."""
 
     def __init__(self, root: Any) -> None:
         self._root = root
-        self._by_id = {str(e.get("id")): e for e in root.iter() if e.get("id")}
+        self._elements = {str(e.get("id")): e for e in root.iter() if e.get("id")}
         self._rules = _style_rules(root)
         self._count = 0
 
-    def all(self) -> Iterator[tuple[Any, _Place]]:
+    def all(self) -> Iterator[tuple[Any, _Context]]:
         page = _page(self._root)
         view = (100.0, 100.0) if page is None else (float(page[2]), float(page[3]))
-        return self._of(self._root, _Place(np.eye(3), view))
+        return self._walk(self._root, _Context(np.eye(3), view))
 
-    def _of(self, element: Any, at: _Place) -> Iterator[tuple[Any, _Place]]:
+    def _walk(self, element: Any, at: _Context) -> Iterator[tuple[Any, _Context]]:
         tag = _tag(element)
-        if tag in _NEVER_SEEN or OWN_CLASS in str(element.get("class") or "").split():
+        if tag in _INVISIBLE_TAGS or PROGRAM_CLASS in str(element.get("class") or "").split():
             return
         if tag == "symbol" and not at.uses:
             return
         self._count += 1
-        if self._count > _MOST_SHAPES:
-            raise ValueError("more shapes than can be meant")
-        at = self._inside(element, tag, at)
+        if self._count > _MAX_SHAPES:
+            raise ValueError("too many shapes")
+        at = self._child_context(element, tag, at)
         yield element, at
         if tag == "use":
-            yield from self._used(element, at)
+            yield from self._clone(element, at)
         for child in element:
-            yield from self._of(child, at)
+            yield from self._walk(child, at)
 
-    def _inside(self, element: Any, tag: str, at: _Place) -> _Place:
-        """The place of an element, for itself and what is in it."""
+    def _child_context(self, element: Any, tag: str, at: _Context) -> _Context:
+        """Return the context of an element and its children."""
         style = self._style(element, tag)
         shown = at.shown and style.get("display") != "none"
         visible = at.visible
         if "visibility" in style:
             visible = style["visibility"] not in ("hidden", "collapse")
-        matrix = at.matrix @ _placed(style)
+        matrix = at.matrix @ _transform_matrix(style)
         layer, view = at.layer, at.view
         if tag == "g" and (element.get(_MODE) == "layer" or not layer):
             layer = str(element.get(_LABEL) or element.get("id") or layer)
@@ -238,49 +295,52 @@ class _Walk:
             layer=layer,
             shown=shown,
             visible=visible,
-            seen=shown and visible,
+            is_visible=shown and visible,
         )
 
-    def _used(self, element: Any, at: _Place) -> Iterator[tuple[Any, _Place]]:
+    def _clone(self, element: Any, at: _Context) -> Iterator[tuple[Any, _Context]]:
         link = str(element.get(_LINK) or element.get("href") or "")
-        target = self._by_id.get(link[1:]) if link.startswith("#") else None
-        if target is None or at.uses >= _DEEPEST_USE:
+        target = self._elements.get(link[1:]) if link.startswith("#") else None
+        if target is None or at.uses >= _MAX_CLONE_DEPTH:
             return
         step = np.eye(3)
-        step[:2, 2] = lengths(element, ("x", "y"), at.view)
+        step[:2, 2] = parse_lengths(element, ("x", "y"), at.view)
         name = str(element.get(_LABEL) or element.get("id") or at.name)
         inner = replace(at, matrix=at.matrix @ step, name=name, uses=at.uses + 1)
-        yield from self._of(target, inner)
+        yield from self._walk(target, inner)
 
     def _style(self, element: Any, tag: str) -> dict[str, str]:
-        """What counts here of its attributes, of the rules of the drawing, and of its own style:
-        each goes before the one before it."""
-        found = {name: str(element.get(name)) for name in _STYLED if element.get(name)}
+        """Return the style: attributes, overridden by rules, overridden by its own style."""
+        properties = {
+            name: str(element.get(name)) for name in _STYLE_PROPERTIES if element.get(name)
+        }
         words = str(element.get("class") or "").split()
         names = {tag, f"#{element.get('id')}", *(f".{word}" for word in words)}
         rules = [rule for name in names for rule in self._rules.get(name, ())]
-        for _, said in sorted(rules, key=lambda rule: rule[0]):
-            found |= said
-        return found | _declarations(str(element.get("style") or ""))
+        for _, rule_properties in sorted(rules, key=lambda rule: rule[0]):
+            properties |= rule_properties
+        return properties | _declarations(str(element.get("style") or ""))
 
 
-_STYLED = ("display", "visibility", "transform", "transform-origin")
+_STYLE_PROPERTIES = ("display", "visibility", "transform", "transform-origin")
 
 
 def _declarations(text: str) -> dict[str, str]:
-    """Of `_STYLED` in a style, in small letters."""
-    found = {}
+    """Return the properties in `_STYLE_PROPERTIES` of a style, in lower case."""
+    properties = {}
     for each in text.split(";"):
         name, _, value = each.partition(":")
-        if name.strip().lower() in _STYLED and value.strip():
-            found[name.strip().lower()] = value.replace("!important", "").strip()
-    return found
+        if name.strip().lower() in _STYLE_PROPERTIES and value.strip():
+            properties[name.strip().lower()] = value.replace("!important", "").strip()
+    return properties
 
 
 def _style_rules(root: Any) -> dict[str, list[tuple[int, dict[str, str]]]]:
-    """Of the style sheets inside: simple selectors (.class, #id, tag), each with what counts here
-    and which rule of the drawing it is."""
-    found: dict[str, list[tuple[int, dict[str, str]]]] = {}
+    """Return the rules of embedded style sheets by selector (.class, #id, tag).
+
+    Each rule is its number in the drawing and its properties.
+    """
+    rules_by_selector: dict[str, list[tuple[int, dict[str, str]]]] = {}
     rules = 0
     for sheet in root.iter():
         if _tag(sheet) != "style":
@@ -289,33 +349,33 @@ def _style_rules(root: Any) -> dict[str, list[tuple[int, dict[str, str]]]]:
         text = first + "".join(part.partition("*/")[2] for part in others)
         for rule in text.split("}"):
             selectors, _, body = rule.partition("{")
-            if said := _declarations(body):
+            if properties := _declarations(body):
                 rules += 1
                 for selector in selectors.split(","):
-                    found.setdefault(selector.strip(), []).append((rules, said))
-    return found
+                    rules_by_selector.setdefault(selector.strip(), []).append((rules, properties))
+    return rules_by_selector
 
 
-def _placed(style: dict[str, str]) -> FloatArray:
-    """(3, 3) of a transform, about its origin where it has one."""
+def _transform_matrix(style: dict[str, str]) -> FloatArray:
+    """Return the matrix (3, 3) of a transform, about its origin if it has one."""
     if "transform" not in style:
         return np.eye(3)
-    matrix = transform_of(style["transform"])
-    said = re.findall(rf"{NUMBER}[A-Za-z]*", style.get("transform-origin", ""))
-    if len(said) < 2:
+    matrix = parse_transform(style["transform"])
+    origin = re.findall(rf"{NUMBER}[A-Za-z]*", style.get("transform-origin", ""))
+    if len(origin) < 2:
         return matrix
-    there = np.eye(3)
-    there[:2, 2] = [length(word) for word in said[:2]]
-    back = there.copy()
-    back[:2, 2] *= -1
-    return np.asarray(there @ matrix @ back)
+    shift = np.eye(3)
+    shift[:2, 2] = [parse_length(word) for word in origin[:2]]
+    back_shift = shift.copy()
+    back_shift[:2, 2] *= -1
+    return np.asarray(shift @ matrix @ back_shift)
 
 
 def _viewport(
     element: Any, matrix: FloatArray, outer: tuple[float, float]
 ) -> tuple[FloatArray, tuple[float, float]]:
-    """Of a drawing inside the drawing: to its own units, and how wide and high it is in them."""
-    x, y, w, h = lengths(element, ("x", "y", "width", "height"), outer)
+    """Return the matrix to the units of an inner viewport, and its size in these units."""
+    x, y, w, h = parse_lengths(element, ("x", "y", "width", "height"), outer)
     w, h = w or outer[0], h or outer[1]
     step = np.eye(3)
     step[:2, 2] = (x, y) if _tag(element) == "svg" else (0.0, 0.0)
@@ -334,27 +394,27 @@ def _viewport(
 
 
 def _aspect(element: Any) -> tuple[str, tuple[float, float]]:
-    """none, meet or slice, and where it stands in its place."""
-    said = str(element.get("preserveAspectRatio") or "xMidYMid")
+    """Return the fit (none, meet or slice) and the alignment in the frame."""
+    text = str(element.get("preserveAspectRatio") or "xMidYMid")
     share = {"Min": 0.0, "Mid": 0.5, "Max": 1.0}
-    found = re.search(r"x(Min|Mid|Max)Y(Min|Mid|Max)", said)
-    fit = next((word for word in ("none", "slice") if word in said), "meet")
-    return fit, (0.5, 0.5) if found is None else (share[found.group(1)], share[found.group(2)])
+    match = re.search(r"x(Min|Mid|Max)Y(Min|Mid|Max)", text)
+    fit = next((word for word in ("none", "slice") if word in text), "meet")
+    return fit, (0.5, 0.5) if match is None else (share[match.group(1)], share[match.group(2)])
 
 
-def _image(element: Any, at: _Place) -> SvgImage:
-    x, y, w, h = lengths(element, ("x", "y", "width", "height"), at.view)
+def _image(element: Any, at: _Context) -> SvgImage:
+    x, y, w, h = parse_lengths(element, ("x", "y", "width", "height"), at.view)
     corners = np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h]])
     link = str(element.get(_LINK) or element.get("href") or "")
     if link.startswith("data:") or not link:
         link = str(element.get(_ABSOLUTE) or "")
     fit, align = _aspect(element)
     name = re.split(r"[/\\]", link.partition("?")[0])[-1]
-    return SvgImage(moved(corners, at.matrix), name, fit, align)
+    return SvgImage(transform_points(corners, at.matrix), name, fit, align)
 
 
 def _title(element: Any) -> str:
-    """What a program shows when the cursor rests on a shape."""
+    """Return the title of a shape, which programs show as a tooltip."""
     return next((str(e.text or "").strip() for e in element if _tag(e) == "title"), "")
 
 
@@ -362,7 +422,7 @@ def _page(root: Any) -> FloatArray | None:
     box = [float(n) for n in re.findall(NUMBER, str(root.get("viewBox") or ""))]
     if len(box) == 4 and box[2] > 0 and box[3] > 0:
         return np.array(box)
-    size = [length(text, 0.0) for text in (root.get("width"), root.get("height"))]
+    size = [parse_length(text, 0.0) for text in (root.get("width"), root.get("height"))]
     return np.array([0.0, 0.0, *size]) if min(size) > 0 else None
 
 

@@ -21,14 +21,14 @@ from vomstudio.core.files.untrusted.databases import SQLITE_MARK
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
-from vomstudio.io.gis.dxf_blocks import refuse_endless_blocks
-from vomstudio.io.gis.layer_reading import layers_of
-from vomstudio.io.gis.layer_transport import packed, unpacked
-from vomstudio.io.text.file_text import MOST_OBJECTS
+from vomstudio.io.gis.dxf_blocks import count_block_entities
+from vomstudio.io.gis.layer_reading import readable_layers
+from vomstudio.io.gis.layer_transport import pack, unpack
+from vomstudio.io.text.file_text import MAX_OBJECTS
 
-_SMALL_BYTES = 2 << 20
+_MAX_SMALL_BYTES = 2 << 20
 """Every driver reads such a file in a fraction of a second."""
-_SMALL_DRAWING = 50_000
+_MAX_SMALL_ENTITIES = 50_000
 """Entities of a DXF, with its blocks inserted, that are read as fast."""
 
 
@@ -36,9 +36,21 @@ _SMALL_DRAWING = 50_000
 class VectorLayer:
     """Layer of a vector file.
 
-    kind : geometry type, None for a table without geometry; fields : names of all columns
-    crs : as stated; described : description, "" if none; shapes : (n,) WKB
-    columns : requested columns (n,) by name
+    Parameters
+    ----------
+    name : str
+    kind : str or None
+        Geometry type, None for a table without geometry.
+    fields : tuple of str
+        Names of all columns.
+    crs : str or None
+        As stated.
+    described : str
+        Description, "" if none.
+    shapes : (n,) array of bytes or None
+        WKB.
+    columns : mapping of str to (n,) array
+        Requested columns.
     """
 
     name: str
@@ -53,11 +65,20 @@ class VectorLayer:
 def list_layers(
     path: Path, unreadable: Callable[[], InputError], progress: Progress | None = None
 ) -> list[VectorLayer]:
-    """List names and kinds of the layers. unreadable : as in `layers_of`
+    """List names and kinds of the layers.
 
-    Raises InputError and Cancelled.
+    Parameters
+    ----------
+    path : Path
+    unreadable : callable
+        As in `readable_layers`.
+    progress : Progress, optional
+
+    Raises
+    ------
+    InputError, Cancelled
     """
-    return _request_layers(path, {"wanted": []}, unreadable, progress)
+    return _request_layers(path, {"names": []}, unreadable, progress)
 
 
 def read_layers(
@@ -69,15 +90,29 @@ def read_layers(
     *,
     flat: bool = True,
 ) -> list[VectorLayer]:
-    """Read the named layers (None: the only one) with the named columns.
+    """Read layers by name.
 
-    columns : names in lower case; flat : whether heights are dropped. Raises as `list_layers`.
+    Parameters
+    ----------
+    path : Path
+    names : iterable of str or None
+        None for the only layer.
+    columns : collection of str
+        Names of the columns to read, in lower case.
+    unreadable, progress
+        As in `list_layers`.
+    flat : bool
+        Whether heights are dropped.
+
+    Raises
+    ------
+    InputError, Cancelled
     """
     request = {
-        "wanted": list(names),
+        "names": list(names),
         "columns": sorted(columns),
         "flat": flat,
-        "most": MOST_OBJECTS,
+        "max_features": MAX_OBJECTS,
     }
     return _request_layers(path, request, unreadable, progress)
 
@@ -92,10 +127,10 @@ def _request_layers(
     reporter = Silent() if progress is None else progress
     reporter.step(0)
     if _is_small(path):
-        with layers_of(path, unreadable) as named:
-            return read_named_layers(path, named, request)
+        with readable_layers(path, unreadable) as readable:
+            return read_named_layers(path, readable, request)
     message = {"path": os.fspath(path.absolute()), **request}
-    header, arrays = unpacked(reader_process.ask(__name__, message, reporter, path))
+    header, arrays = unpack(reader_process.run_reader(__name__, message, reporter, path))
     if header.get("unreadable"):
         raise unreadable()
     if "refused" in header:
@@ -127,41 +162,53 @@ def _is_small(path: Path) -> bool:
         with open_regular(path) as file:
             if file.read(len(SQLITE_MARK)) == SQLITE_MARK:
                 return False
-        size = sum(p.stat().st_size for p in path.parent.glob(f"{_plain(path.stem)}.*"))
-        if max(size, path.stat().st_size) > _SMALL_BYTES:
+        size = sum(p.stat().st_size for p in path.parent.glob(f"{_escape_glob(path.stem)}.*"))
+        if max(size, path.stat().st_size) > _MAX_SMALL_BYTES:
             return False
         if path.suffix.lower() == ".dxf":
-            return refuse_endless_blocks(path) <= _SMALL_DRAWING
+            return count_block_entities(path) <= _MAX_SMALL_ENTITIES
     except (OSError, ValueError):
         # The reader reports the error.
         pass
     return True
 
 
-def _plain(stem: str) -> str:
+def _escape_glob(stem: str) -> str:
     return "".join(f"[{sign}]" if sign in "*?[" else sign for sign in stem)
 
 
-def read_named_layers(path: Path, named: Path, request: Mapping[str, Any]) -> list[VectorLayer]:
-    """Read layers with pyogrio, within `layers_of`, which returned `named`.
+def read_named_layers(path: Path, readable: Path, request: Mapping[str, Any]) -> list[VectorLayer]:
+    """Read layers with pyogrio, within `readable_layers`.
 
-    Raises InputError if there are too many features.
+    Parameters
+    ----------
+    path : Path
+        For messages.
+    readable : Path
+        From `readable_layers`.
+    request : mapping
+        As built by `read_layers`.
+
+    Raises
+    ------
+    InputError
+        If there are too many features.
     """
     import pyogrio
 
-    listed = [(str(n), None if k is None else str(k)) for n, k in pyogrio.list_layers(named)]
-    if not request["wanted"]:
+    listed = [(str(n), None if k is None else str(k)) for n, k in pyogrio.list_layers(readable)]
+    if not request["names"]:
         return [VectorLayer(name, kind) for name, kind in listed]
     if not listed:
         return []
     kinds = dict(listed)
-    layers, remaining = [], request["most"]
-    for layer in request["wanted"]:
-        info = pyogrio.read_info(named, layer=layer)
+    layers, remaining = [], request["max_features"]
+    for layer in request["names"]:
+        info = pyogrio.read_info(readable, layer=layer)
         fields = tuple(map(str, info["fields"]))
         columns = [field for field in fields if field.casefold() in request["columns"]]
         metadata, _, shapes, values = pyogrio.raw.read(
-            named,
+            readable,
             layer=layer,
             columns=columns,
             force_2d=request["flat"],
@@ -171,7 +218,7 @@ def read_named_layers(path: Path, named: Path, request: Mapping[str, Any]) -> li
         remaining -= 0 if shapes is None else len(shapes)
         if remaining < 0:
             raise InputError(
-                Finding("file.too-many-parts", limit=request["most"], parts=tr("entries")),
+                Finding("file.too-many-parts", limit=request["max_features"], parts=tr("entries")),
                 file=path,
             )
         name = str(info.get("layer_name") or layer or (listed[0][0] if listed else ""))
@@ -195,21 +242,23 @@ def _answer(request: dict[str, Any]) -> bytes:
     """Answer a request in the reader process."""
     path = Path(request["path"])
     try:
-        with layers_of(path, lambda: _Unreadable(path.name)) as named:
-            layers = read_named_layers(path, named, request)
+        with readable_layers(path, lambda: _Unreadable(path.name)) as readable:
+            layers = read_named_layers(path, readable, request)
         header: dict[str, Any] = {"layers": []}
         arrays = []
         for layer in layers:
             columns = layer.columns or {}
-            about = {n: getattr(layer, n) for n in ("name", "kind", "fields", "crs", "described")}
+            properties = {
+                n: getattr(layer, n) for n in ("name", "kind", "fields", "crs", "described")
+            }
             read = layer.shapes is not None
-            header["layers"].append({**about, "read": read, "columns": list(columns)})
+            header["layers"].append({**properties, "read": read, "columns": list(columns)})
             arrays += [layer.shapes] * read + list(columns.values())
-        return packed(header, arrays)
+        return pack(header, arrays)
     except _Unreadable:
-        return packed({"unreadable": True}, [])
+        return pack({"unreadable": True}, [])
     except InputError as error:
-        return packed({"refused": error.to_dict()}, [])
+        return pack({"refused": error.to_dict()}, [])
 
 
 class _Unreadable(InputError):

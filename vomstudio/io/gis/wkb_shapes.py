@@ -46,7 +46,7 @@ def shapes_from_wkb(
         if rows[row] is None:
             continue
         try:
-            remaining, _, count = _without_surfaces(bytes(rows[row]), 0, 0)
+            remaining, _, count = _remove_surfaces(bytes(rows[row]), 0, 0)
         except (ValueError, struct.error):
             continue
         surfaces[row] = count
@@ -55,12 +55,12 @@ def shapes_from_wkb(
     return shapes, surfaces
 
 
-def surfaces_left_out(count: int) -> Finding:
+def excluded_surfaces_finding(count: int) -> Finding:
     """Return the finding for surfaces of a layer that are not read as lines."""
     return Finding("drawing.no-lines", count=count, entities=[f"{count} surface"])
 
 
-def _without_surfaces(data: bytes, at: int, depth: int) -> tuple[bytes | None, int, int]:
+def _remove_surfaces(data: bytes, at: int, depth: int) -> tuple[bytes | None, int, int]:
     """Return a shape without surfaces (None if it is one), its end offset, and their number."""
     if depth > _MAX_DEPTH or at >= len(data) or data[at] > 1:
         raise ValueError("not WKB")
@@ -85,7 +85,7 @@ def _without_surfaces(data: bytes, at: int, depth: int) -> tuple[bytes | None, i
         raise ValueError(f"unknown type {kind}")
     members, surfaces = [], 0
     for _ in range(count):
-        member, at, inner = _without_surfaces(data, at, depth + 1)
+        member, at, inner = _remove_surfaces(data, at, depth + 1)
         members += [] if member is None else [member]
         surfaces += inner
     if kind in _SURFACES:

@@ -17,10 +17,10 @@ from vomstudio.geometry.registration_frames import change_file_frame, change_wor
 from vomstudio.geometry.registrations import Registration
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.axes import assumed_frame, choose_axes
-from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
-from vomstudio.io.gate.metric import check_metric, looks_like_degrees
+from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
+from vomstudio.io.gate.metric import check_metric, degrees_finding
 from vomstudio.io.gate.reprojection import Reprojection
-from vomstudio.io.gis.crs import metres_of, typed_crs
+from vomstudio.io.gis.crs import parse_crs_option, unit_in_metres
 from vomstudio.io.models.reader import LoadedModel
 from vomstudio.io.models.registration_file import (
     FoundRegistration,
@@ -56,7 +56,9 @@ class FrameWithFindings:
         return self.placement.to_world()
 
 
-def establish_frame(loaded: LoadedModel, options: FrameOptions = AS_STATED) -> FrameWithFindings:
+def establish_frame(
+    loaded: LoadedModel, options: FrameOptions = DEFAULT_FRAME
+) -> FrameWithFindings:
     """Establish the frame of a model that was read with the same options.
 
     A file that states nothing is taken as local, in metres, z up. A registration beside the file
@@ -97,7 +99,7 @@ def establish_frame(loaded: LoadedModel, options: FrameOptions = AS_STATED) -> F
 
 
 def stored_registration(
-    loaded: LoadedModel, options: FrameOptions = AS_STATED
+    loaded: LoadedModel, options: FrameOptions = DEFAULT_FRAME
 ) -> FoundRegistration:
     """Find the registration beside a model that was read with the same options.
 
@@ -116,7 +118,7 @@ def stored_registration(
     stated = None
     # With `to_crs` what the file states was converted when it was read.
     if options.to_crs is None:
-        stated = loaded.crs if options.crs is None else typed_crs(options.crs)[0]
+        stated = loaded.crs if options.crs is None else parse_crs_option(options.crs)[0]
     found = registration_beside(loaded.path, loaded.content_hash, stated)
     registration = found.registration
     if registration is None:
@@ -151,7 +153,7 @@ def registration_beside(path: Path, content_hash: str, stated: str | None) -> Fo
     frame = registration.frame
     if stated is None or (frame.crs is not None and _is_same_crs(stated, frame.crs)):
         return found
-    if frame.kind == "local" and _is_in_world(registration) and metres_of(stated) == 1.0:
+    if frame.kind == "local" and _is_in_world(registration) and unit_in_metres(stated) == 1.0:
         # The CRS was stated later: the local frame has become that of a map.
         return FoundRegistration(replace(registration, frame=Frame("crs", stated)))
     return _not_used(path, registration, stated)
@@ -234,7 +236,9 @@ def check_frame(
     return check_metric(frame.crs, _map_bounds(bounds, frame), file=file, field=field)
 
 
-def frame_findings(loaded: LoadedModel, options: FrameOptions = AS_STATED) -> tuple[Finding, ...]:
+def frame_findings(
+    loaded: LoadedModel, options: FrameOptions = DEFAULT_FRAME
+) -> tuple[Finding, ...]:
     """Return what `establish_frame` reports or would refuse."""
     try:
         return establish_frame(loaded, options).findings
@@ -273,7 +277,7 @@ def frame_of_file(path: Path, crs: str | None) -> Frame:
     A model reconstructed with control points in a local system is in metres and knows north.
     """
     if crs:
-        return Frame("crs", crs, metres_of(crs))
+        return Frame("crs", crs, unit_in_metres(crs))
     return Frame("local") if scale_known(path) else Frame()
 
 
@@ -290,7 +294,7 @@ def _assumed(loaded: LoadedModel, options: FrameOptions, up: UpAxis) -> tuple[Fi
     if scale_known(loaded.path) is not None:
         # Our own reconstruction states what it knows in the file beside it.
         return ()
-    maybe = looks_like_degrees(np.asarray(loaded.data.bounds, np.float64))
+    maybe = degrees_finding(np.asarray(loaded.data.bounds, np.float64))
     findings = () if maybe is None or options.unit is not None else (maybe,)
     assumed = assumed_frame(
         loaded.path,

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from vomstudio.core.paths import user_cache
 
-LONGEST_NAME = 60
+MAX_NAME_LENGTH = 60
 _MAGIC = (
     (b"\xff\xd8\xff", ".jpg"),
     (b"\x89PNG\r\n\x1a\n", ".png"),
@@ -60,7 +60,7 @@ def keep(content: bytes, name: str) -> Path:
 
 def plain_name(name: str) -> str:
     """`name` as a file may be called on every system: letters, digits, `_`, `-` and dots inside."""
-    plain = re.sub(r"[^\w.-]+", "_", name)[:LONGEST_NAME].strip("._-")
+    plain = re.sub(r"[^\w.-]+", "_", name)[:MAX_NAME_LENGTH].strip("._-")
     return (
         f"_{plain}" if re.fullmatch(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\..*)?", plain) else plain
     )

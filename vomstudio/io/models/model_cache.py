@@ -25,7 +25,7 @@ import numpy as np
 from vomstudio.core.arrays import AnyArray
 from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.files.containment import make_folder
-from vomstudio.core.files.disk_errors import reason_of
+from vomstudio.core.files.disk_errors import failure_reason
 from vomstudio.core.files.regular import open_unbuffered, read_json
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
@@ -127,7 +127,7 @@ def save(loaded: LoadedModel, folder: Path) -> LoadedModel:
 
 def _unwritable(folder: Path, error: OSError) -> TargetError:
     return TargetError(
-        Finding("model.cache-unwritable", reason=reason_of(folder.parent, error)), file=folder
+        Finding("model.cache-unwritable", reason=failure_reason(folder.parent, error)), file=folder
     )
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from vomstudio.core.errors import InputError, TargetError
-from vomstudio.core.files.containment import check_in_project, make_folder, place_inside
+from vomstudio.core.files.containment import check_in_project, make_folder, require_inside
 from vomstudio.core.files.regular import open_regular, require_regular
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
@@ -96,7 +96,7 @@ def copy_model(
         progress.stage(tr("Copying files"), len(files))
         for done, (file, name) in enumerate(files, 1):
             place = part / name
-            make_folder(place_inside(place, part).parent, part)
+            make_folder(require_inside(place, part).parent, part)
             require_regular(file)
             shutil.copyfile(file, place)
             progress.step(done)

@@ -19,7 +19,7 @@ from vomstudio.core.files.untrusted.pictures import open_picture
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.mesh import Material
-from vomstudio.io.text.encodings import as_utf8, text_of
+from vomstudio.io.text.encodings import convert_to_utf8, decode_text
 
 MAX_LIBRARY_BYTES = 64 * 1024 * 1024
 # 32768 x 32768: 3 GiB once decoded. Survey textures reach 16384 x 16384.
@@ -50,7 +50,7 @@ _OTHER_MAP = re.compile(
 def decode(raw: bytes) -> str:
     """Text of an unknown age: UTF-8, else Windows Latin, where every byte means something."""
     try:
-        return text_of(raw)
+        return decode_text(raw)
     except UnicodeDecodeError:
         return raw.decode("cp1252", errors="replace")
 
@@ -185,7 +185,7 @@ def read_library(path: Path, folder: Path) -> tuple[dict[str, Material], list[Fi
     """
     messages: list[Finding] = []
     try:
-        raw = as_utf8(read_small(path, MAX_LIBRARY_BYTES))
+        raw = convert_to_utf8(read_small(path, MAX_LIBRARY_BYTES))
         if b"\0" in raw:
             raise ValueError
     except (InputError, ValueError):

@@ -16,7 +16,7 @@ from vomstudio.core.files.regular import read_small
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.coordinate_limits import FARTHEST_M
 from vomstudio.io.gis.crs import parse_crs
-from vomstudio.io.text.encodings import text_of
+from vomstudio.io.text.encodings import decode_text
 
 LONGEST_BYTES = 100_000
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
@@ -46,7 +46,7 @@ def read_offset(model: Path) -> Offset:
     """What `NAME.offset.txt` beside `model` says; empty where there is none."""
     path = offset_path(model)
     try:
-        text = text_of(read_small(path, LONGEST_BYTES))
+        text = decode_text(read_small(path, LONGEST_BYTES))
     except FileNotFoundError:
         return Offset()
     except (InputError, OSError, UnicodeDecodeError):

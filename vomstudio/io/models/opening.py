@@ -14,7 +14,7 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.memory_limit import limited_by
+from vomstudio.core.files.memory_limit import limit_for_file
 from vomstudio.core.files.regular import open_regular
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
@@ -26,7 +26,7 @@ from vomstudio.geometry.model_transform import moved
 from vomstudio.geometry.resolution import COUNTS, FewPoints, effective_resolution, resolving_points
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gate.axes import choose_axes, require_crs, unreadable
-from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
+from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gate.reprojection import Reprojection
 from vomstudio.io.gis.axis_units import (
     UNKNOWN,
@@ -50,7 +50,7 @@ MOST_FIELDS = 300
 
 
 def read_model(
-    path: str | Path, progress: Progress | None = None, options: FrameOptions = AS_STATED
+    path: str | Path, progress: Progress | None = None, options: FrameOptions = DEFAULT_FRAME
 ) -> LoadedModel:
     """Read the model in a file, by whichever reader knows it, in a metric frame.
 
@@ -89,7 +89,7 @@ def _read(path: Path, progress: Progress | None) -> LoadedModel:
     content_hash = run_in_thread(file_hash, path, lambda: not is_stopped.is_set(), name="file hash")
     try:
         # Damaged files hold NaN of every kind; readers look for them themselves.
-        with np.errstate(all="ignore"), limited_by(path):
+        with np.errstate(all="ignore"), limit_for_file(path):
             loaded = reader.read(path, progress)
     except MemoryError:
         is_stopped.set()
@@ -263,7 +263,7 @@ def _first_positive(distance: FloatArray) -> FloatArray:
 
 
 def with_axes(
-    loaded: LoadedModel, options: FrameOptions = AS_STATED
+    loaded: LoadedModel, options: FrameOptions = DEFAULT_FRAME
 ) -> tuple[LoadedModel, Finding | None]:
     """Settle the CRS of what a reader returned, with x, y, z in one unit.
 
@@ -277,12 +277,12 @@ def with_axes(
     axes = _axes(loaded, options, messages)
     if axes.kind == "none" and loaded.units != UNKNOWN:
         axes = replace(axes, units=loaded.units, unit_m=METRES.get(loaded.units[0]))
-    if options.to_crs is not None and not axes.grows:
+    if options.to_crs is not None and not axes.unusual_directions:
         return _reprojected(loaded, axes, options, messages), None
     refused = refusal(axes, loaded.data.bounds)
     messages += unit_findings(axes) if refused is None else ()
     named = axes.kind not in ("none", "local") and refused is None
-    if axes.crs is None and named and not axes.grows:
+    if axes.crs is None and named and not axes.unusual_directions:
         messages.append(unreadable(loaded.path, loaded.crs or axes.kind))
     data = _scaled(loaded.data, axes)
     unit_m = 1.0 if axes.kind == "local" and axes.unit_m else axes.unit_m
@@ -358,7 +358,7 @@ def _scaled(data: Mesh | PointCloud, axes: StatedAxes) -> Mesh | PointCloud:
 
 
 def describe(
-    path: str | Path, progress: Progress | None = None, options: FrameOptions = AS_STATED
+    path: str | Path, progress: Progress | None = None, options: FrameOptions = DEFAULT_FRAME
 ) -> dict[str, object]:
     """What is in a model, in the words of the command line's `info`; safe for JSON.
 

@@ -24,7 +24,7 @@ import numpy as np
 
 from vomstudio.core.errors import DocumentError, InputError, TargetError
 from vomstudio.core.files.atomic import write_bytes
-from vomstudio.core.files.regular import SIDECAR_BYTES, is_there, open_regular, read_json
+from vomstudio.core.files.regular import SIDECAR_BYTES, open_regular, path_exists, read_json
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.plain_data import NestedFields, decode_fields, encode_fields
@@ -117,7 +117,7 @@ def check_registration_target(
         If a registration file of this name belongs to another registration and `force` is False.
     """
     path = registration_path(model)
-    if registration is None or force or not is_there(path):
+    if registration is None or force or not path_exists(path):
         return
     if _files_of_same(path, registration) is None:
         raise TargetError(Finding("output.other-registration"), file=path)
@@ -230,7 +230,7 @@ def find_registration(model: Path, content_hash: str) -> FoundRegistration:
     """
     path = registration_path(model)
     try:
-        if is_there(path):
+        if path_exists(path):
             stored = read_registration(path)
             if content_hash not in stored.files.values():
                 finding = Finding(

@@ -15,13 +15,13 @@ from vomstudio.core.files.regular import open_regular
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.io.models.reader import HEAD_BYTES, Reader
-from vomstudio.io.plugins import Found, find_plugins
+from vomstudio.io.plugins import LoadedPlugins, find_plugins
 
 GROUP = "vomstudio.readers"
 
 
 @functools.cache
-def find_readers() -> Found[Reader]:
+def find_readers() -> LoadedPlugins[Reader]:
     from vomstudio.io.models import formats
 
     return find_plugins(formats, "READER", Reader, GROUP)

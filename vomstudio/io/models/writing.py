@@ -26,13 +26,13 @@ from vomstudio.io.models.registration_file import (
     write_registration,
 )
 from vomstudio.io.models.writer import Outgoing, Writer
-from vomstudio.io.plugins import Found, find_plugins
+from vomstudio.io.plugins import LoadedPlugins, find_plugins
 
 GROUP = "vomstudio.writers"
 
 
 @functools.cache
-def find_all() -> Found[Writer]:
+def find_all() -> LoadedPlugins[Writer]:
     from vomstudio.io.models import writers
 
     return find_plugins(writers, "WRITER", Writer, GROUP)

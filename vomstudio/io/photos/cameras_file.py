@@ -18,7 +18,7 @@ import numpy as np
 from vomstudio.core.errors import GeometryError, InputError
 from vomstudio.core.files.atomic import atomic_write
 from vomstudio.core.files.regular import read_json
-from vomstudio.core.files.spreadsheet_cells import guarded
+from vomstudio.core.files.spreadsheet_cells import escape_formula
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.cameras import MODELS, Intrinsics, View
 from vomstudio.geometry.coordinate_limits import no_places
@@ -158,7 +158,7 @@ def write_cameras_csv(path: str | Path, cameras: Cameras, *, force: bool = False
             lens = view.intrinsics
             named = zip(MODELS[lens.model], lens.params, strict=True)
             writer.writerow(
-                [guarded(view.name)]
+                [escape_formula(view.name)]
                 + [f"{value:.6f}" for value in view.centre + cameras.origin]
                 + [f"{value:.12f}" for value in np.ravel(view.rotation)]
                 + [lens.model, lens.width, lens.height]

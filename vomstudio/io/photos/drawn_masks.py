@@ -13,8 +13,8 @@ import numpy as np
 from vomstudio.core.arrays import BoolArray
 from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.files.atomic import atomic_write
-from vomstudio.core.files.backup import set_aside
-from vomstudio.core.files.containment import check_beside
+from vomstudio.core.files.backup import back_up
+from vomstudio.core.files.containment import check_generated_path
 from vomstudio.core.files.untrusted.pictures import MASK_BYTES
 from vomstudio.core.findings import Finding
 from vomstudio.io.photos.photo import Photo
@@ -60,8 +60,8 @@ def write_mask(path: Path, used: BoolArray) -> Path | None:
     from PIL import Image
     from PIL.PngImagePlugin import PngInfo
 
-    check_beside(path)
-    kept = set_aside(path) if path.exists() and not is_ours(path) else None
+    check_generated_path(path)
+    kept = back_up(path) if path.exists() and not is_ours(path) else None
     said = PngInfo()
     said.add_text("Software", _SOFTWARE)
     image = Image.fromarray(used.astype(np.uint8) * np.uint8(255))
@@ -90,7 +90,7 @@ def keep_mask(place: Path, used: BoolArray, found: Path | None) -> tuple[Path | 
         return place, write_mask(place, used)
     if not place.exists():
         return None, None
-    kept = None if is_ours(place) else set_aside(place)
+    kept = None if is_ours(place) else back_up(place)
     try:
         place.unlink()
     except OSError as error:

@@ -20,7 +20,7 @@ from vomstudio.core.files.regular import open_regular
 from vomstudio.core.files.untrusted.picture_headers import HeaderError, jpeg_scan_start
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.progress import Progress, Silent
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.words import tr
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.photos.apple_maker_note import down_in_photo
@@ -62,7 +62,7 @@ _FILM_WIDTH_MM = 36.0
 
 
 @dataclass(frozen=True, repr=False)
-class PhotoFolder(Shown):
+class PhotoFolder(PrintableResult):
     """photos : usable, in the order of their names (numbers by value)
     skipped : (name, finding) of pictures that are not used
     duplicates : (name, the same file as); these are in `skipped` too

@@ -1,1 +1,1 @@
-"""Text files as rows, tables and trees."""
+"""Text files as rows, tables and XML trees."""

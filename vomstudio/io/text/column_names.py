@@ -1,41 +1,43 @@
-"""Names of columns, as they are compared."""
+"""Comparison of column names."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
 
-from vomstudio.io.text.rows import parse_number, shortened
+from vomstudio.io.text.rows import parse_number, shorten
 
 
-def plain(name: str) -> str:
-    """A column's name without case, separators and unit: what is compared.
+def normalise_name(name: str) -> str:
+    """Return a column name without case, separators and unit, for comparisons.
 
-    `Dip direction (deg)`, `dip_direction_deg` and `DIPDIRECTION` are all `dipdirection`.
+    `Dip direction (deg)`, `dip_direction_deg` and `DIPDIRECTION` all become `dipdirection`.
     """
-    text = _without_brackets(name.casefold()).replace("°", " ")
+    text = _remove_brackets(name.casefold()).replace("°", " ")
     text = re.sub(r"(?<=[\s_\-.])(deg|degrees?|metres?|meters?|m)\s*$", "", text)
     return re.sub(r"[\W_]+", "", text)
 
 
-def _without_brackets(text: str) -> str:
-    """With a blank for each pair of brackets and what is in it. By hand: a pattern would look for
-    the end of every bracket that has none, through all of a long name."""
-    kept, at = [], 0
-    while begun := _OPENS.search(text, at):
-        ended = _CLOSES.search(text, begun.end())
-        if ended is None:
+def _remove_brackets(text: str) -> str:
+    """Replace each pair of brackets and its content by a space.
+
+    Not a single pattern: for a long name with unclosed brackets, its run time would be quadratic.
+    """
+    parts, at = [], 0
+    while opening := _OPENING.search(text, at):
+        closing = _CLOSING.search(text, opening.end())
+        if closing is None:
             break
-        kept += [text[at : begun.start()], " "]
-        at = ended.end()
-    return "".join([*kept, text[at:]])
+        parts += [text[at : opening.start()], " "]
+        at = closing.end()
+    return "".join([*parts, text[at:]])
 
 
-_OPENS, _CLOSES = re.compile(r"[\[(]"), re.compile(r"[\])]")
+_OPENING, _CLOSING = re.compile(r"[\[(]"), re.compile(r"[\])]")
 
 
 def doubtful_cell(names: Sequence[str], line: int | None, delimiter: str) -> str | None:
-    """Return a cell that is a word if other cells of the header are numbers, else None.
+    """Return a word in a header whose other cells are numbers, else None.
 
     Such a header may be a row of data. The line is None for a table that is not from a file.
     """
@@ -43,4 +45,4 @@ def doubtful_cell(names: Sequence[str], line: int | None, delimiter: str) -> str
     words = [name for name, value in zip(names, values, strict=True) if value is None]
     if line is None or not words or not any(v is not None and v == v for v in values):
         return None
-    return shortened(words[0], 40)
+    return shorten(words[0], 40)

@@ -1,4 +1,4 @@
-"""Rows that begin with `#`, as labels such as `#3` do: they are comments, and that is said."""
+"""Rows that begin with `#`, such as a label `#3`: read as comments and reported."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 from vomstudio.core.finding_texts import Severity
 from vomstudio.core.findings import Finding
 
-_FEWEST_CELLS = 3
+_MIN_CELLS = 3
 
-Cut = Callable[[str, str], list[str]]
-Parsed = Callable[..., float | None]
+SplitFunction = Callable[[str, str], list[str]]
+ParseFunction = Callable[..., float | None]
 
 
 def commented_rows(
@@ -18,40 +18,55 @@ def commented_rows(
     sample: Sequence[str | list[str]],
     width: int,
     delimiter: str,
-    cut_: Cut,
-    parse: Parsed,
+    split: SplitFunction,
+    parse: ParseFunction,
 ) -> list[int]:
-    """The lines, counted from 1, that begin with # and have as many cells as the rows, with numbers
-    where all of these have some.
+    """Find comments that look like rows of the table.
 
-    sample : some rows, cut or not; without one any two numbers will do
-    cut_, parse : what makes cells of a line, and a number of a cell
+    Parameters
+    ----------
+    lines : sequence of str
+    sample : sequence of str or list of str
+        Some rows, split or not. Without rows, two numbers in a comment are sufficient.
+    width : int
+        Number of columns.
+    delimiter : str
+    split : callable
+        Splits a line into cells.
+    parse : callable
+        Returns the number in a cell.
+
+    Returns
+    -------
+    list of int
+        Numbers of the lines, from 1, that have the width of the rows, and numbers in the columns of
+        numbers.
     """
-    if width < _FEWEST_CELLS:
+    if width < _MIN_CELLS:
         return []
 
-    def cut(row: str | list[str]) -> list[str]:
-        return cut_(row, delimiter) if isinstance(row, str) else row
+    def split_row(row: str | list[str]) -> list[str]:
+        return split(row, delimiter) if isinstance(row, str) else row
 
-    def number(cell: str) -> bool:
+    def is_number(cell: str) -> bool:
         value = parse(cell, decimal_comma=delimiter in ";\t")
         return value is not None and value == value
 
-    rows = [cut(row) for row in sample]
-    columns = [c for c in range(width) if all(number(row[c]) for row in rows if len(row) > c)]
-    found = []
-    for at, line in enumerate(lines, 1):
+    rows = [split_row(row) for row in sample]
+    columns = [c for c in range(width) if all(is_number(row[c]) for row in rows if len(row) > c)]
+    line_numbers = []
+    for line_number, line in enumerate(lines, 1):
         if line.lstrip()[:1] != "#":
             continue
-        cells = cut(line.strip()[1:])
+        cells = split_row(line.strip()[1:])
         if sample:
-            # The label may have been all of the first cell.
-            like = len(cells) == width and all(number(cells[c]) for c in columns if c)
+            # The label may be the whole first cell.
+            is_like_row = len(cells) == width and all(is_number(cells[c]) for c in columns if c)
         else:
-            like = len(cells) >= width and sum(map(number, cells)) >= 2
-        if like and len(columns) >= 2:
-            found.append(at)
-    return found
+            is_like_row = len(cells) >= width and sum(map(is_number, cells)) >= 2
+        if is_like_row and len(columns) >= 2:
+            line_numbers.append(line_number)
+    return line_numbers
 
 
 def commented_finding(lines: Sequence[int], severity: Severity = "warning") -> Finding:

@@ -1,20 +1,22 @@
-"""Texts as programs of all systems save them: UTF-16 is told by its mark, all else is UTF-8."""
+"""Text encodings: UTF-16 is recognised by its byte order mark, else it is UTF-8."""
 
 from __future__ import annotations
 
 MARKS = (b"\xff\xfe", b"\xfe\xff")
-"""By which UTF-16 begins, of either byte order."""
+"""Byte order marks of UTF-16."""
 _UTF8_MARK = b"\xef\xbb\xbf"
 
 
-def as_utf8(raw: bytes) -> bytes:
-    """The same text in UTF-8, without a byte order mark; what is no UTF-16 remains as it is. What
-    is damaged in it becomes the sign for that."""
+def convert_to_utf8(raw: bytes) -> bytes:
+    """Convert UTF-16 to UTF-8, and remove a byte order mark.
+
+    Other data is not changed; damaged characters of UTF-16 are replaced.
+    """
     if raw[:2] in MARKS:
         return raw.decode("utf-16", "replace").encode()
     return raw.removeprefix(_UTF8_MARK)
 
 
-def text_of(raw: bytes) -> str:
-    """Raises UnicodeDecodeError where it is neither UTF-16 nor UTF-8."""
-    return as_utf8(raw).decode("utf-8")
+def decode_text(raw: bytes) -> str:
+    """Decode UTF-16 or UTF-8. Raises UnicodeDecodeError for other data."""
+    return convert_to_utf8(raw).decode("utf-8")

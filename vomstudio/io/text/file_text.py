@@ -1,4 +1,4 @@
-"""From a file to its text: the encoding is told, what is no file, no text or too large refused."""
+"""Reading text files: detects the encoding, and refuses other kinds and sizes of files."""
 
 from __future__ import annotations
 
@@ -12,38 +12,38 @@ from vomstudio.core.files.regular import is_regular, read_pipe, read_whole
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
-LARGEST_FILE = 4 << 30
-MOST_LINES = 2_000_000
-"""Of a table of numbers: a line of text takes some 200 bytes of memory."""
-MOST_OBJECTS = 300_000
-"""Lines of a table whose rows become features, photos or marks: up to 1.5 kB each."""
-_LONG = 20_000_000
-_SHORTEST_LINE = 4  # characters, on average, of a long file: "0,0" and its end
+MAX_FILE_BYTES = 4 << 30
+MAX_LINES = 2_000_000
+"""Maximum for a table of numbers; a line takes about 200 bytes of memory."""
+MAX_OBJECTS = 300_000
+"""Maximum for a table of features, photos or marks; each takes up to 1.5 kB of memory."""
+_LONG_TEXT = 20_000_000
+_MIN_LINE_LENGTH = 4  # average number of characters in a long file: "0,0" and a line feed
 
 
 def require_file(path: Path) -> int:
-    """The size in bytes of a file (0 of a pipe). Raises `InputError` for all that is none."""
+    """Return the size of a file in bytes, 0 for a pipe. Raises `InputError`."""
     try:
-        about = path.stat()
+        status = path.stat()
     except (FileNotFoundError, NotADirectoryError) as error:
         raise InputError(Finding("file.missing"), file=path) from error
     except (OSError, ValueError) as error:
         raise _unreadable(path, error) from error
-    if stat.S_ISDIR(about.st_mode):
+    if stat.S_ISDIR(status.st_mode):
         raise InputError(Finding("file.is-folder"), file=path)
-    if not (stat.S_ISREG(about.st_mode) or stat.S_ISFIFO(about.st_mode)):
+    if not (stat.S_ISREG(status.st_mode) or stat.S_ISFIFO(status.st_mode)):
         raise InputError(Finding("file.not-regular"), file=path)
-    return about.st_size
+    return status.st_size
 
 
 def read_bytes(path: Path) -> bytes:
-    """The bytes of a file or pipe; why a file cannot be read is an `InputError`."""
+    """Read a file or pipe. Raises `InputError` with the reason."""
     size = require_file(path)
-    if size > LARGEST_FILE:
+    if size > MAX_FILE_BYTES:
         raise InputError(Finding("table.too-large", size_gib=size / 2**30), file=path)
     try:
         if not is_regular(path):
-            return read_pipe(path, LARGEST_FILE)
+            return read_pipe(path, MAX_FILE_BYTES)
         return read_whole(path)
     except PermissionError as error:
         raise InputError(Finding("file.no-permission"), file=path) from error
@@ -57,14 +57,14 @@ def _unreadable(path: Path, error: OSError | ValueError) -> InputError:
 
 
 def read_text(
-    path: Path, most_lines: int = MOST_LINES, accepted: Collection[str] = ()
+    path: Path, max_lines: int = MAX_LINES, accepted: Collection[str] = ()
 ) -> tuple[str, list[Finding]]:
-    """Read a text file, with line feeds at the ends of lines, and what was remarkable about it.
+    """Read a text file, with line feeds as line ends, and return findings about its encoding.
 
     Parameters
     ----------
     path : Path
-    most_lines : int
+    max_lines : int
         Maximum number of lines.
     accepted : collection of str
         Kinds of `vomstudio.core.files.file_kinds` that the caller reads; others are refused.
@@ -98,12 +98,13 @@ def read_text(
             notes.append(Finding("file.encoding", encoding="Windows-1252"))
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
-    if len(text) > _LONG and text.count("\n") * _SHORTEST_LINE > len(text):
+    if len(text) > _LONG_TEXT and text.count("\n") * _MIN_LINE_LENGTH > len(text):
         raise InputError(Finding("file.inflated"), file=path)
-    refuse_too_many(path, text.count("\n"), most_lines)
+    refuse_many_lines(path, text.count("\n"), max_lines)
     return text, notes
 
 
-def refuse_too_many(path: Path, lines: int, most: int) -> None:
-    if lines > most:
-        raise InputError(Finding("table.too-many-rows", count=lines, limit=most), file=path)
+def refuse_many_lines(path: Path, lines: int, max_lines: int) -> None:
+    """Raise InputError for more than `max_lines` lines."""
+    if lines > max_lines:
+        raise InputError(Finding("table.too-many-rows", count=lines, limit=max_lines), file=path)

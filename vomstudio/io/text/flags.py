@@ -1,4 +1,4 @@
-"""Cells that answer yes or no, as programs and people write them."""
+"""Cells with yes or no, in the notations of programs and languages."""
 
 from __future__ import annotations
 
@@ -14,12 +14,21 @@ OVERTURNED = frozenset({"overturned", "inverted", "reversed", "invertida", "übe
 UPRIGHT = frozenset({"upright", "normal", "right way up", "aufrecht"})
 
 
-def answer(
+def parse_flag(
     cell: str, yes: frozenset[str] = frozenset(), no: frozenset[str] = frozenset()
 ) -> bool | None:
-    """Yes, no (an empty cell as well), or None where the word is neither.
+    """Interpret a cell as yes or no.
 
-    yes, no : further words of this column
+    Parameters
+    ----------
+    cell : str
+    yes, no : frozenset of str
+        Additional words of this column.
+
+    Returns
+    -------
+    bool or None
+        False for an empty cell, None for an unknown word.
     """
     word = cell.strip().casefold()
     if word in YES or word in yes:
@@ -28,5 +37,5 @@ def answer(
 
 
 def is_overturned(cell: str) -> bool | None:
-    """Of a bed, by the cell of its column. None where the word is not understood."""
-    return answer(cell, OVERTURNED, UPRIGHT)
+    """Interpret the cell of a bed as overturned or not, None for an unknown word."""
+    return parse_flag(cell, OVERTURNED, UPRIGHT)

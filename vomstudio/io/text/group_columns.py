@@ -1,4 +1,4 @@
-"""What a table of points says of each feature beside its points: kind and set."""
+"""Kind and set of features in a table of points."""
 
 from __future__ import annotations
 
@@ -13,24 +13,38 @@ Group = TypeVar("Group", bound=Hashable)
 Words = dict[str, dict[Group, str]]
 
 
-def words_of_groups(
+def group_words(
     columns: Mapping[str, Sequence[str]], groups: Sequence[Group], keep: Sequence[bool]
 ) -> tuple[Words[Group], list[Finding]]:
-    """By column, the word of each group in which all points have the same one; and sentences on
-    those whose points have several.
+    """Return the word of each group in each column, if it is the same for all points.
 
-    columns : words of every row, by the names of the columns; groups : of every row; keep : rows
-    that count
+    Parameters
+    ----------
+    columns : mapping of str to sequence of str
+        Words of each row, by column.
+    groups : sequence of hashable
+        Group of each row.
+    keep : sequence of bool
+        Rows to use.
+
+    Returns
+    -------
+    words : dict
+        By column and group.
+    findings : list of Finding
+        About groups with several words.
     """
-    found: Words[Group] = {}
-    said = []
+    words_by_column: Words[Group] = {}
+    findings = []
     for column, cells in columns.items():
-        seen: dict[Group, set[str]] = {}
-        for group, word, counts in zip(groups, cells, keep, strict=True):
-            if counts:
-                seen.setdefault(group, set()).add(word.strip())
-        found[column] = {name: min(words) for name, words in seen.items() if len(words) == 1}
-        several = [str(name) for name, words in seen.items() if len(words) > 1]
+        words_by_group: dict[Group, set[str]] = {}
+        for group, word, is_used in zip(groups, cells, keep, strict=True):
+            if is_used:
+                words_by_group.setdefault(group, set()).add(word.strip())
+        words_by_column[column] = {
+            name: min(words) for name, words in words_by_group.items() if len(words) == 1
+        }
+        several = [str(name) for name, words in words_by_group.items() if len(words) > 1]
         if several:
-            said.append(Finding("table.several-words", column=column, names=several))
-    return found, said
+            findings.append(Finding("table.several-words", column=column, names=several))
+    return words_by_column, findings

@@ -1,4 +1,4 @@
-"""Tables of points with words: boundaries of a log, points of three-point problems, pairs."""
+"""Tables of points with text: boundaries of a log, points of three-point problems, pairs."""
 
 from __future__ import annotations
 
@@ -24,7 +24,16 @@ PAIR_COLUMNS = (
 
 @dataclass(frozen=True, eq=False)
 class Boundaries:
-    """(n, 3) World, metres, and (n,) words; dropped : lines of rows without a place."""
+    """Points with names and notes.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        World, metres.
+    names, lithologies, notes : list of str
+    dropped : tuple of int
+        Lines of rows without coordinates.
+    """
 
     points: FloatArray
     names: list[str]
@@ -49,9 +58,16 @@ class Boundaries:
         )
 
 
-def boundaries_of(table: TextTable) -> Boundaries:
-    """x, y, z and, where there are such columns, name, lithology and notes; without a header the
-    first three columns. Raises InputError where no row has a place."""
+def extract_boundaries(table: TextTable) -> Boundaries:
+    """Return the points of a table, with name, lithology and notes if it has these columns.
+
+    Without a header, the first three columns are x, y and z.
+
+    Raises
+    ------
+    InputError
+        If no row has coordinates.
+    """
     columns = [table.find(name) for name in "xyz"] if table.names is not None else [0, 1, 2]
     if table.width < 3:
         raise InputError(
@@ -59,32 +75,43 @@ def boundaries_of(table: TextTable) -> Boundaries:
             file=table.path,
         )
     points = table.numbers(columns)
-    sound = np.isfinite(points).all(axis=1)
-    if not sound.any():
+    is_valid = np.isfinite(points).all(axis=1)
+    if not is_valid.any():
         raise InputError(
             Finding("table.no-valid-rows", count=len(table), needed=tr("coordinates")),
             file=table.path,
         )
-    rows = np.flatnonzero(sound)
+    rows = np.flatnonzero(is_valid)
 
-    def words(name: str) -> list[str] | None:
+    def column_texts(name: str) -> list[str] | None:
         return table.labels(table.find(name)) if table.has(name) else None
 
-    found = {name: words(name) for name in ("name", "lithology", "notes")}
-    names = found["name"] or [str(i + 1) for i in range(len(table))]
-    rocks, notes = (found[name] or [""] * len(table) for name in ("lithology", "notes"))
+    texts = {name: column_texts(name) for name in ("name", "lithology", "notes")}
+    names = texts["name"] or [str(i + 1) for i in range(len(table))]
+    rocks, notes = (texts[name] or [""] * len(table) for name in ("lithology", "notes"))
     return Boundaries(
         points[rows],
         [names[i] for i in rows],
         [rocks[i] for i in rows],
         [notes[i] for i in rows],
-        tuple(int(line) for line in table.line_numbers[~sound]),
+        tuple(int(line) for line in table.line_numbers[~is_valid]),
     )
 
 
-def pairs_of(table: TextTable) -> tuple[list[str], FloatArray]:
-    """Names and (n, 6) coordinates of pairs on both sides of a fault: hanging wall, footwall.
-    Raises InputError where no row has all six."""
+def extract_pairs(table: TextTable) -> tuple[list[str], FloatArray]:
+    """Return names and coordinates of pairs on both sides of a fault.
+
+    Returns
+    -------
+    names : list of str
+    points : (n, 6) float64
+        x, y, z on the hanging wall, then on the footwall.
+
+    Raises
+    ------
+    InputError
+        If no row has all six coordinates.
+    """
     if table.names is None:
         if table.width != 6:
             raise InputError(

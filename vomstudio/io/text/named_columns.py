@@ -1,7 +1,7 @@
-"""Text tables whose columns go by several names, as the tables of other programs have them.
+"""Text tables whose columns have alternative names, as in tables of other programs.
 
-Headers are found by what they say, in any order; one that begins with `#` counts too, as Metashape
-writes it. Without a header the columns stand in an order that the caller names.
+Columns are identified by the header, in any order. A header may begin with `#`, as in Metashape.
+Without a header the columns have the order that the caller states.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geometry.coordinate_limits import why_no_coordinate, why_no_error
-from vomstudio.io.text.column_names import plain
+from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.commented_rows import commented_finding
-from vomstudio.io.text.file_text import MOST_OBJECTS
-from vomstudio.io.text.rows import parse_number, shortened
+from vomstudio.io.text.file_text import MAX_OBJECTS
+from vomstudio.io.text.rows import parse_number, shorten
 from vomstudio.io.text.tables import TextTable, read_table
 
 LABEL = (
@@ -108,27 +108,34 @@ WORLD = (
         "altitud",
     ),
 )
-"""Names of columns that hold photos, and World coordinates."""
+"""Names of the columns of World x, y and z."""
 _SIGMA = (
     ("sigma x", "accuracy x", "error x", "sx", "sigma east", "sigma e"),
     ("sigma y", "accuracy y", "error y", "sy", "sigma north", "sigma n"),
     ("sigma z", "accuracy z", "error z", "sz", "sigma up", "sigma h"),
 )
 _SIGMA_ALL = ("sigma", "accuracy", "sigma m", "accuracy m")
-_WORDS = {"label", "photo", "from", "to"}
-_WHOLE = re.compile(r"[+-]?\d+")
+_TEXT_COLUMNS = {"label", "photo", "from", "to"}
+_INTEGER = re.compile(r"[+-]?\d+")
 _CONTROL = {"", "control", "yes", "true", "1", "gcp"}
 _CHECK = {"check", "no", "false", "0"}
 
 
 class NamedTable:
-    """A text table whose columns have several names."""
+    """Text table whose columns have alternative names."""
 
     def __init__(self, path: str | Path, order: Sequence[str]) -> None:
-        """order : of the columns where there is no header"""
-        table = read_table(path, named=True, most=MOST_OBJECTS)
+        """Read a table.
+
+        Parameters
+        ----------
+        path : str or Path
+        order : sequence of str
+            Columns of a table without a header.
+        """
+        table = read_table(path, named=True, max_lines=MAX_OBJECTS)
         if table.names is None:
-            table = _with_header(table, order)
+            table = _add_header(table, order)
         if not len(table):
             finding = (
                 commented_finding(table.commented, "error")
@@ -137,7 +144,7 @@ class NamedTable:
             )
             raise InputError(finding, file=table.path, line=table.header_line)
         self.table, self.path = table, table.path
-        self._plain = [plain(name) for name in table.names or ()]
+        self._normalised_names = [normalise_name(name) for name in table.names or ()]
 
     @property
     def notes(self) -> tuple[Finding, ...]:
@@ -147,116 +154,125 @@ class NamedTable:
 
     def _find(self, names: Sequence[str]) -> int | None:
         for name in names:
-            found = [i for i, each in enumerate(self._plain) if each == plain(name)]
-            if found:
-                return found[0]
+            matches = [
+                i for i, each in enumerate(self._normalised_names) if each == normalise_name(name)
+            ]
+            if matches:
+                return matches[0]
         return None
 
     def has(self, names: Sequence[str]) -> bool:
+        """Return whether the table has a column with one of the names."""
         return self._find(names) is not None
 
-    def _column(self, names: Sequence[str], called: str) -> int:
-        found = self._find(names)
-        if found is None:
+    def _column(self, names: Sequence[str], title: str) -> int:
+        column = self._find(names)
+        if column is None:
             raise self.table.header_error(
                 Finding(
                     "table.missing-column",
-                    column=called,
+                    column=title,
                     columns=self.table.names or (),
                     names=tuple(names),
                 ),
-                called,
+                title,
             )
-        return found
+        return column
 
-    def words(self, names: Sequence[str], called: str, *, empty: bool = False) -> tuple[str, ...]:
-        found = tuple(self.table.labels(self._column(names, called)))
+    def words(self, names: Sequence[str], title: str, *, empty: bool = False) -> tuple[str, ...]:
+        """Return the text (n,) of a column. Raises InputError for an empty cell, unless allowed."""
+        texts = tuple(self.table.labels(self._column(names, title)))
         if not empty:
-            for row, word in enumerate(found):
+            for row, word in enumerate(texts):
                 if not word:
-                    raise self.at(row, Finding("table.value-missing"), called)
-        return found
+                    raise self.at(row, Finding("table.value-missing"), title)
+        return texts
 
-    def columns(self, names: Sequence[Sequence[str]], called: Sequence[str]) -> FloatArray:
-        """(n, columns) finite numbers."""
-        which = [self._column(some, word) for some, word in zip(names, called, strict=True)]
-        values = np.asarray(self.table.numbers(which), np.float64)
+    def columns(self, names: Sequence[Sequence[str]], title: Sequence[str]) -> FloatArray:
+        """Return the finite numbers (n, columns) of columns. Raises InputError."""
+        column_numbers = [
+            self._column(aliases, word) for aliases, word in zip(names, title, strict=True)
+        ]
+        values = np.asarray(self.table.numbers(column_numbers), np.float64)
         for row, column in np.argwhere(~np.isfinite(values)):
-            raise self.at(int(row), Finding("table.value-missing"), called[int(column)])
+            raise self.at(int(row), Finding("table.value-missing"), title[int(column)])
         return values
 
-    def positive(self, names: Sequence[str], called: str) -> FloatArray:
-        """(n,) positive numbers, NaN where the cell is empty or there is no column."""
-        which = self._find(names)
-        if which is None:
+    def positive(self, names: Sequence[str], title: str) -> FloatArray:
+        """Return the positive numbers (n,) of a column, NaN if missing."""
+        column = self._find(names)
+        if column is None:
             return np.full(len(self.table), np.nan)
-        values = np.asarray(self.table.numbers([which])[:, 0], np.float64)
+        values = np.asarray(self.table.numbers([column])[:, 0], np.float64)
         for row in np.flatnonzero(values <= 0):
-            raise self.at(int(row), Finding("table.not-positive"), called)
+            raise self.at(int(row), Finding("table.not-positive"), title)
         for line, value in enumerate(values.tolist()):
-            if (said := why_no_error(value)) is not None:
-                raise self.at(line, said, called)
+            if (finding := why_no_error(value)) is not None:
+                raise self.at(line, finding, title)
         return values
 
     def sigma(self) -> FloatArray:
-        """(n, 3) metres."""
+        """Return the standard errors (n, 3) of x, y and z, metres."""
         if any(self.has(names) for names in _SIGMA):
-            called = ("sigma_x", "sigma_y", "sigma_z")
+            title = ("sigma_x", "sigma_y", "sigma_z")
             return np.column_stack(
-                [self.positive(n, c) for n, c in zip(_SIGMA, called, strict=True)]
+                [self.positive(n, c) for n, c in zip(_SIGMA, title, strict=True)]
             )
         return np.repeat(self.positive(_SIGMA_ALL, "sigma")[:, None], 3, axis=1)
 
     def uses(self) -> BoolArray:
-        """(n,) whether it judges only."""
-        which = self._find(("use", "role", "type"))
-        if which is None:
+        """Return whether each row (n,) is a check point."""
+        column = self._find(("use", "role", "type"))
+        if column is None:
             return np.zeros(len(self.table), bool)
-        words = [cell.casefold() for cell in self.table.cells(which)]
+        words = [cell.casefold() for cell in self.table.cells(column)]
         for row, word in enumerate(words):
             if word not in _CONTROL | _CHECK:
                 raise self.at(
                     row,
-                    Finding("table.unknown-word", cell=shortened(word), words=("control", "check")),
+                    Finding("table.unknown-word", cell=shorten(word), words=("control", "check")),
                     "use",
                 )
         return np.array([word in _CHECK for word in words], bool)
 
-    def require_once(self, labels: Sequence[str]) -> None:
-        seen: dict[str, int] = {}
+    def require_unique(self, labels: Sequence[str]) -> None:
+        """Raise InputError for a repeated label."""
+        first_rows: dict[str, int] = {}
         for row, label in enumerate(labels):
-            first = seen.setdefault(label, row)
+            first = first_rows.setdefault(label, row)
             if first != row:
                 raise self.at(
                     row,
                     Finding(
                         "table.repeated-label",
-                        label=shortened(label),
+                        label=shorten(label),
                         first_line=int(self.table.line_numbers[first]),
                     ),
                     "label",
                 )
 
-    def require_places(self, places: FloatArray) -> None:
+    def require_coordinates(self, places: FloatArray) -> None:
+        """Raise InputError for coordinates (n, 3) that are out of range."""
         for row, place in enumerate(places.tolist()):
-            if (said := why_no_coordinate((place[0], place[1], place[2]))) is not None:
-                raise self.at(row, said, "x")
+            if (finding := why_no_coordinate((place[0], place[1], place[2]))) is not None:
+                raise self.at(row, finding, "x")
 
-    def at(self, row: int, cause: Finding, called: str) -> InputError:
+    def at(self, row: int, cause: Finding, title: str) -> InputError:
+        """Return an error with file, line and column."""
         return InputError(
-            cause, file=self.path, line=int(self.table.line_numbers[row]), field=called
+            cause, file=self.path, line=int(self.table.line_numbers[row]), field=title
         )
 
 
-def _with_header(table: TextTable, order: Sequence[str]) -> TextTable:
-    """The last comment, where it names as many columns as there are; else our own order."""
+def _add_header(table: TextTable, order: Sequence[str]) -> TextTable:
+    """Take the header from the last comment if it fits the columns, else from the given order."""
     for comment in reversed(table.comments):
         cells = [c.strip() for c in comment.replace(";", ",").replace("\t", ",").split(",")]
         if len(cells) == 1:
             cells = comment.split()
         words = sum(parse_number(cell, decimal_comma=True) is None for cell in cells)
-        named = any(cell.isalpha() for cell in cells) and 2 * words > len(cells)
-        if len(cells) == table.width and named:
+        is_header = any(cell.isalpha() for cell in cells) and 2 * words > len(cells)
+        if len(cells) == table.width and is_header:
             return replace(table, names=tuple(cells))
     if not order or table.width < len(order):
         raise InputError(
@@ -267,25 +283,27 @@ def _with_header(table: TextTable, order: Sequence[str]) -> TextTable:
             line=1,
         )
     _refuse_decimal_commas(table, order)
-    more = [f"column {i + 1}" for i in range(len(order), table.width)]
-    return replace(table, names=(*order, *more))
+    extra_names = [f"column {i + 1}" for i in range(len(order), table.width)]
+    return replace(table, names=(*order, *extra_names))
 
 
 def _refuse_decimal_commas(table: TextTable, order: Sequence[str]) -> None:
-    """Raises InputError where commas part the columns and the digits of numbers as well: twice as
-    many cells behind the words as there are numbers, and whole ones all of them."""
-    words = sum(name in _WORDS for name in order)
+    """Raise InputError if commas separate both columns and decimals.
+
+    In that case there are twice as many number cells as number columns, and all are integers.
+    """
+    words = sum(name in _TEXT_COLUMNS for name in order)
     numbers = table.width - words
     if table.delimiter != "," or numbers % 2 or numbers < 2 * (len(order) - words):
         return
     rows = [row[words:] for row in table.rows]
-    if not all(_WHOLE.fullmatch(cell) for row in rows for cell in row):
+    if not all(_INTEGER.fullmatch(cell) for row in rows for cell in row):
         return
-    behind = [cell for row in rows for cell in row[1::2]]
-    if any(cell[0] in "+-" for cell in behind):
+    decimals = [cell for row in rows for cell in row[1::2]]
+    if any(cell[0] in "+-" for cell in decimals):
         return
-    # As programs write them, with as many digits each; or 8,05, as no whole number is written.
-    if len(set(map(len, behind))) > 1 and not any(len(c) > 1 and c[0] == "0" for c in behind):
+    # Decimals of equal length, or with a leading zero as in 8,05, are not integers.
+    if len(set(map(len, decimals))) > 1 and not any(len(c) > 1 and c[0] == "0" for c in decimals):
         return
     raise InputError(
         Finding("table.comma-delimiter"), file=table.path, line=int(table.line_numbers[0])

@@ -1,4 +1,4 @@
-"""What the columns of a table of orientations mean, and the angles in them."""
+"""Columns of a table of orientations, by their meaning, and the angles in them."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.notation import parse_angle, parse_azimuth
 from vomstudio.geometry.vectors import wrap360
-from vomstudio.io.text.column_names import plain
+from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.flags import is_overturned
 from vomstudio.io.text.rows import parse_number
 from vomstudio.io.text.tables import TextTable
 
 Azimuth = Literal["strike", "dipdir"]
 
-# An azimuth of a table is taken modulo 360 up to a whole turn beyond.
-_LEAST_DEG, _MOST_DEG = -360.0, 720.0
+# Azimuths up to one turn outside [0, 360] are wrapped.
+_MIN_AZIMUTH_DEG, _MAX_AZIMUTH_DEG = -360.0, 720.0
 
 ALIASES: dict[str, set[str]] = {
     "dip direction": {"dipdirection", "dipdir", "dipdirn", "ddir", "dd", "ddr", "azimuthofdip"}
@@ -53,136 +53,145 @@ ALIASES: dict[str, set[str]] = {
     "overturned": {"overturned", "isoverturned", "inverted", "overturnedbed", "overturnedbedding"}
     | {"bedoverturned", "invertedbed", "beddingoverturned", "upsidedown"},
 }
-_WIND = re.compile(r"[NSEW]{1,3}", re.IGNORECASE)
+_COMPASS_POINT = re.compile(r"[NSEW]{1,3}", re.IGNORECASE)
 _BEARING = re.compile(
     r"[NSEW]{1,3}(\s*\d+([.,]\d+)?\s*(°\s*)?[EW]?)?|\d+([.,]\d+)?\s*(°\s*)?[NSEW]{1,3}",
     re.IGNORECASE,
 )
 
-_WRITTEN = re.compile(r"[°º˚]|^\s*[NSEW]{1,3}\s*(\d|$)", re.IGNORECASE)
-"""An angle that is more than a number: 45°, N45E, NW."""
+_FIELD_NOTATION = re.compile(r"[°º˚]|^\s*[NSEW]{1,3}\s*(\d|$)", re.IGNORECASE)
+"""Angle in field notation: 45°, N45E, NW."""
 
 
 class Columns:
-    """The columns of one table by what they mean. `warnings` grows with what is strange in them."""
+    """Columns of a table by their meaning; problems are appended to `warnings`."""
 
     def __init__(self, table: TextTable, warnings: list[Finding]) -> None:
         self.table = table
         self.warnings = warnings
-        self._by_meaning = self._found()
+        self._columns = self._find_columns()
 
-    def _found(self) -> dict[str, int]:
-        """Column by what it means; a meaning claimed twice is an error only where it is needed."""
-        found: dict[str, int] = {}
-        self._claimed_twice: dict[str, list[str]] = {}
+    def _find_columns(self) -> dict[str, int]:
+        """Return columns by meaning; a repeated meaning is an error only if it is used."""
+        columns: dict[str, int] = {}
+        self._repeated: dict[str, list[str]] = {}
         for i, name in enumerate(self.table.names or ()):
             for meaning, aliases in ALIASES.items():
-                if plain(name) not in aliases:
+                if normalise_name(name) not in aliases:
                     continue
-                if meaning in found:
-                    first = self.table.label(found[meaning])
-                    self._claimed_twice.setdefault(meaning, [first]).append(name)
+                if meaning in columns:
+                    first = self.table.label(columns[meaning])
+                    self._repeated.setdefault(meaning, [first]).append(name)
                 else:
-                    found[meaning] = i
-        if "set" not in found:
+                    columns[meaning] = i
+        if "set" not in columns:
             for i, name in enumerate(self.table.names or ()):
-                if plain(name) == "domain":
-                    found["set"] = i
-        return found
+                if normalise_name(name) == "domain":
+                    columns["set"] = i
+        return columns
 
     @property
     def known(self) -> set[int]:
-        """Those of which the meaning is known."""
-        return set(self._by_meaning.values())
+        """Numbers of the columns with a known meaning."""
+        return set(self._columns.values())
 
     def find(self, meaning: str) -> int | None:
-        """The first column that means this, None where there is none."""
-        return self._by_meaning.get(meaning)
+        """Return the first column with a meaning, or None."""
+        return self._columns.get(meaning)
 
     def take(self, meaning: str) -> int | None:
-        """The column that means this, None where there is none. Raises InputError where there are
-        several."""
-        if meaning in self._claimed_twice:
+        """Return the column with a meaning, or None. Raises InputError if there are several."""
+        if meaning in self._repeated:
             raise InputError(
-                Finding(
-                    "table.repeated-column", column=meaning, columns=self._claimed_twice[meaning]
-                ),
+                Finding("table.repeated-column", column=meaning, columns=self._repeated[meaning]),
                 file=self.table.path,
                 line=self.table.header_line,
                 field=meaning,
             )
         return self.find(meaning)
 
-    def words(self, meaning: str, kept: IntArray) -> tuple[str, ...] | None:
-        """The cells of a column, None where there is none or nothing in it."""
+    def words(self, meaning: str, rows: IntArray) -> tuple[str, ...] | None:
+        """Return the text of selected rows of a column, None if it is missing or empty."""
         column = self.find(meaning)
         if column is None:
             return None
         cells = self.table.labels(column)
-        words = tuple(cells[i] for i in kept)
+        words = tuple(cells[i] for i in rows)
         return words if any(words) else None
 
-    def overturned(self, kept: IntArray) -> tuple[bool | None, ...] | None:
-        """(n,) which beds are overturned, None in an empty cell and where no column says so. A word
-        that is neither yes nor no counts as no, and is told."""
-        cells = self.words("overturned", kept)
+    def overturned(self, rows: IntArray) -> tuple[bool | None, ...] | None:
+        """Return which of the selected beds are overturned.
+
+        Returns
+        -------
+        tuple of bool or None
+            None for an empty cell; an unknown word is False and is reported. None without such a
+            column.
+        """
+        cells = self.words("overturned", rows)
         if cells is None:
             return None
-        said = [is_overturned(cell) for cell in cells]
-        unclear = [i for i, answer in enumerate(said) if answer is None]
+        flags = [is_overturned(cell) for cell in cells]
+        unclear = [i for i, flag in enumerate(flags) if flag is None]
         if unclear:
             self.warnings.append(
                 Finding(
                     "orientation.unclear-overturned",
-                    column=self.named(self._by_meaning["overturned"]),
+                    column=self.quoted_names(self._columns["overturned"]),
                     word=cells[unclear[0]],
-                    lines=[int(self.table.line_numbers[kept[i]]) for i in unclear],
+                    lines=[int(self.table.line_numbers[rows[i]]) for i in unclear],
                 )
             )
         return tuple(
-            answer is True if cell else None for cell, answer in zip(cells, said, strict=True)
+            flag is True if cell else None for cell, flag in zip(cells, flags, strict=True)
         )
 
-    def named(self, *columns: int) -> str:
+    def quoted_names(self, *columns: int) -> str:
+        """Return the names of columns for a sentence."""
         names = [self.table.label(c) for c in columns]
         return ", ".join(f"'{n}'" if self.table.names else n for n in names)
 
     def azimuths(self, column: int, undefined: BoolArray) -> FloatArray:
-        """(n,) in [0, 360); 0 where the direction is `undefined`, whatever is written there."""
+        """Return azimuths (n,) in [0, 360), degrees; 0 where the direction is `undefined`."""
         values = np.where(undefined, 0.0, self._angles(column, parse_azimuth))
-        outside = np.isfinite(values) & ((values < 0.0) | (values > 360.0))
-        hopeless = np.isinf(values) | (outside & ((values < _LEAST_DEG) | (values > _MOST_DEG)))
-        if hopeless.any():
-            raise self._outside(int(np.argmax(hopeless)), column, values, _LEAST_DEG, _MOST_DEG)
-        self.say_wrapped(column, [int(n) for n in self.table.line_numbers[outside]])
+        is_outside = np.isfinite(values) & ((values < 0.0) | (values > 360.0))
+        is_invalid = np.isinf(values) | (
+            is_outside & ((values < _MIN_AZIMUTH_DEG) | (values > _MAX_AZIMUTH_DEG))
+        )
+        if is_invalid.any():
+            raise self._outside(
+                int(np.argmax(is_invalid)), column, values, _MIN_AZIMUTH_DEG, _MAX_AZIMUTH_DEG
+            )
+        self.report_wrapped(column, [int(n) for n in self.table.line_numbers[is_outside]])
         return np.asarray(wrap360(values))
 
-    def say_wrapped(self, column: int, where: list[int]) -> None:
-        if where:
+    def report_wrapped(self, column: int, lines: list[int]) -> None:
+        """Report azimuths outside [0, 360] in these lines."""
+        if lines:
             self.warnings.append(
                 Finding(
                     "orientation.azimuths-wrapped",
-                    count=len(where),
-                    column=self.named(column),
-                    lines=where,
+                    count=len(lines),
+                    column=self.quoted_names(column),
+                    lines=lines,
                 )
             )
 
     def inclinations(self, column: int, lowest: float) -> FloatArray:
-        """(n,) dips or plunges, which must lie in [lowest, 90]."""
+        """Return dips or plunges (n,) in [lowest, 90], degrees. Raises InputError."""
         values = self._angles(column, parse_angle)
-        outside = ~np.isnan(values) & ~((values >= lowest) & (values <= 90.0))
-        if outside.any():
-            raise self._outside(int(np.argmax(outside)), column, values, lowest, 90.0)
+        is_outside = ~np.isnan(values) & ~((values >= lowest) & (values <= 90.0))
+        if is_outside.any():
+            raise self._outside(int(np.argmax(is_outside)), column, values, lowest, 90.0)
         return values
 
     def _angles(self, column: int, read: Callable[[str], float]) -> FloatArray:
-        """(n,) numbers, or angles as they stand in field books (N45E, 45°)."""
+        """Return numbers (n,), or angles in field notation (N45E, 45°)."""
         try:
             return self.table.numbers([column])[:, 0]
         except InputError:
             cells = self.table.cells(column)
-            if not any(map(_WRITTEN.search, cells)):
+            if not any(map(_FIELD_NOTATION.search, cells)):
                 raise
         return np.array([self._angle(i, column, cell, read) for i, cell in enumerate(cells)])
 
@@ -216,20 +225,21 @@ class Columns:
         )
 
     def has_letters(self, column: int) -> bool:
-        """Whether a cell is a bearing or a quadrant, such as N30E or 40SE."""
+        """Return whether a cell is a bearing or quadrant, such as N30E or 40SE."""
         return any(_BEARING.fullmatch(cell) for cell in self.table.cells(column))
 
-    def are_winds(self, column: int) -> bool:
+    def are_compass_points(self, column: int) -> bool:
+        """Return whether all cells are compass points."""
         cells = [c for c in self.table.cells(column) if c]
-        return bool(cells) and all(_WIND.fullmatch(c) for c in cells)
+        return bool(cells) and all(_COMPASS_POINT.fullmatch(c) for c in cells)
 
 
 def convention_in_name(path: Path) -> Azimuth | None:
-    """strike or dipdir where the name of a file, such as `fold_strike_dip.txt`, says just one."""
-    name = plain(path.stem)
-    said: list[Azimuth] = []
+    """Return the convention in a file name, such as `fold_strike_dip.txt`, if it is unique."""
+    name = normalise_name(path.stem)
+    conventions: list[Azimuth] = []
     if "strike" in name:
-        said.append("strike")
+        conventions.append("strike")
     if "dipdir" in name or "dipazi" in name:
-        said.append("dipdir")
-    return said[0] if len(said) == 1 else None
+        conventions.append("dipdir")
+    return conventions[0] if len(conventions) == 1 else None

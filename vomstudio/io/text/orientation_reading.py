@@ -1,8 +1,9 @@
-"""Orientation tables of others, and our own: which column means what, said aloud.
+"""Reading orientation tables of this and other programs.
 
-A table of planes gives a dip direction or a strike, and a dip; a table of lines a trend and a
-plunge; our own gives both, row by row. The name of a column decides; a bare `azimuth`, or two
-columns without a header, can be a strike or a dip direction: then the user must say it.
+A table of planes has a dip direction or a strike, and a dip; a table of lines a trend and a plunge;
+tables of this program have both. The meaning is determined by the column name. An unspecific
+`azimuth`, or two columns without a header, can be a strike or a dip direction: then the user must
+state which. The convention that was used is reported.
 """
 
 from __future__ import annotations
@@ -22,75 +23,80 @@ from vomstudio.geology.common_rotation_errors import Turns
 from vomstudio.geology.notation import parse_plane
 from vomstudio.geology.orientation import Plane, lines_to_vectors, planes_to_poles
 from vomstudio.geometry.vectors import wrap360
-from vomstudio.io.text.column_names import plain
-from vomstudio.io.text.file_text import MOST_OBJECTS
+from vomstudio.io.text.column_names import normalise_name
+from vomstudio.io.text.file_text import MAX_OBJECTS
 from vomstudio.io.text.orientation_columns import Azimuth, Columns, convention_in_name
-from vomstudio.io.text.registration_comments import bowed_in, turns_of_table
-from vomstudio.io.text.repeated_rows import first_picks
-from vomstudio.io.text.rows import shortened
+from vomstudio.io.text.registration_comments import stated_bowing_deg, table_rotation_errors
+from vomstudio.io.text.repeated_rows import exclude_repeats
+from vomstudio.io.text.rows import shorten
 from vomstudio.io.text.tables import TextTable, read_table
 
-_QUADRANT_BY_ITS_CELLS = {"direction", "dir", "side", "sense", "dips"}
-"""Names that mean a dip quadrant only where compass points stand below."""
-_PLANE, _LINE, _NEITHER = 1, 2, 0
+_QUADRANT_NAMES = {"direction", "dir", "side", "sense", "dips"}
+"""Column names that mean a dip quadrant if the cells are compass points."""
+_PLANE, _LINE, _NONE = 1, 2, 0
 
 
 @dataclass(frozen=True, eq=False)
 class OrientationTable:
-    """n planes and lines; NaN where a row is not of that geometry."""
+    """Table of n planes and lines; NaN if a row does not have that geometry."""
 
     table: TextTable
-    kept: IntArray
-    """(n,) rows of `table` that these are; the others had no angles."""
+    row_indices: IntArray
+    """(n,) rows of `table` with angles."""
     is_plane: BoolArray
     dip_direction_deg: FloatArray
     dip_deg: FloatArray
     trend_deg: FloatArray
-    """(n,) of lines; a horizontal plane or vertical line has azimuth 0."""
+    """(n,) for lines; the azimuth of a horizontal plane or vertical line is 0."""
     plunge_deg: FloatArray
     ids: tuple[str, ...]
-    """The id column, or the row's number from 1."""
+    """Ids, or the numbers of the rows from 1."""
     kinds: tuple[str, ...] | None
-    """The kind column, None where there is none, or nothing in it."""
+    """Kinds, None if the column is missing or empty."""
     sets: tuple[str, ...] | None
     overturned: tuple[bool | None, ...] | None
-    """(n,) whether a bed's younger side is below; None where that is not said."""
+    """(n,) whether a bed's younger side is below, None if unknown."""
     convention: str
-    """How the columns were understood, for people."""
+    """Description of the conventions of the columns."""
     dropped: tuple[int, ...]
     """Lines without angles."""
     warnings: tuple[Finding, ...]
 
     def __len__(self) -> int:
-        return len(self.kept)
+        return len(self.row_indices)
 
     @cached_property
     def turns(self) -> Turns | None:
-        return turns_of_table(self.table, self.kept)
+        """Rotation errors of the registrations of the rows, None if not stated."""
+        return table_rotation_errors(self.table, self.row_indices)
 
     @property
     def bowed_deg(self) -> float | None:
-        return bowed_in(self.table.comments)
+        """Bowing of the models, degrees, None if not stated."""
+        return stated_bowing_deg(self.table.comments)
 
     @property
     def repeats(self) -> int:
+        """Number of excluded rows that repeat others."""
         return self.table.repeats
 
     @property
     def path(self) -> Path:
+        """Path of the table."""
         return self.table.path
 
     @property
     def line_numbers(self) -> IntArray:
-        return self.table.line_numbers[self.kept]
+        """Line (n,) of each row in the file."""
+        return self.table.line_numbers[self.row_indices]
 
     def column(self, key: str) -> list[str]:
-        """(n,) the words of the column that the user calls `key`. Raises `UsageError`."""
+        """Return the text (n,) of the column `key` of the user. Raises `UsageError`."""
         cells = self.table.labels(self.table.find(key))
-        return [cells[i] for i in self.kept]
+        return [cells[i] for i in self.row_indices]
 
     def vectors(self) -> FloatArray:
-        """(n, 3) unit vectors, World: downward poles of the planes, and the lines as directed."""
+        """Return unit vectors (n, 3) in World: downward poles of planes, and directed lines."""
         poles = planes_to_poles(self.dip_direction_deg, self.dip_deg)
         lines = lines_to_vectors(self.trend_deg, self.plunge_deg)
         return np.where(self.is_plane[:, None], poles, lines)
@@ -101,25 +107,35 @@ def read_orientations(
 ) -> OrientationTable:
     """Read planes and lines from a text table.
 
-    azimuth: what a column called only `azimuth`, or the first of a table without header, means.
-    repeats: also rows that repeat the pick of another, as the column `repeat_of` says.
-    Raises `InputError` (file, line, column) where the table is none, or its angles cannot be, and
-    `UsageError` where the meaning of an azimuth must be given.
+    Parameters
+    ----------
+    path : str or Path
+    azimuth : {"strike", "dipdir"}, optional
+        Meaning of a column named `azimuth`, or of the first column of a table without a header.
+    repeats : bool
+        Whether to include rows that repeat the pick of another, by the column `repeat_of`.
+
+    Raises
+    ------
+    InputError
+        With file, line and column, if the table or its angles are not valid.
+    UsageError
+        If `azimuth` must be given.
     """
-    return orientations_of(read_table(path, most=MOST_OBJECTS), azimuth, repeats=repeats)
+    return extract_orientations(read_table(path, max_lines=MAX_OBJECTS), azimuth, repeats=repeats)
 
 
-def orientations_of(
+def extract_orientations(
     table: TextTable, azimuth: Azimuth | None = None, *, repeats: bool = False
 ) -> OrientationTable:
-    """Planes and lines of a table that has been read. Raises as `read_orientations`."""
+    """Extract planes and lines from a table, as `read_orientations`."""
     if not len(table):
         raise InputError(Finding("table.no-rows"), file=table.path, line=table.header_line)
-    return _Reading(table if repeats else first_picks(table), azimuth).result()
+    return _TableReader(table if repeats else exclude_repeats(table), azimuth).result()
 
 
-class _Reading:
-    """One table being understood: columns first, then planes, lines, and what is said of them."""
+class _TableReader:
+    """Interpretation of one table: columns, then planes, lines and findings."""
 
     def __init__(self, table: TextTable, azimuth: Azimuth | None) -> None:
         self.table = table
@@ -131,6 +147,7 @@ class _Reading:
         self.dip_direction, self.dip, self.trend, self.plunge = np.full((4, n), np.nan)
 
     def result(self) -> OrientationTable:
+        """Interpret the table."""
         self._read_planes()
         self._read_lines()
         if not self.conventions:
@@ -139,37 +156,37 @@ class _Reading:
         has_plane = np.isfinite(self.dip_direction) & np.isfinite(self.dip)
         has_line = np.isfinite(self.trend) & np.isfinite(self.plunge)
         geometry = self._geometry(has_plane, has_line)
-        kept = np.flatnonzero(geometry != _NEITHER)
-        dropped = tuple(int(n) for n in table.line_numbers[geometry == _NEITHER])
+        row_indices = np.flatnonzero(geometry != _NONE)
+        dropped = tuple(int(n) for n in table.line_numbers[geometry == _NONE])
         if dropped:
             self.warnings.append(
                 Finding(
                     "table.rows-left-out", count=len(dropped), needed=tr("angles"), lines=dropped
                 )
             )
-        if not len(kept):
+        if not len(row_indices):
             raise InputError(
                 Finding("table.no-valid-rows", count=len(table), needed=tr("angles")),
                 file=table.path,
                 line=int(table.line_numbers[0]),
             )
-        plane = geometry[kept] == _PLANE
-        overturned = self.columns.overturned(kept)
+        is_plane = geometry[row_indices] == _PLANE
+        overturned = self.columns.overturned(row_indices)
 
-        def only(values: FloatArray, where: BoolArray) -> FloatArray:
-            return np.where(where, values[kept], np.nan)
+        def select(values: FloatArray, mask: BoolArray) -> FloatArray:
+            return np.where(mask, values[row_indices], np.nan)
 
         return OrientationTable(
             table=table,
-            kept=kept,
-            is_plane=plane,
-            dip_direction_deg=only(self.dip_direction, plane),
-            dip_deg=only(self.dip, plane),
-            trend_deg=only(self.trend, ~plane),
-            plunge_deg=only(self.plunge, ~plane),
-            ids=self.columns.words("id", kept) or tuple(str(i + 1) for i in kept),
-            kinds=self.columns.words("kind", kept),
-            sets=self.columns.words("set", kept),
+            row_indices=row_indices,
+            is_plane=is_plane,
+            dip_direction_deg=select(self.dip_direction, is_plane),
+            dip_deg=select(self.dip, is_plane),
+            trend_deg=select(self.trend, ~is_plane),
+            plunge_deg=select(self.plunge, ~is_plane),
+            ids=self.columns.words("id", row_indices) or tuple(str(i + 1) for i in row_indices),
+            kinds=self.columns.words("kind", row_indices),
+            sets=self.columns.words("set", row_indices),
             overturned=overturned,
             convention="; ".join(self.conventions),
             dropped=dropped,
@@ -199,17 +216,21 @@ class _Reading:
             self._read_poles_or_text(attitude)
             return
         quadrant = self.columns.take("quadrant")
-        if strike is not None and direction is not None and self.columns.are_winds(direction):
-            # `strike, dip, dip direction` with SE in the third: a quadrant by another name.
+        if (
+            strike is not None
+            and direction is not None
+            and self.columns.are_compass_points(direction)
+        ):
+            # `strike, dip, dip direction` with SE in the third column: it is the quadrant.
             quadrant, direction = direction, None
         if quadrant is None and direction is None and strike is not None:
-            quadrant = self._quadrant_by_another_name()
+            quadrant = self._find_quadrant()
         if direction is not None:
-            self._from_dip_direction(direction, dip)
+            self._read_dip_direction(direction, dip)
             if strike is not None:
-                self._compare(strike)
+                self._compare_strike(strike)
         elif strike is not None:
-            self._from_strike(strike, dip, quadrant)
+            self._read_strike(strike, dip, quadrant)
         elif azimuth is None:
             raise InputError(
                 Finding(
@@ -223,21 +244,27 @@ class _Reading:
                 field="dip direction",
             )
         elif quadrant is not None:
-            self._from_strike(azimuth, dip, quadrant)
+            self._read_strike(azimuth, dip, quadrant)
         else:
-            self._from_azimuth(azimuth, dip)
+            self._read_azimuth(azimuth, dip)
 
-    def _quadrant_by_another_name(self) -> int | None:
-        """A column of compass points beside the strike. Where its name leaves open what it says
-        (a limb? a site?), it is not used and that is told."""
+    def _find_quadrant(self) -> int | None:
+        """Return a column of compass points beside the strike, or None.
+
+        If its name does not mean a dip quadrant (a limb? a site?), it is reported and not used.
+        """
         others = sorted(set(range(self.table.width)) - self.columns.known)
-        winds = [c for c in others if self.columns.are_winds(c)]
-        named = [c for c in winds if plain(self.table.label(c)) in _QUADRANT_BY_ITS_CELLS]
-        if winds and len(named) != 1:
+        candidates = [c for c in others if self.columns.are_compass_points(c)]
+        quadrants = [
+            c for c in candidates if normalise_name(self.table.label(c)) in _QUADRANT_NAMES
+        ]
+        if candidates and len(quadrants) != 1:
             self.warnings.append(
-                Finding("orientation.quadrants-unused", columns=self.columns.named(*winds))
+                Finding(
+                    "orientation.quadrants-unused", columns=self.columns.quoted_names(*candidates)
+                )
             )
-        return named[0] if len(named) == 1 else None
+        return quadrants[0] if len(quadrants) == 1 else None
 
     def _read_headerless(self) -> None:
         if self.table.width < 2:
@@ -246,7 +273,7 @@ class _Reading:
                 file=self.table.path,
                 line=int(self.table.line_numbers[0]),
             )
-        told = self.azimuth is not None
+        is_given = self.azimuth is not None
         self.azimuth = self.azimuth or convention_in_name(self.table.path)
         if self.azimuth is None:
             raise UsageError(
@@ -255,17 +282,17 @@ class _Reading:
                 line=int(self.table.line_numbers[0]),
                 field="column 1",
             )
-        self._from_azimuth(0, 1)
-        if not told:
+        self._read_azimuth(0, 1)
+        if not is_given:
             self.conventions.append(
                 tr("no header: strike or dip direction by the name of the file")
             )
 
-    def _from_azimuth(self, azimuth: int, dip: int) -> None:
+    def _read_azimuth(self, azimuth: int, dip: int) -> None:
         if self.azimuth == "strike":
-            self._from_strike(azimuth, dip, None)
+            self._read_strike(azimuth, dip, None)
         elif self.azimuth == "dipdir":
-            self._from_dip_direction(azimuth, dip)
+            self._read_dip_direction(azimuth, dip)
         else:
             raise UsageError(
                 Finding("orientation.ambiguous-azimuth"),
@@ -274,49 +301,49 @@ class _Reading:
                 field=self.table.label(azimuth),
             )
 
-    def _from_dip_direction(self, direction: int, dip: int) -> None:
+    def _read_dip_direction(self, direction: int, dip: int) -> None:
         self.dip = self.columns.inclinations(dip, 0.0)
         self.dip_direction = self.columns.azimuths(direction, self.dip == 0.0)
         self.conventions.append(
             tr(
                 "planes as dip direction/dip ({columns})",
-                columns=self.columns.named(direction, dip),
+                columns=self.columns.quoted_names(direction, dip),
             )
         )
 
-    def _from_strike(self, strike: int, dip: int, quadrant: int | None) -> None:
+    def _read_strike(self, strike: int, dip: int, quadrant: int | None) -> None:
         table = self.table
-        named = self.columns.named(strike, dip)
+        quoted_names = self.columns.quoted_names(strike, dip)
         if quadrant is not None:
-            self._from_text([strike, dip, quadrant], "strike/dip")
+            self._read_text([strike, dip, quadrant], "strike/dip")
             self.conventions.append(
                 tr(
                     "planes as strike/dip with the dip quadrant ({columns}, {quadrant}); "
                     "right-hand rule where that is empty",
-                    columns=named,
-                    quadrant=self.columns.named(quadrant),
+                    columns=quoted_names,
+                    quadrant=self.columns.quoted_names(quadrant),
                 )
             )
             return
         if self.columns.has_letters(strike) or self.columns.has_letters(dip):
-            self._from_text([strike, dip], "strike/dip")
+            self._read_text([strike, dip], "strike/dip")
             self.conventions.append(
                 tr(
                     "planes as strike/dip with the quadrant in the cells ({columns}); right-hand "
                     "rule where there is none",
-                    columns=named,
+                    columns=quoted_names,
                 )
             )
             return
-        left = re.search(r"lhr|left", table.label(strike), re.IGNORECASE) is not None
+        is_left_hand = re.search(r"lhr|left", table.label(strike), re.IGNORECASE) is not None
         self.dip = self.columns.inclinations(dip, 0.0)
         azimuths = self.columns.azimuths(strike, self.dip == 0.0)
-        self.dip_direction = wrap360(azimuths + (270.0 if left else 90.0))
+        self.dip_direction = wrap360(azimuths + (270.0 if is_left_hand else 90.0))
         self.dip_direction[self.dip == 0.0] = 0.0
         self.conventions.append(
-            tr("planes as strike (left-hand rule)/dip ({columns})", columns=named)
-            if left
-            else tr("planes as strike (right-hand rule)/dip ({columns})", columns=named)
+            tr("planes as strike (left-hand rule)/dip ({columns})", columns=quoted_names)
+            if is_left_hand
+            else tr("planes as strike (right-hand rule)/dip ({columns})", columns=quoted_names)
         )
 
     def _read_poles_or_text(self, attitude: int | None) -> None:
@@ -328,29 +355,29 @@ class _Reading:
             self.conventions.append(
                 tr(
                     "planes as trend/plunge of their poles ({columns})",
-                    columns=self.columns.named(trend, plunge),
+                    columns=self.columns.quoted_names(trend, plunge),
                 )
             )
         elif attitude is not None:
             meaning = {"strike": "strike/dip", "dipdir": "dipdir/dip"}.get(self.azimuth or "")
-            self._from_text([attitude], meaning)
+            self._read_text([attitude], meaning)
             pair = "strike/dip" if self.azimuth == "strike" else "dip direction/dip"
             self.conventions.append(
                 tr(
                     "planes as written in {column}; two bare numbers are {notation}",
-                    column=self.columns.named(attitude),
+                    column=self.columns.quoted_names(attitude),
                     notation=pair,
                 )
             )
 
-    def _from_text(self, columns: list[int], notation: str | None) -> None:
+    def _read_text(self, columns: list[int], notation: str | None) -> None:
         cells = [self.table.cells(c) for c in columns]
         wrapped: list[int] = []
         for i, words in enumerate(zip(*cells, strict=True)):
             if not all(words[:2]) or any(w.casefold() in ("nan", "na") for w in words[:2]):
                 continue
             try:
-                plane = plane_of(words, notation)
+                plane = parse_plane_cells(words, notation)
             except VomError as error:
                 raise InputError(
                     error,
@@ -359,26 +386,26 @@ class _Reading:
                     field=self.table.label(columns[0]),
                 ) from error
             self.dip_direction[i], self.dip[i] = plane.dip_direction_deg, plane.dip_deg
-            if (azimuth := _bare_number(words[0])) is not None and azimuth > 360.0:
+            if (azimuth := _plain_number(words[0])) is not None and azimuth > 360.0:
                 wrapped.append(int(self.table.line_numbers[i]))
-        self.columns.say_wrapped(columns[0], wrapped)
+        self.columns.report_wrapped(columns[0], wrapped)
 
-    def _compare(self, strike: int) -> None:
-        """Other programs mix strike conventions in one file; the dip direction is believed."""
+    def _compare_strike(self, strike: int) -> None:
+        """Compare the strike with the dip direction, which is used if they disagree."""
         try:
-            given = self.table.numbers([strike])[:, 0]
+            strikes = self.table.numbers([strike])[:, 0]
         except InputError:
             return
-        turned = np.abs(wrap360(given + 90.0 - self.dip_direction + 180.0) - 180.0)
-        off = np.flatnonzero((turned > 1.5) & (self.dip > 0))
-        if len(off):
-            where = [int(n) for n in self.table.line_numbers[off]]
+        difference_deg = np.abs(wrap360(strikes + 90.0 - self.dip_direction + 180.0) - 180.0)
+        differing = np.flatnonzero((difference_deg > 1.5) & (self.dip > 0))
+        if len(differing):
+            lines = [int(n) for n in self.table.line_numbers[differing]]
             self.warnings.append(
                 Finding(
                     "orientation.strike-differs",
-                    count=len(off),
-                    column=self.columns.named(strike),
-                    lines=where,
+                    count=len(differing),
+                    column=self.columns.quoted_names(strike),
+                    lines=lines,
                 )
             )
 
@@ -409,12 +436,15 @@ class _Reading:
         self.plunge = self.columns.inclinations(plunge, -90.0)
         self.trend = self.columns.azimuths(trend, np.abs(self.plunge) == 90.0)
         self.conventions.append(
-            tr("lines as trend/plunge ({columns})", columns=self.columns.named(trend, plunge))
+            tr(
+                "lines as trend/plunge ({columns})",
+                columns=self.columns.quoted_names(trend, plunge),
+            )
         )
 
     def _geometry(self, has_plane: BoolArray, has_line: BoolArray) -> IntArray:
-        """(n,) what each row is. A row with both is a plane that bears a line."""
-        result = np.where(has_plane, _PLANE, np.where(has_line, _LINE, _NEITHER))
+        """Return the geometry (n,) of each row; a row with both is a plane with a line."""
+        result = np.where(has_plane, _PLANE, np.where(has_line, _LINE, _NONE))
         column = self.columns.find("element")
         if column is None:
             if both := int(np.count_nonzero(has_plane & has_line)):
@@ -423,12 +453,12 @@ class _Reading:
         for i, cell in enumerate(self.table.cells(column)):
             word = cell.casefold()
             if word in ("line", "lineation"):
-                result[i] = _LINE if has_line[i] else _NEITHER
+                result[i] = _LINE if has_line[i] else _NONE
             elif word == "plane":
-                result[i] = _PLANE if has_plane[i] else _NEITHER
+                result[i] = _PLANE if has_plane[i] else _NONE
             elif word:
                 raise InputError(
-                    Finding("table.unknown-word", cell=shortened(cell), words=("plane", "line")),
+                    Finding("table.unknown-word", cell=shorten(cell), words=("plane", "line")),
                     file=self.table.path,
                     line=int(self.table.line_numbers[i]),
                     field=self.table.label(column),
@@ -440,20 +470,16 @@ class _Reading:
         return self.table.header_error(finding, "dip")
 
 
-def _first(*columns: int | None) -> int:
-    return next(c for c in columns if c is not None)
-
-
-def _bare_number(cell: str) -> float | None:
+def _plain_number(cell: str) -> float | None:
     return float(cell.replace(",", ".")) if re.fullmatch(r"\d+([.,]\d*)?", cell) else None
 
 
-def plane_of(words: tuple[str, ...], notation: str | None) -> Plane:
-    """A plane from a cell, or from strike, dip and perhaps a quadrant in cells of their own."""
+def parse_plane_cells(words: tuple[str, ...], notation: str | None) -> Plane:
+    """Parse a plane from one cell, or from cells of strike, dip and an optional quadrant."""
     if len(words) == 1:
         return parse_plane(words[0], notation)
     strike = words[0]
-    azimuth = _bare_number(strike)
+    azimuth = _plain_number(strike)
     if azimuth is not None and azimuth <= 720.0:
         strike = f"{wrap360(azimuth):.10g}"
     return parse_plane(" ".join([strike, *words[1:]]), notation)

@@ -1,4 +1,4 @@
-"""The planes of an orientation table with their places and errors, to be held against others."""
+"""Planes of an orientation table with positions and errors, for comparisons."""
 
 from __future__ import annotations
 
@@ -15,14 +15,31 @@ from vomstudio.io.text.orientation_reading import OrientationTable, read_orienta
 
 
 def read_planes(path: str | Path, azimuth: Azimuth | None = None) -> list[OrientedPlane]:
-    """Those of a file; see `planes_of`. azimuth : as of `read_orientations`. Raises InputError,
-    UsageError."""
-    return planes_of(read_orientations(path, azimuth))
+    """Read the planes of a file (`extract_planes`).
+
+    Parameters
+    ----------
+    path : str or Path
+    azimuth : optional
+        As in `read_orientations`.
+
+    Raises
+    ------
+    InputError, UsageError
+    """
+    return extract_planes(read_orientations(path, azimuth))
 
 
-def planes_of(table: OrientationTable) -> list[OrientedPlane]:
-    """Of columns with our own names: name, x, y, z, extent_m and total95_deg, else
-    max_confidence95_deg; each may be missing. Raises InputError where the table has no planes."""
+def extract_planes(table: OrientationTable) -> list[OrientedPlane]:
+    """Extract the planes of a table.
+
+    Optional columns are name, x, y, z, extent_m and total95_deg, else max_confidence95_deg.
+
+    Raises
+    ------
+    InputError
+        If the table has no planes.
+    """
     if not table.is_plane.any():
         raise InputError(Finding("orientation.no-planes"), file=table.path)
     names = _words(table, "name") or list(table.ids)
@@ -54,8 +71,8 @@ def _words(table: OrientationTable, column: str) -> list[str]:
 
 
 def _numbers(table: OrientationTable, column: str) -> FloatArray:
-    """(n,), NaN where there is none."""
+    """Return a column (n,), NaN if it is missing."""
     if not _has(table, column):
         return np.full(len(table), np.nan)
     values = table.table.numbers([table.table.find(column)])
-    return np.asarray(values[table.kept, 0], np.float64)
+    return np.asarray(values[table.row_indices, 0], np.float64)

@@ -1,4 +1,4 @@
-"""Text tables of places in a photo."""
+"""Text tables of positions in a photo."""
 
 from __future__ import annotations
 
@@ -13,8 +13,18 @@ ROW = ("row", "pixel y", "v")
 
 
 def read_pixels(path: str | Path) -> FloatArray | None:
-    """(n, 2) column and row of a table that names them and has no z, or that has two columns and no
-    header; None for any other. Raises InputError with line and column."""
+    """Read pixel positions.
+
+    Returns
+    -------
+    (n, 2) float64 or None
+        Column and row, if the table has these columns and no z, or two columns and no header.
+
+    Raises
+    ------
+    InputError
+        With line and column.
+    """
     table = read_table(path, named=True)
     if table.names is None:
         if table.width != 2:

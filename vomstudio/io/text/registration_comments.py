@@ -1,9 +1,9 @@
-"""What an orientation table says of the registrations of its models.
+"""Registration errors stated in an orientation table.
 
-Our own tables state the covariance of each registration's rotation in a line of their `#` block;
-other tables, and our own after another program has dropped that block, may have the column
-`registration_error_deg` only. That is one half-angle for each row, from which the axis cannot be
-told: the rotation is then taken as equally uncertain about all axes, and as its worst row says.
+Tables of this program state the covariance of each registration's rotation in a line of their `#`
+block. Other tables, or tables without that block, may have the column `registration_error_deg`. It
+is one half-angle per row and does not determine the axis: the rotation is taken as equally
+uncertain about all axes, with the error of the worst row.
 """
 
 from __future__ import annotations
@@ -18,69 +18,71 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray, IntArray
 from vomstudio.geology.common_rotation_errors import Turns, together
 from vomstudio.geometry.rotation_errors import CHI2_TWO
-from vomstudio.io.text.column_names import plain
+from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.rows import parse_number
 from vomstudio.io.text.tables import TextTable
 
-MARK = "registration:"
+REGISTRATION_PREFIX = "registration:"
 """First word of a comment with the covariance of a registration."""
 _COLUMN = "registration_error_deg"
 _MODEL = "model"
 
 
-def turns_of_table(table: TextTable, kept: IntArray) -> Turns | None:
-    """How the rows `kept` of a table turn with their registrations; None where nothing is said."""
-    errors = _cells(table, _COLUMN, kept)
-    models = _cells(table, _MODEL, kept) or [""] * len(kept)
-    stated = _stated(table.comments)
-    values = [math.nan] * len(kept) if errors is None else [_number(cell) for cell in errors]
-    worst: dict[str, float] = {}
+def table_rotation_errors(table: TextTable, rows: IntArray) -> Turns | None:
+    """Return the rotation errors of selected rows of a table, None if not stated."""
+    errors = _cells(table, _COLUMN, rows)
+    models = _cells(table, _MODEL, rows) or [""] * len(rows)
+    stated = _stated_covariances(table.comments)
+    values = [math.nan] * len(rows) if errors is None else [_number(cell) for cell in errors]
+    max_error_deg: dict[str, float] = {}
     for model, value in zip(models, values, strict=True):
         if value == value:
-            worst[model] = max(worst.get(model, 0.0), value)
-    rows: list[tuple[object, FloatArray | None]] = []
+            max_error_deg[model] = max(max_error_deg.get(model, 0.0), value)
+    row_errors: list[tuple[object, FloatArray | None]] = []
     for model, value in zip(models, values, strict=True):
         if model in stated and (errors is None or value == value):
-            rows.append(stated[model])
+            row_errors.append(stated[model])
         elif value == value:
-            variance = math.radians(worst[model]) ** 2 / CHI2_TWO
-            rows.append((("column", model), variance * np.eye(3)))
+            variance = math.radians(max_error_deg[model]) ** 2 / CHI2_TWO
+            row_errors.append((("column", model), variance * np.eye(3)))
         else:
-            rows.append((None, None))
-    turns = together(rows)
+            row_errors.append((None, None))
+    turns = together(row_errors)
     return turns if turns.known else None
 
 
-def bowed_in(comments: Iterable[str]) -> float | None:
-    """By how much dips differ from edge to edge of the worst bowed model, degrees; None where none
-    is said to be bowed."""
-    told = [each.get("bowed_deg") for each in registrations_in(comments)]
-    found = [float(v) for v in told if isinstance(v, int | float) and 0.0 < v <= 180.0]
-    return max(found) if found else None
+def stated_bowing_deg(comments: Iterable[str]) -> float | None:
+    """Return the bowing of the worst model, None if none is stated.
+
+    The bowing is the difference of dips between opposite edges, degrees.
+    """
+    values = [each.get("bowed_deg") for each in stated_registrations(comments)]
+    angles = [float(v) for v in values if isinstance(v, int | float) and 0.0 < v <= 180.0]
+    return max(angles) if angles else None
 
 
-def _stated(
+def _stated_covariances(
     comments: Iterable[str],
 ) -> dict[str, tuple[object, FloatArray]]:
-    """By the name of a model: which registration, and its covariance, radians squared."""
-    found: dict[str, tuple[object, FloatArray]] = {}
-    twice = set()
+    """Return registration and covariance (radians squared) by the name of a model."""
+    stated: dict[str, tuple[object, FloatArray]] = {}
+    repeated = set()
     for number, comment in enumerate(comments):
-        for model, covariance in _registration(comment):
-            twice |= {model} & found.keys()
-            found[model] = ("stated", number), covariance
-    # Two models of one name cannot be told apart by it.
-    return {model: each for model, each in found.items() if model not in twice}
+        for model, covariance in _parse_registration(comment):
+            repeated |= {model} & stated.keys()
+            stated[model] = ("stated", number), covariance
+    # Models with the same name cannot be distinguished.
+    return {model: each for model, each in stated.items() if model not in repeated}
 
 
-def _registration(comment: str) -> list[tuple[str, FloatArray]]:
+def _parse_registration(comment: str) -> list[tuple[str, FloatArray]]:
     text = comment.lstrip("# \t")
-    if not text.startswith(MARK):
+    if not text.startswith(REGISTRATION_PREFIX):
         return []
     try:
-        told = json.loads(text[len(MARK) :])
-        covariance = np.array(told["rotation_covariance_deg2"], np.float64)
-        models = [str(name) for name in told["models"]]
+        statement = json.loads(text[len(REGISTRATION_PREFIX) :])
+        covariance = np.array(statement["rotation_covariance_deg2"], np.float64)
+        models = [str(name) for name in statement["models"]]
     except (ValueError, TypeError, KeyError):
         return []
     if covariance.shape != (3, 3) or not np.isfinite(covariance).all():
@@ -91,26 +93,28 @@ def _registration(comment: str) -> list[tuple[str, FloatArray]]:
     return [(model, covariance * math.radians(1.0) ** 2) for model in models]
 
 
-def registrations_in(comments: Iterable[str]) -> list[dict[str, Any]]:
-    """The same read back, of those that can be read."""
+def stated_registrations(comments: Iterable[str]) -> list[dict[str, Any]]:
+    """Return the valid registrations in comments."""
     return [
-        json.loads(comment.lstrip("# \t")[len(MARK) :])
+        json.loads(comment.lstrip("# \t")[len(REGISTRATION_PREFIX) :])
         for comment in comments
-        if _registration(comment)
+        if _parse_registration(comment)
     ]
 
 
-def _cells(table: TextTable, name: str, kept: IntArray) -> list[str] | None:
+def _cells(table: TextTable, name: str, rows: IntArray) -> list[str] | None:
     if table.names is None:
         return None
-    columns = [i for i, title in enumerate(table.names) if plain(title) == plain(name)]
+    columns = [
+        i for i, title in enumerate(table.names) if normalise_name(title) == normalise_name(name)
+    ]
     if len(columns) != 1:
         return None
     cells = table.cells(columns[0])
-    return [cells[i] for i in kept]
+    return [cells[i] for i in rows]
 
 
 def _number(cell: str) -> float:
-    """Not a number for a cell that is none, and for what is no half-angle."""
+    """Return a half-angle in degrees, NaN if the cell is not one."""
     value = parse_number(cell, decimal_comma=True)
     return value if value is not None and 0.0 <= value <= 90.0 else math.nan

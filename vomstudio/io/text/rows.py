@@ -1,7 +1,6 @@
-"""From text to rows of cells: comments, delimiter, quotes, widths.
+"""Splitting text into rows of cells: comments, delimiter, quotes, widths.
 
-The meaning of the columns is `tables`'s business; here a text becomes lines, and the lines cells,
-and whatever cannot is refused with the file's name and the line.
+The meaning of columns is determined in `tables`. Errors state the file and the line.
 """
 
 from __future__ import annotations
@@ -15,43 +14,43 @@ from itertools import repeat
 from pathlib import Path
 
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.spreadsheet_cells import unguarded
+from vomstudio.core.files.spreadsheet_cells import unescape_formula
 from vomstudio.core.findings import Finding
 from vomstudio.io.text.commented_rows import commented_finding, commented_rows
-from vomstudio.io.text.file_text import MOST_LINES, read_text, refuse_too_many
+from vomstudio.io.text.file_text import MAX_LINES, read_text, refuse_many_lines
 
-LONGEST_LINE = 1_000_000
-_MOST_CELLS = 4_000_000
-_SAMPLE = 200
-_DELIMITERS = (";", "\t", ",", " ")  # in order of preference where two fit equally well
+MAX_LINE_LENGTH = 1_000_000
+_MAX_CELLS = 4_000_000
+_SAMPLE_ROWS = 200
+_DELIMITERS = (";", "\t", ",", " ")  # in order of preference
 DELIMITER_NAMES = {";": "semicolon", "\t": "tab", ",": "comma", " ": "spaces"}
-# Each digit can be matched in one way only: else a long one that is no number takes minutes.
+# Each digit matches in one way only; otherwise backtracking on a long cell takes minutes.
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eEdD][+-]?\d+)?")
 _COMMA_NUMBER = re.compile(r"[+-]?(\d+,\d*|,\d+)([eEdD][+-]?\d+)?")
-_NOT_FINITE = {"nan": float("nan"), "inf": float("inf"), "infinity": float("inf")}
+_SPECIAL_NUMBERS = {"nan": float("nan"), "inf": float("inf"), "infinity": float("inf")}
 _MISSING = {"", "na", "n/a", "null", "none", "-"}
-# A line that parts one trace from the next: rules of dashes, or GMT's `>`.
+# A line between traces: dashes, or `>` of GMT.
 _SEPARATOR = re.compile(r"(-{2,}|={2,}|_{2,}|>.*)")
-# A cell with the apostrophe that keeps spreadsheets from calculating it.
-_MARKED = re.compile(r"(?:^|[;,\t ])'[=+\-@']", re.MULTILINE)
-# Excel's own first line, which is no row of the table.
-_STATED_DELIMITER = re.compile(r'\s*"?sep=(.|\\t)"?\s*', re.IGNORECASE)
+# A cell with the apostrophe that escapes a formula.
+_ESCAPED_CELL = re.compile(r"(?:^|[;,\t ])'[=+\-@']", re.MULTILINE)
+# First line for Excel, which is not a row of the table.
+_EXCEL_DELIMITER = re.compile(r'\s*"?sep=(.|\\t)"?\s*', re.IGNORECASE)
 
 
 @dataclass(frozen=True)
 class TextRows:
-    """What a text file holds, before anything is known of its columns."""
+    """Content of a text table before its columns are interpreted."""
 
     header: list[str] | None
     header_line: int | None
     width: int
     delimiter: str
     lines: list[str]
-    """The data rows as text; not to be cut by hand where `rows` is there."""
+    """The data rows as text; use `rows` if it is not None."""
     rows: list[list[str]] | None
-    """The cells, where cutting at the delimiter is not enough; each row has `width` of them."""
+    """The cells (`width` per row), if lines cannot be split at the delimiter."""
     numbers: list[int]
-    """The line in the file at which each data row begins, counted from 1."""
+    """First line of each data row in the file, from 1."""
     comments: list[str]
     separators: list[int]
     notes: list[Finding]
@@ -59,7 +58,7 @@ class TextRows:
 
 
 def parse_number(cell: str, *, decimal_comma: bool) -> float | None:
-    """The number in a cell, NaN where it is empty or says so, None where it is a word."""
+    """Return the number in a cell, NaN for an empty cell or a missing value, None for a word."""
     text = cell.strip()
     if _NUMBER.fullmatch(text):
         return float(text.replace("d", "e").replace("D", "e"))
@@ -68,76 +67,90 @@ def parse_number(cell: str, *, decimal_comma: bool) -> float | None:
     low = text.casefold()
     if low in _MISSING:
         return float("nan")
-    value = _NOT_FINITE.get(low.lstrip("+-"))
+    value = _SPECIAL_NUMBERS.get(low.lstrip("+-"))
     return -value if value is not None and low.startswith("-") else value
 
 
 def is_comma_number(cell: str) -> bool:
-    """Whether the cell is a number with a decimal comma."""
+    """Return whether a cell is a number with a decimal comma."""
     return _COMMA_NUMBER.fullmatch(cell) is not None
 
 
-def shortened(text: str, limit: int = 40) -> str:
-    """A cell as an error may quote it."""
+def shorten(text: str, limit: int = 40) -> str:
+    """Shorten a cell for a message."""
     clean = "".join(c if c.isprintable() else "?" for c in text)
     return clean if len(clean) <= limit else clean[: limit - 3] + "..."
 
 
 def cut(line: str, delimiter: str) -> list[str]:
-    """The stripped cells of a line without quotes."""
+    """Split a line without quotes into stripped cells."""
     if delimiter == " ":
         return line.split()
     return [cell.strip() for cell in line.split(delimiter)]
 
 
-def read_rows(path: Path, *, named: bool = False, most: int = MOST_LINES) -> TextRows:
+def read_rows(path: Path, *, named: bool = False, max_lines: int = MAX_LINES) -> TextRows:
     """Read a text file into rows of cells.
 
-    named : rows have words among their numbers, such as the labels of points: a first row in which
-        most cells are numbers is then no header
-    most : lines that are read; fewer where every cell becomes an object
+    Parameters
+    ----------
+    path : Path
+    named : bool
+        Whether rows contain words, such as labels of points: then a first row with mostly numbers
+        is not a header.
+    max_lines : int
+        Maximum number of lines; lower if every cell becomes an object.
 
-    Raises `InputError` (file, line) for what is missing, empty, not text, or not a table.
+    Raises
+    ------
+    InputError
+        With file and line, if the file is missing, empty, not text, or not a table.
     """
-    text, notes = read_text(path, most)
-    cells_apart = '"' in text or _MARKED.search(text) is not None
-    if cells_apart:
+    text, notes = read_text(path, max_lines)
+    has_objects = '"' in text or _ESCAPED_CELL.search(text) is not None
+    if has_objects:
         # Every cell becomes an object.
         width = 1 + max(text[: text.find("\n", 1)].count(sign) for sign in _DELIMITERS)
-        refuse_too_many(path, text.count("\n"), min(most, _MOST_CELLS // width))
+        refuse_many_lines(path, text.count("\n"), min(max_lines, _MAX_CELLS // width))
     lines = text.split("\n")
-    stated = _STATED_DELIMITER.fullmatch(lines[0])
-    if stated is not None:
+    stated_delimiter = _EXCEL_DELIMITER.fullmatch(lines[0])
+    if stated_delimiter is not None:
         lines[0] = ""
     longest = max(map(len, lines))
-    if longest > LONGEST_LINE:
+    if longest > MAX_LINE_LENGTH:
         raise InputError(
             Finding("table.long-line", count=longest),
             file=path,
             line=next(i for i, line in enumerate(lines, 1) if len(line) == longest),
         )
-    data, numbers, comments, separators = _without_comments(lines)
+    data, numbers, comments, separators = _separate_comments(lines)
     if not data:
         finding = Finding("table.no-rows")
-        if comments and (like := _commented(lines, [], 3, sniff(comments[:_SAMPLE]))):
-            finding = commented_finding(like, "error")
+        if comments and (
+            commented := _find_commented_rows(lines, [], 3, sniff(comments[:_SAMPLE_ROWS]))
+        ):
+            finding = commented_finding(commented, "error")
         raise InputError(finding, file=path)
-    delimiter = sniff(data[:_SAMPLE])
-    if stated is not None:
-        named_by = stated[1].replace("\\t", "\t")
-        delimiter = named_by if named_by in _DELIMITERS and named_by in data[0] else delimiter
-    refuse_decimal_commas_between_spaces(path, data, numbers, delimiter)
+    delimiter = sniff(data[:_SAMPLE_ROWS])
+    if stated_delimiter is not None:
+        excel_delimiter = stated_delimiter[1].replace("\\t", "\t")
+        delimiter = (
+            excel_delimiter
+            if excel_delimiter in _DELIMITERS and excel_delimiter in data[0]
+            else delimiter
+        )
+    refuse_decimal_commas(path, data, numbers, delimiter)
     rows: list[list[str]] | None = None
     if '"' in text:
         rows, numbers, comments, separators = _quoted_rows(path, lines, delimiter)
         first = rows[0]
-    elif cells_apart:
-        rows = [[unguarded(cell) for cell in cut(line, delimiter)] for line in data]
+    elif has_objects:
+        rows = [[unescape_formula(cell) for cell in cut(line, delimiter)] for line in data]
         first = rows[0]
     else:
         first = cut(data[0], delimiter)
-    header = _trimmed(first) if is_header(first, delimiter) else None
-    if named and header is not None and _mostly_numbers(header, delimiter):
+    header = _trim(first) if is_header(first, delimiter) else None
+    if named and header is not None and _is_mostly_numbers(header, delimiter):
         header = None
     header_line = None
     if header is not None:
@@ -145,12 +158,12 @@ def read_rows(path: Path, *, named: bool = False, most: int = MOST_LINES) -> Tex
         data, numbers = data[1:], numbers[1:]
         rows = None if rows is None else rows[1:]
         if delimiter == " ":
-            header = rejoined_header(header, data, rows)
+            header = rejoin_header(header, data, rows)
         width = len(header)
     else:
-        width = _usual_width(data if rows is None else rows, delimiter)
-    rows = _checked_widths(path, data, rows, numbers, width, delimiter)
-    sample = (data if rows is None else rows)[:_SAMPLE] if comments else []
+        width = _most_common_width(data if rows is None else rows, delimiter)
+    rows = _check_widths(path, data, rows, numbers, width, delimiter)
+    sample = (data if rows is None else rows)[:_SAMPLE_ROWS] if comments else []
     return TextRows(
         header,
         header_line,
@@ -162,42 +175,44 @@ def read_rows(path: Path, *, named: bool = False, most: int = MOST_LINES) -> Tex
         comments,
         separators,
         notes,
-        _commented(lines, sample, width, delimiter) if comments else [],
+        _find_commented_rows(lines, sample, width, delimiter) if comments else [],
     )
 
 
-def _commented(
+def _find_commented_rows(
     lines: list[str], sample: Sequence[str | list[str]], width: int, delimiter: str
 ) -> list[int]:
     return commented_rows(lines, sample, width, delimiter, cut, parse_number)
 
 
-_NO_ROW = frozenset({"", *"#-=_>,;\x1a", *(c for c in map(chr, range(0x3001)) if c.isspace())})
-"""How a line may begin that is blank, a comment or a rule; a row may begin so too."""
+_NON_ROW_STARTS = frozenset(
+    {"", *"#-=_>,;\x1a", *(c for c in map(chr, range(0x3001)) if c.isspace())}
+)
+"""First characters of blank lines, comments and separators, and of some rows."""
 
 
-def is_blank(bare: str) -> bool:
-    """Nothing, the end-of-file mark of old systems, or the bare delimiters of an empty row."""
-    return not bare.strip(",;\x1a")
+def is_blank(stripped: str) -> bool:
+    """Return whether a stripped line is empty, an end-of-file mark, or only delimiters."""
+    return not stripped.strip(",;\x1a")
 
 
-def _without_comments(lines: list[str]) -> tuple[list[str], list[int], list[str], list[int]]:
+def _separate_comments(lines: list[str]) -> tuple[list[str], list[int], list[str], list[int]]:
     data: list[str] = []
     numbers: list[int] = []
     comments: list[str] = []
     separators: list[int] = []
     for number, line in enumerate(lines, 1):
-        # Of a table of a million rows hardly one begins like something that is no row.
-        if line[:1] not in _NO_ROW:
+        # Fast path: almost all lines of a large table are rows.
+        if line[:1] not in _NON_ROW_STARTS:
             data.append(line)
             numbers.append(number)
             continue
-        bare = line.strip()
-        if is_blank(bare):
+        stripped = line.strip()
+        if is_blank(stripped):
             continue
-        if bare[0] == "#":
-            comments.append(bare[1:].strip())
-        elif bare[0] in "-=_>" and _SEPARATOR.fullmatch(bare):
+        if stripped[0] == "#":
+            comments.append(stripped[1:].strip())
+        elif stripped[0] in "-=_>" and _SEPARATOR.fullmatch(stripped):
             separators.append(number)
         else:
             data.append(line)
@@ -206,14 +221,16 @@ def _without_comments(lines: list[str]) -> tuple[list[str], list[int], list[str]
 
 
 class _RecordLines:
-    """Feeds lines to a csv reader: comments and rules are left out, but only between records,
-    since a quoted cell may run over several lines."""
+    """Iterator over lines for a csv reader, without comments and separators.
+
+    They are removed only between records, because a quoted cell may contain several lines.
+    """
 
     def __init__(self, lines: list[str], spaces: bool) -> None:
         self._lines = enumerate(lines, 1)
         self._spaces = spaces
-        self.fresh = True
-        self.begin = 0
+        self.is_record_start = True
+        self.first_line = 0
         self.comments: list[str] = []
         self.separators: list[int] = []
 
@@ -222,19 +239,19 @@ class _RecordLines:
 
     def __next__(self) -> str:
         for number, line in self._lines:
-            bare = line.strip()
-            if self.fresh:
-                if is_blank(bare):
+            stripped = line.strip()
+            if self.is_record_start:
+                if is_blank(stripped):
                     continue
-                if bare[0] == "#":
-                    self.comments.append(bare[1:].strip())
+                if stripped[0] == "#":
+                    self.comments.append(stripped[1:].strip())
                     continue
-                if _SEPARATOR.fullmatch(bare):
+                if _SEPARATOR.fullmatch(stripped):
                     self.separators.append(number)
                     continue
-                self.begin = number
-                self.fresh = False
-            return (bare.replace("\t", " ") if self._spaces else line) + "\n"
+                self.first_line = number
+                self.is_record_start = False
+            return (stripped.replace("\t", " ") if self._spaces else line) + "\n"
         raise StopIteration
 
 
@@ -246,93 +263,97 @@ def _quoted_rows(
     rows: list[list[str]] = []
     numbers: list[int] = []
     while True:
-        source.fresh = True
+        source.is_record_start = True
         try:
-            rows.append([unguarded(cell.strip()) for cell in next(reader)])
+            rows.append([unescape_formula(cell.strip()) for cell in next(reader)])
         except StopIteration:
             return rows, numbers, source.comments, source.separators
         except csv.Error as error:
             raise InputError(
-                Finding("table.open-quotes", reason=error), file=path, line=source.begin
+                Finding("table.open-quotes", reason=error), file=path, line=source.first_line
             ) from error
-        numbers.append(source.begin)
+        numbers.append(source.first_line)
 
 
 def sniff(sample: list[str]) -> str:
-    """The delimiter under which the rows agree best: first in their length, then in being numbers,
-    then by preference (a semicolon or tab beside commas means decimal commas)."""
+    """Detect the delimiter.
+
+    It gives rows of the most uniform length, then the most numbers, then it is the first in
+    `_DELIMITERS`: a semicolon or tab beside commas means decimal commas.
+    """
     quoted = any('"' in line for line in sample)
     best, best_score = " ", (-1.0, -1.0)
     for delimiter in _DELIMITERS:
         try:
-            rows = _cut_sample(sample, delimiter, quoted)
-        except csv.Error:  # a cell without end; reading it in earnest will name its line
+            rows = _split_sample(sample, delimiter, quoted)
+        except csv.Error:  # an unterminated cell; reading the table reports its line
             continue
         width, count = Counter(len(row) for row in rows).most_common(1)[0]
         if width < 2:
             continue
         cells = [cell for row in rows for cell in row if cell]
-        comma = delimiter in ";\t"
-        numeric = sum(parse_number(c, decimal_comma=comma) is not None for c in cells)
+        decimal_comma = delimiter in ";\t"
+        numeric = sum(parse_number(c, decimal_comma=decimal_comma) is not None for c in cells)
         score = (round(count / len(rows), 1), numeric / max(len(cells), 1))
         if score > best_score:
             best, best_score = delimiter, score
     return best
 
 
-def _cut_sample(sample: list[str], delimiter: str, quoted: bool) -> list[list[str]]:
+def _split_sample(sample: list[str], delimiter: str, quoted: bool) -> list[list[str]]:
     if not quoted:
         return [cut(line, delimiter) for line in sample]
     text = [line.replace("\t", " ") if delimiter == " " else line for line in sample]
     return list(csv.reader(text, delimiter=delimiter, skipinitialspace=True))
 
 
-def refuse_decimal_commas_between_spaces(
-    path: Path, data: list[str], numbers: list[int], delimiter: str
-) -> None:
-    """`1,5 2,5 3,5` looks like comma-separated words; say what it is instead."""
+def refuse_decimal_commas(path: Path, data: list[str], numbers: list[int], delimiter: str) -> None:
+    """Raise InputError for rows such as `1,5 2,5 3,5`."""
     if delimiter not in ", ":
         return
     for line, number in zip(data[:2], numbers[:2], strict=True):
         cells = line.split()
         commas = [c for c in cells if is_comma_number(c) and c[-1] != ","]
         others = [c for c in cells if c not in commas]
-        plain = all(parse_number(c, decimal_comma=False) is not None for c in others)
-        if len(cells) > 1 and commas and plain:
+        are_numbers = all(parse_number(c, decimal_comma=False) is not None for c in others)
+        if len(cells) > 1 and commas and are_numbers:
             raise InputError(Finding("table.comma-delimiter"), file=path, line=number)
 
 
 def is_header(cells: list[str], delimiter: str) -> bool:
-    comma = delimiter in ";\t"
-    if any(parse_number(cell, decimal_comma=comma) is None for cell in cells):
+    """Return whether a row is a header: it has a word, or only missing values."""
+    decimal_comma = delimiter in ";\t"
+    if any(parse_number(cell, decimal_comma=decimal_comma) is None for cell in cells):
         return True
     return all(cell.casefold() in _MISSING for cell in cells)
 
 
-def _mostly_numbers(cells: list[str], delimiter: str) -> bool:
-    comma = delimiter in ";\t"
-    numbers = sum(parse_number(cell, decimal_comma=comma) is not None for cell in cells if cell)
+def _is_mostly_numbers(cells: list[str], delimiter: str) -> bool:
+    decimal_comma = delimiter in ";\t"
+    numbers = sum(
+        parse_number(cell, decimal_comma=decimal_comma) is not None for cell in cells if cell
+    )
     return 2 * numbers > sum(map(bool, cells))
 
 
-def _trimmed(cells: list[str]) -> list[str]:
+def _trim(cells: list[str]) -> list[str]:
     end = len(cells)
     while end and not cells[end - 1]:
         end -= 1
     return cells[:end]
 
 
-def rejoined_header(header: list[str], data: list[str], rows: list[list[str]] | None) -> list[str]:
-    """`Dip direction  Strike (RHR)` above two columns is two names, though spaces part them."""
+def rejoin_header(header: list[str], data: list[str], rows: list[list[str]] | None) -> list[str]:
+    """Join words of names such as `Dip direction` in a header delimited by spaces."""
     sample = rows[0] if rows else (data[0].split() if data else header)
     surplus = len(header) - len(sample)
     second = {"direction", "dir", "azimuth", "quadrant"}
     joined: list[str] = []
     for word in header:
-        goes_on = joined and (
+        is_continuation = joined and (
             word[0] in "([" or (joined[-1].casefold() == "dip" and word.casefold() in second)
         )
-        if surplus > 0 and goes_on:
+        if surplus > 0 and is_continuation:
             joined[-1] += f" {word}"
             surplus -= 1
         else:
@@ -340,14 +361,14 @@ def rejoined_header(header: list[str], data: list[str], rows: list[list[str]] | 
     return joined
 
 
-def _usual_width(rows: Sequence[str | list[str]], delimiter: str) -> int:
+def _most_common_width(rows: Sequence[str | list[str]], delimiter: str) -> int:
     sample: Iterable[list[str]] = (
-        cut(row, delimiter) if isinstance(row, str) else row for row in rows[:_SAMPLE]
+        cut(row, delimiter) if isinstance(row, str) else row for row in rows[:_SAMPLE_ROWS]
     )
-    return Counter(len(_trimmed(cells)) for cells in sample).most_common(1)[0][0]
+    return Counter(len(_trim(cells)) for cells in sample).most_common(1)[0][0]
 
 
-def _checked_widths(
+def _check_widths(
     path: Path,
     data: list[str],
     rows: list[list[str]] | None,
@@ -355,24 +376,24 @@ def _checked_widths(
     width: int,
     delimiter: str,
 ) -> list[list[str]] | None:
-    """Rows cut to `width`, or None where all plain lines have it. Raises at a ragged row."""
+    """Return rows split to `width`, None if all lines have it. Raises for a ragged row."""
     if rows is None:
         if delimiter == " ":
-            uniform = all(len(line.split()) == width for line in data)
+            is_uniform = all(len(line.split()) == width for line in data)
         else:
-            uniform = set(map(str.count, data, repeat(delimiter))) <= {width - 1}
-        if uniform:
+            is_uniform = set(map(str.count, data, repeat(delimiter))) <= {width - 1}
+        if is_uniform:
             return None
         rows = [cut(line, delimiter) for line in data]
     for cells, number in zip(rows, numbers, strict=True):
         if len(cells) == width:
             continue
         if len(cells) < width or any(cells[width:]):
-            found = len(_trimmed(cells)) if len(cells) > width else len(cells)
+            count = len(_trim(cells)) if len(cells) > width else len(cells)
             raise InputError(
                 Finding(
                     "table.ragged-row",
-                    count=found,
+                    count=count,
                     delimiter=DELIMITER_NAMES[delimiter],
                     expected=width,
                 ),

@@ -1,4 +1,4 @@
-"""Places of planes for their sets, and the table of planes with the sets behind."""
+"""Positions of planes for set analysis, and tables of planes with their sets."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import numpy as np
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.spreadsheet_cells import guarded, guarded_word, head_line
+from vomstudio.core.files.spreadsheet_cells import comment_line, escape_foreign_cell, escape_formula
 from vomstudio.core.findings import Finding
 from vomstudio.geology.sets.discontinuities import Pieces
-from vomstudio.io.text.column_names import plain
+from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.orientation_reading import OrientationTable
-from vomstudio.io.text.wkt_columns import shapes_of
+from vomstudio.io.text.wkt_columns import parse_wkt
 
 SET, PROBABILITY, DISCONTINUITY = "set", "set_probability", "discontinuity"
 _WKT = "wkt"
@@ -51,15 +51,17 @@ def pieces_of(table: OrientationTable, places: FloatArray | None) -> Pieces | No
         if not all(table.table.has(name) for name in names):
             return np.full((n, len(names)), np.nan)
         columns = [table.table.find(name) for name in names]
-        return np.asarray(table.table.numbers(columns)[table.kept])
+        return np.asarray(table.table.numbers(columns)[table.row_indices])
 
     rms, l1, l2, l3 = numbers("rms_m", "lambda1", "lambda2", "lambda3").T
     with np.errstate(divide="ignore", invalid="ignore"):
-        across = rms**2
-        along = across * (l1 + l2) / (2.0 * l3)
+        normal_variance = rms**2
+        tangential_variance = normal_variance * (l1 + l2) / (2.0 * l3)
     poles = table.vectors()
-    own = poles[:, :, None] * poles[:, None, :]
-    scatters = (across - along)[:, None, None] * own + along[:, None, None] * np.eye(3)
+    normal_products = poles[:, :, None] * poles[:, None, :]
+    scatters = (normal_variance - tangential_variance)[
+        :, None, None
+    ] * normal_products + tangential_variance[:, None, None] * np.eye(3)
     return Pieces(places, scatters, numbers("area_m2")[:, 0], _rings(table, n))
 
 
@@ -70,20 +72,27 @@ def _rings(table: OrientationTable, n: int) -> tuple[FloatArray, ...]:
 
     cells = table.table.cells(table.table.find(_WKT))
     try:
-        return rings_of([cells[i].strip() or None for i in table.kept.tolist()])
+        return parse_rings([cells[i].strip() or None for i in table.row_indices.tolist()])
     except shapely.errors.GEOSException as error:
         raise InputError(Finding("table.invalid-wkt"), file=table.path, field=_WKT) from error
 
 
-def rings_of(texts: Sequence[str | None]) -> tuple[FloatArray, ...]:
-    """(k, 3) corners of each border in WKT, none where there is no text. Raises shapely's
-    GEOSException for what is no geometry."""
-    return tuple(_outer_ring(shape) for shape in shapes_of(texts))
+def parse_rings(texts: Sequence[str | None]) -> tuple[FloatArray, ...]:
+    """Return the corners (k, 3) of each border in WKT, empty without text.
+
+    Raises
+    ------
+    shapely.errors.GEOSException
+        If a text is not WKT.
+    """
+    return tuple(_outer_ring(shape) for shape in parse_wkt(texts))
 
 
 def _outer_ring(shape: Any) -> FloatArray:
-    """(k, 3) corners of the largest polygon of a geometry in space, in order, the first not
-    repeated; none where there is none or it has no third coordinate."""
+    """Return the corners (k, 3) of the largest polygon of a geometry with z.
+
+    The first corner is not repeated; empty without such a polygon.
+    """
     import shapely
 
     if shape is None or not shapely.has_z(shape):
@@ -92,12 +101,12 @@ def _outer_ring(shape: Any) -> FloatArray:
     if not polygons:
         return np.zeros((0, 3))
     rings = [shapely.get_coordinates(p.exterior, include_z=True)[:-1] for p in polygons]
-    return np.asarray(max(rings, key=_area_of_ring))
+    return np.asarray(max(rings, key=_ring_area))
 
 
-def _area_of_ring(ring: FloatArray) -> float:
-    own = ring - ring.mean(axis=0)
-    return float(np.linalg.norm(np.cross(own, np.roll(own, -1, axis=0)).sum(axis=0)))
+def _ring_area(ring: FloatArray) -> float:
+    centred = ring - ring.mean(axis=0)
+    return float(np.linalg.norm(np.cross(centred, np.roll(centred, -1, axis=0)).sum(axis=0)))
 
 
 def table_with_sets(
@@ -108,44 +117,59 @@ def table_with_sets(
     notes: Sequence[str] = (),
     discontinuity: Sequence[str] = (),
 ) -> str:
-    """The table as it was read, as text, with the set and its probability behind; rows : (k,) of
-    `table` that have them. Columns that had these names are called `..._before`. notes : lines more
-    for the head. discontinuity : (k,) of each, for one more column; none for none."""
+    """Return a table as text, with the set and its probability appended to each row.
+
+    Existing columns with these names are renamed to `..._before`.
+
+    Parameters
+    ----------
+    table : OrientationTable
+    rows : (k,) sequence of int
+        Rows with a set.
+    sets, probability : (k,) sequence
+    notes : sequence of str
+        Additional comments.
+    discontinuity : (k,) sequence of str
+        Discontinuities for another column; empty for none.
+    """
     text = table.table
     delimiter = "," if text.delimiter == " " else text.delimiter
     out = io.StringIO()
     for line in (*text.comments, *notes):
-        out.write(head_line(line))
+        out.write(comment_line(line))
     writer = csv.writer(out, delimiter=delimiter, lineterminator="\n")
-    names = text.names or _names_of(table)
-    new = [SET, PROBABILITY, *([DISCONTINUITY] if discontinuity else [])]
-    taken = {plain(name) for name in new}
-    heads = [f"{name}_before" if plain(name) in taken else name for name in names]
-    writer.writerow([*map(guarded_word, heads), *new])
-    cells = [[""] * len(new) for _ in range(len(text))]
-    commas = _has_decimal_commas(text.delimiter, text.rows)
-    for k, (row, name, share) in enumerate(zip(rows, sets, probability, strict=True)):
-        number = f"{share:.6g}"
-        cells[int(table.kept[row])] = [
-            guarded(name),
-            number.replace(".", ",") if commas else number,
-            *([guarded(discontinuity[k])] if discontinuity else []),
+    names = text.names or _default_names(table)
+    new_columns = [SET, PROBABILITY, *([DISCONTINUITY] if discontinuity else [])]
+    new_names = {normalise_name(name) for name in new_columns}
+    header = [f"{name}_before" if normalise_name(name) in new_names else name for name in names]
+    writer.writerow([*map(escape_foreign_cell, header), *new_columns])
+    cells = [[""] * len(new_columns) for _ in range(len(text))]
+    has_commas = _has_decimal_commas(text.delimiter, text.rows)
+    for k, (row, name, p) in enumerate(zip(rows, sets, probability, strict=True)):
+        number = f"{p:.6g}"
+        cells[int(table.row_indices[row])] = [
+            escape_formula(name),
+            number.replace(".", ",") if has_commas else number,
+            *([escape_formula(discontinuity[k])] if discontinuity else []),
         ]
-    for own, more in zip(text.rows, cells, strict=True):
-        writer.writerow([*map(guarded_word, own), *more])
+    for cells_of_row, set_cells in zip(text.rows, cells, strict=True):
+        writer.writerow([*map(escape_foreign_cell, cells_of_row), *set_cells])
     return out.getvalue()
 
 
-def _names_of(table: OrientationTable) -> list[str]:
-    """Heads for a table without: its first two columns are a dip direction or strike, and a dip."""
-    first = table.table.numbers([0])[table.kept, 0]
-    off = np.abs((first - table.dip_direction_deg + 180.0) % 360.0 - 180.0)
-    name = "dip_direction_deg" if np.nanmedian(off) < 1.0 else "strike_rhr_deg"
+def _default_names(table: OrientationTable) -> list[str]:
+    """Return column names for a table without a header.
+
+    Its first two columns are a dip direction or strike, and a dip.
+    """
+    first = table.table.numbers([0])[table.row_indices, 0]
+    difference_deg = np.abs((first - table.dip_direction_deg + 180.0) % 360.0 - 180.0)
+    name = "dip_direction_deg" if np.nanmedian(difference_deg) < 1.0 else "strike_rhr_deg"
     return [name, "dip_deg", *(f"column_{i + 1}" for i in range(2, table.table.width))]
 
 
 def _has_decimal_commas(delimiter: str, rows: Sequence[Sequence[str]]) -> bool:
-    """Points and commas are not mixed in one table."""
+    """Return whether a table has decimal commas; decimal marks are not mixed in a table."""
     if delimiter not in ";\t":
         return False
     return any(

@@ -1,8 +1,8 @@
-"""Tables of faults with slips: our own, FaultKin's, Win-Tensor's, and others with the same columns.
+"""Tables of faults with slip, of this program, FaultKin, Win-Tensor and others.
 
-A fault has a strike (right-hand rule) or dip direction, and a dip; its slip a trend and plunge, or
-a rake (pitch), of the striae, and a sense in words or letters; or, as our own tables have it, the
-directed rake of the hanging wall's movement.
+A fault has a strike (right-hand rule) or dip direction, and a dip. Its slip is a trend and plunge,
+or a rake (pitch), of the striae, and a sense in words or letters. In tables of this program it is
+the directed rake of the movement of the hanging wall.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from vomstudio.geology.orientation import (
     rake_of,
 )
 from vomstudio.geology.slip import slip_rake
-from vomstudio.io.text.column_names import plain
-from vomstudio.io.text.file_text import MOST_OBJECTS
-from vomstudio.io.text.repeated_rows import first_picks
+from vomstudio.io.text.column_names import normalise_name
+from vomstudio.io.text.file_text import MAX_OBJECTS
+from vomstudio.io.text.repeated_rows import exclude_repeats
 from vomstudio.io.text.rows import parse_number
 from vomstudio.io.text.tables import TextTable, read_table
 
-OFF_PLANE_DEG = 10.0
-"""Striae that leave their plane by more are doubtful."""
+MAX_OFF_PLANE_DEG = 10.0
+"""Maximum angle between striae and their plane; larger angles are reported."""
 
 _NAMES = {
     "dip_direction": (
@@ -55,14 +55,14 @@ _NAMES = {
     "id": ("name", "label", "id"),
 }
 
-_ONE = {
+_SINGLE_SENSES = {
     "normal": ("n", "normal", "nf"),
     "reverse": ("r", "i", "t", "reverse", "inverse", "thrust", "tf"),
     "sinistral": ("s", "l", "ll", "sinistral", "left", "left_lateral"),
     "dextral": ("d", "rl", "dextral", "right", "right_lateral"),
 }
-_SENSES = {plain(word): sense for sense, words in _ONE.items() for word in words}
-_TWO = {
+_SENSES = {normalise_name(word): sense for sense, words in _SINGLE_SENSES.items() for word in words}
+_OBLIQUE_SENSES = {
     "tr": ("reverse", "dextral"),
     "tl": ("reverse", "sinistral"),
     "nr": ("normal", "dextral"),
@@ -75,7 +75,7 @@ _TWO = {
     "id": ("reverse", "dextral"),
     "is": ("reverse", "sinistral"),
 }
-"""Letters of both parts of an oblique slip, FaultKin's first."""
+"""Codes of both components of oblique slip, those of FaultKin first."""
 
 
 _SENSE_WORDS = ("N", "R", "S", "D", "TR", "TL", "NR", "NL")
@@ -84,7 +84,13 @@ _EXAMPLE_HEADER = ("dip_direction", "dip", "trend", "plunge", "sense")
 
 @dataclass(frozen=True, eq=False)
 class SlipTable:
-    """n faults with the directed rake of their slip. dropped : lines without all that is needed"""
+    """Faults (n) with the directed rake of their slip.
+
+    Parameters
+    ----------
+    dropped : tuple of int
+        Lines of incomplete rows.
+    """
 
     path: Path
     ids: tuple[str, ...]
@@ -99,38 +105,46 @@ class SlipTable:
 
 
 def read_slips(path: str | Path) -> SlipTable:
-    """Raises InputError, which names file, line and column, for a table without the columns, angles
-    that cannot be, senses that are no word for one, and where no row has all of them."""
-    return slips_of(read_table(path, most=MOST_OBJECTS))
+    """Read a table of faults with slip.
+
+    Raises
+    ------
+    InputError
+        With file, line and column, for missing columns, invalid angles, unknown senses of slip, and
+        if no row is complete.
+    """
+    return extract_slips(read_table(path, max_lines=MAX_OBJECTS))
 
 
-def slips_of(table: TextTable) -> SlipTable:
-    """Of a table that has been read, without rows that repeat others. Raises as `read_slips`."""
-    table = first_picks(table)
+def extract_slips(table: TextTable) -> SlipTable:
+    """Extract faults from a table, without repeats. Raises as `read_slips`."""
+    table = exclude_repeats(table)
     columns = {
-        part: place
-        for part, names in _NAMES.items()
-        if (place := _column(table, names)) is not None
+        key: column
+        for key, names in _NAMES.items()
+        if (column := _column(table, names)) is not None
     }
     _check(table, columns)
-    cells = {part: table.cells(column) for part, column in columns.items()}
+    cells = {key: table.cells(column) for key, column in columns.items()}
     notes = list(table.notes)
-    if "sense" in cells and _right_is_r(cells["sense"]):
-        cells["sense"] = ["RL" if plain(word) == "r" else word for word in cells["sense"]]
+    if "sense" in cells and _is_r_right_lateral(cells["sense"]):
+        cells["sense"] = ["RL" if normalise_name(word) == "r" else word for word in cells["sense"]]
         notes.append(Finding("slip.right-lateral"))
     faults: list[tuple[str, Plane, float]] = []
     dropped: list[int] = []
-    off: list[int] = []
+    off_plane_lines: list[int] = []
     for row, line in enumerate(table.line_numbers.tolist()):
-        found = _Row(table.path, line, {part: c[row].strip() for part, c in cells.items()}).read()
-        if found is None:
+        row_values = _Row(
+            table.path, line, {key: c[row].strip() for key, c in cells.items()}
+        ).read()
+        if row_values is None:
             dropped.append(line)
             continue
-        plane, slip, away = found
+        plane, slip, off_plane_deg = row_values
         name = cells["id"][row].strip() if "id" in cells else ""
         faults.append((name or str(row + 1), plane, slip))
-        if away > OFF_PLANE_DEG:
-            off.append(line)
+        if off_plane_deg > MAX_OFF_PLANE_DEG:
+            off_plane_lines.append(line)
     if not faults:
         raise InputError(
             Finding("table.no-valid-rows", count=len(table), needed=tr("fault, slip and sense")),
@@ -143,11 +157,11 @@ def slips_of(table: TextTable) -> SlipTable:
         np.array([plane.dip_deg for _, plane, _ in faults]),
         np.array([slip for _, _, slip in faults]),
         tuple(dropped),
-        (*notes, *_row_findings(dropped, off)),
+        (*notes, *_row_findings(dropped, off_plane_lines)),
     )
 
 
-def _row_findings(dropped: list[int], off: list[int]) -> list[Finding]:
+def _row_findings(dropped: list[int], off_plane_lines: list[int]) -> list[Finding]:
     findings = []
     if dropped:
         findings.append(
@@ -158,23 +172,28 @@ def _row_findings(dropped: list[int], off: list[int]) -> list[Finding]:
                 lines=dropped,
             )
         )
-    if off:
+    if off_plane_lines:
         findings.append(
-            Finding("slip.off-plane", count=len(off), angle_deg=OFF_PLANE_DEG, lines=off)
+            Finding(
+                "slip.off-plane",
+                count=len(off_plane_lines),
+                angle_deg=MAX_OFF_PLANE_DEG,
+                lines=off_plane_lines,
+            )
         )
     return findings
 
 
 def _column(table: TextTable, names: tuple[str, ...]) -> int | None:
-    titles = [plain(title) for title in table.names or ()]
+    titles = [normalise_name(title) for title in table.names or ()]
     for name in names:
-        if plain(name) in titles:
-            return titles.index(plain(name))
+        if normalise_name(name) in titles:
+            return titles.index(normalise_name(name))
     return None
 
 
 def _check(table: TextTable, columns: dict[str, int]) -> None:
-    """Raises InputError for what is missing."""
+    """Raise InputError for missing columns."""
     missing = None
     if "dip" not in columns or not ({"strike", "dip_direction"} & columns.keys()):
         missing = tr("strike (or dip direction) and dip of the fault")
@@ -192,44 +211,54 @@ def _check(table: TextTable, columns: dict[str, int]) -> None:
         raise table.header_error(finding, None)
 
 
-def _right_is_r(words: Sequence[str]) -> bool:
-    """Whether R alone stands for right-lateral: beside T, which is FaultKin's thrust, or L, where
-    no other letter tells a dextral movement."""
-    found = {plain(word) for word in words}
+def _is_r_right_lateral(words: Sequence[str]) -> bool:
+    """Return whether R alone means right-lateral.
+
+    It does beside T, the thrust of FaultKin, or L, if no other letter means dextral.
+    """
+    codes = {normalise_name(word) for word in words}
     others = {"i", "s", "d", "rl", "rd", "rs", "dextral", "right", "right_lateral"}
-    return "r" in found and bool(found & {"t", "l", "tr", "tl"}) and not found & others
+    return "r" in codes and bool(codes & {"t", "l", "tr", "tl"}) and not codes & others
 
 
 class _Row:
-    """One fault being understood."""
+    """Parser of a row with one fault."""
 
     def __init__(self, path: Path, line: int, cells: dict[str, str]) -> None:
         self.path, self.line, self.cells = path, line, cells
 
     def read(self) -> tuple[Plane, float, float] | None:
-        """Plane, directed rake, and by how much the line leaves the plane; None for a row without
-        all of them."""
+        """Parse the row.
+
+        Returns
+        -------
+        plane : Plane
+        slip_rake_deg : float
+            Directed rake.
+        off_plane_deg : float
+            Angle between the striae and the plane. None instead of all for an incomplete row.
+        """
         dip, strike = self._number("dip"), self._number("strike")
         azimuth = self._number("dip_direction")
-        by_strike = azimuth is None
+        has_strike = azimuth is None
         if azimuth is None and strike is not None:
             azimuth = strike + 90.0
         if dip is None or azimuth is None:
             return None
         try:
             plane = Plane(azimuth, dip)
-            turn = _turn_of_strike(plane, azimuth - 90.0, by_strike=by_strike)
+            turn = _strike_difference(plane, azimuth - 90.0, has_strike=has_strike)
             directed = self._number("slip_rake")
             if directed is not None:
-                return plane, _directed_from(plane, directed, turn), 0.0
-            rake, away = self._rake(plane, turn)
+                return plane, _convert_directed_rake(plane, directed, turn), 0.0
+            rake, off_plane_deg = self._rake(plane, turn)
         except GeometryError as error:
             raise InputError(error, file=self.path, line=self.line, field=error.field) from error
         word = self.cells.get("sense", "")
-        if rake is None or not word or plain(word) in ("x", "unknown"):
+        if rake is None or not word or normalise_name(word) in ("x", "unknown"):
             return None
         slip = self._slip(plane, rake, word)
-        return None if slip is None else (plane, slip, away)
+        return None if slip is None else (plane, slip, off_plane_deg)
 
     def _rake(self, plane: Plane, turn: float) -> tuple[float | None, float]:
         trend, plunge = self._number("trend"), self._number("plunge")
@@ -243,18 +272,18 @@ class _Row:
             except InputError as error:
                 raise self._error(error) from error
         rake = self._number("rake")
-        return (None if rake is None else _axial_from(plane, rake, turn)), 0.0
+        return (None if rake is None else _convert_axial_rake(plane, rake, turn)), 0.0
 
     def _slip(self, plane: Plane, rake: float, word: str) -> float | None:
-        """Directed; None where the sense does not tell which way."""
-        known = _SENSES.get(plain(word))
-        senses = (known,) if known is not None else _TWO.get(plain(word))
+        """Return the directed rake, None if the sense does not determine the direction."""
+        known = _SENSES.get(normalise_name(word))
+        senses = (known,) if known is not None else _OBLIQUE_SENSES.get(normalise_name(word))
         if senses is None:
             raise self._error(Finding("table.unknown-word", cell=word, words=_SENSE_WORDS))
-        found = [slip for sense in senses if (slip := slip_rake(plane, rake, sense)) is not None]
-        if len(found) == 2 and abs(found[0] - found[1]) > ANGLE_TOLERANCE_DEG:
+        rakes = [slip for sense in senses if (slip := slip_rake(plane, rake, sense)) is not None]
+        if len(rakes) == 2 and abs(rakes[0] - rakes[1]) > ANGLE_TOLERANCE_DEG:
             raise self._error(Finding("slip.contradiction", word=word, rake_deg=rake))
-        return found[0] if found else None
+        return rakes[0] if rakes else None
 
     def _number(self, name: str) -> float | None:
         cell = self.cells.get(name, "")
@@ -269,26 +298,28 @@ class _Row:
         return InputError(cause, file=self.path, line=self.line)
 
 
-def _turn_of_strike(plane: Plane, strike_deg: float, *, by_strike: bool) -> float:
-    """By how much the strike that a row's rake is counted from is ahead of the one that ours are:
-    on a horizontal plane of that of dip direction 0, on a vertical one of that under 180 where the
-    row states a strike and no dip direction."""
+def _strike_difference(plane: Plane, strike_deg: float, *, has_strike: bool) -> float:
+    """Return the angle from the reference strike to that of the row, degrees.
+
+    They differ on a horizontal plane, whose reference is dip direction 0, and on a vertical plane,
+    whose reference strike is below 180, if the row states a strike and no dip direction.
+    """
     if plane.undefined:
         return (strike_deg - 270.0) % 360.0
-    return 180.0 if plane.vertical and by_strike and strike_deg % 360.0 >= 180.0 else 0.0
+    return 180.0 if plane.vertical and has_strike and strike_deg % 360.0 >= 180.0 else 0.0
 
 
-def _axial_from(plane: Plane, rake_deg: float, turn: float) -> float:
-    """The rake of a line from our strike, [0, 180)."""
+def _convert_axial_rake(plane: Plane, rake_deg: float, turn: float) -> float:
+    """Return the rake of a line from the reference strike, in [0, 180), degrees."""
     if plane.undefined:
         return (rake_deg + turn) % 180.0
-    # From the other end of the same strike, down the same way.
+    # Measured from the opposite end of the strike, with the same sense of dip.
     return (turn - rake_deg if turn else rake_deg) % 180.0
 
 
-def _directed_from(plane: Plane, rake_deg: float, turn: float) -> float:
-    """The directed rake from our strike."""
+def _convert_directed_rake(plane: Plane, rake_deg: float, turn: float) -> float:
+    """Return the directed rake from the reference strike, degrees."""
     if plane.undefined and turn:
         return 180.0 - (180.0 - (rake_deg - turn)) % 360.0
-    # The other wall is the hanging one, and moves the other way.
+    # The other wall is the hanging wall, and moves in the opposite direction.
     return -rake_deg if turn else rake_deg

@@ -1,12 +1,12 @@
-"""Tables of numbers and words in text files, as people really have them.
+"""Tables of numbers and words in text files.
 
-The rules are those of the command line's contract: the delimiter is a comma, a semicolon, a tab or
-spaces, and is found by looking; `#` lines are comments; the first row is a header if and only if
-one of its cells is not a number; a decimal comma is understood where the delimiter is `;` or a tab.
-Every complaint names the file, the line as an editor counts it, and the column.
+The rules are those of the command line: the delimiter is a comma, a semicolon, a tab or spaces, and
+is detected; lines with `#` are comments; the first row is a header if and only if one of its cells
+is not a number; decimal commas are accepted if the delimiter is `;` or a tab. Every error states
+the file, the line as in an editor, and the column.
 
-Long tables of plain numbers (a million points) go through numpy's own reader; only when that
-stumbles are the cells looked at one by one, to say what is wrong and where.
+Long tables of plain numbers (a million points) are read by numpy; only if that fails are the cells
+parsed one by one, to locate the error.
 """
 
 from __future__ import annotations
@@ -26,50 +26,50 @@ from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.coordinate_limits import FARTHEST_M
-from vomstudio.io.text.column_names import doubtful_cell, plain
-from vomstudio.io.text.file_text import MOST_LINES
-from vomstudio.io.text.group_columns import COLUMNS, Words, words_of_groups
+from vomstudio.io.text.column_names import doubtful_cell, normalise_name
+from vomstudio.io.text.file_text import MAX_LINES
+from vomstudio.io.text.group_columns import COLUMNS, Words, group_words
 from vomstudio.io.text.rows import (
     TextRows,
     cut,
     is_comma_number,
     parse_number,
     read_rows,
-    shortened,
+    shorten,
 )
 
-TABLE_ENDINGS = (".csv", ".txt", ".tsv", ".dat")
-"""Extensions that text tables usually have, for file dialogs."""
+TABLE_EXTENSIONS = (".csv", ".txt", ".tsv", ".dat")
+"""Usual extensions of text tables, for file dialogs."""
 
 _SCIENTIFIC = re.compile(r"[+-]?\d\.\d+[eE][+-]\d{2,3}")
 
 
 @dataclass(frozen=True, eq=False)
 class TextTable:
-    """The rows of one text file. Columns are counted from 0 here, from 1 in what users type."""
+    """Rows of a text file. Columns are numbered from 0 here, and from 1 for users."""
 
     path: Path
     names: tuple[str, ...] | None
-    """The header's cells, or None where the first row is numbers already."""
+    """The cells of the header, None without a header."""
     header_line: int | None
     width: int
     delimiter: str
-    """`,`, `;`, a tab, or a space for any run of blanks."""
+    """`,`, `;`, a tab, or a space for any number of spaces."""
     comments: tuple[str, ...]
     notes: tuple[Finding, ...]
-    """What was remarkable in reading, for people."""
-    separators: tuple[int, ...]  # lines that are rules such as `---` between rows
+    """Findings about the file."""
+    separators: tuple[int, ...]  # lines of separators such as `---`
     line_numbers: IntArray
-    """(n,) the line in the file at which each row begins, counted from 1."""
+    """(n,) first line of each row in the file, from 1."""
     _text: TextRows = field(repr=False)
-    repeats: int = 0  # rows that were left out since they repeat others
+    repeats: int = 0  # number of excluded rows that repeat others
     commented: tuple[int, ...] = ()  # lines that look like rows
 
     def __len__(self) -> int:
         return len(self.line_numbers)
 
     def label(self, column: int) -> str:
-        """How to speak of a column: its header, or `column 3`."""
+        """Return the name of a column for messages: its header, or `column 3`."""
         return self.names[column] if self.names else f"column {column + 1}"
 
     def header_error(
@@ -85,13 +85,13 @@ class TextTable:
 
     @cached_property
     def rows(self) -> list[list[str]]:
-        """All cells, stripped; every row has `width` of them."""
+        """All cells, stripped; `width` per row."""
         if self._text.rows is not None:
             return self._text.rows
         return [cut(line, self.delimiter) for line in self._text.lines]
 
     def cells(self, column: int, first: int | None = None) -> list[str]:
-        """(n,) the words of one column, or only of its `first` rows."""
+        """Return the text (n,) of a column, or of its `first` rows."""
         if self._text.rows is not None:
             return [row[column] for row in self._text.rows[:first]]
         delimiter = None if self.delimiter == " " else self.delimiter
@@ -99,8 +99,10 @@ class TextTable:
         return [line.split(delimiter, column + 1)[column].strip() for line in lines]
 
     def labels(self, column: int) -> list[str]:
-        """(n,) the words of a column that tells rows apart. Programs that write whole tables in
-        scientific notation write the label 1 as 1.000000e+00."""
+        """Return the labels (n,) in a column.
+
+        Some programs write whole tables in scientific notation: 1.000000e+00 becomes 1.
+        """
         cells = self.cells(column)
         labels = {
             cell: f"{float(cell):.15g}" if _SCIENTIFIC.fullmatch(cell) else cell
@@ -109,13 +111,28 @@ class TextTable:
         return [labels[cell] for cell in cells]
 
     def numbers(self, columns: Sequence[int]) -> FloatArray:
-        """(n, len(columns)) float64; an empty cell is NaN. Raises `InputError` at a word."""
+        """Return the numbers of columns.
+
+        Parameters
+        ----------
+        columns : sequence of int
+
+        Returns
+        -------
+        (n, len(columns)) float64
+            NaN for an empty cell.
+
+        Raises
+        ------
+        InputError
+            For a word.
+        """
         fast = self._fast_numbers(columns)
         if fast is not None:
             return fast
         result = np.empty((len(self), len(columns)))
         for place, column in enumerate(columns):
-            result[:, place] = self._careful_numbers(column)
+            result[:, place] = self._parse_numbers(column)
         return result
 
     def _fast_numbers(self, columns: Sequence[int]) -> FloatArray | None:
@@ -132,7 +149,7 @@ class TextTable:
         except ValueError:
             return None
 
-    def _careful_numbers(self, column: int) -> list[float]:
+    def _parse_numbers(self, column: int) -> list[float]:
         values: list[float] = []
         comma_allowed = self.delimiter in ";\t"
         first_use: dict[str, int] = {}
@@ -156,19 +173,26 @@ class TextTable:
     def _not_a_number(self, row: int, column: int, cell: str) -> InputError:
         code = "table.decimal-comma" if is_comma_number(cell) else "table.not-a-number"
         return InputError(
-            Finding(code, cell=shortened(cell)),
+            Finding(code, cell=shorten(cell)),
             file=self.path,
             line=int(self.line_numbers[row]),
             field=self.label(column),
         )
 
     def find(self, key: str) -> int:
-        """The column that the user calls `key`: a header (case and separators forgiven), or a
-        number counted from 1. Raises `UsageError` where there is none, or more than one."""
+        """Return the number of a column from its name or its number from 1.
+
+        Names are compared without case and separators. Raises `UsageError` unless exactly one
+        column matches.
+        """
         key = key.strip()
         if self.names:
             exact = [i for i, name in enumerate(self.names) if name == key]
-            loose = [i for i, name in enumerate(self.names) if plain(name) == plain(key)]
+            loose = [
+                i
+                for i, name in enumerate(self.names)
+                if normalise_name(name) == normalise_name(key)
+            ]
             matches = exact or loose
             if len(matches) > 1:
                 raise UsageError(
@@ -192,34 +216,34 @@ class TextTable:
         raise self.header_error(finding, key, UsageError)
 
     def has(self, name: str) -> bool:
-        """Whether a header reads `name`, case and separators forgiven."""
-        return self.names is not None and plain(name) in map(plain, self.names)
+        """Return whether the header contains a name, compared without case and separators."""
+        return self.names is not None and normalise_name(name) in map(normalise_name, self.names)
 
 
 @dataclass(frozen=True, eq=False)
 class PointGroups:
-    """Points of one or several features, those of one feature side by side.
+    """Points of one or several features, grouped by feature.
 
-    Group i is `points[offsets[i]:offsets[i + 1]]`; groups, and the points in them, keep the order
+    Group i is `points[offsets[i]:offsets[i + 1]]`. The groups and the points in them have the order
     of the file.
     """
 
     ids: tuple[str, ...]
     points: FloatArray
-    """(n, 3) x, y, z as written, float64."""
+    """(n, 3) float64 x, y, z as in the file."""
     offsets: IntArray
     """(len(ids) + 1,)"""
     dropped: tuple[int, ...]
-    """Lines whose coordinates are missing or not finite."""
+    """Lines without finite coordinates."""
     warnings: tuple[Finding, ...]
     words: Words[str] = field(default_factory=dict)
-    """Kind and set of the groups that have one."""
+    """Kind and set of groups."""
     comments: tuple[str, ...] = ()
     """Comments of the table, which may name its CRS."""
 
 
 def line_numbers_text(lines: Sequence[int], limit: int = 8) -> str:
-    """`line 4`, `lines 4, 7 and 9`, or `lines 4, 5, 6, 7, 8, 9, 10, 11 and 90 more`."""
+    """Return `line 4`, `lines 4, 7 and 9`, or a longer list with the number of others."""
     if len(lines) == 1:
         return tr("line {number}", number=lines[0])
     head = ", ".join(str(n) for n in (lines[:-1] if len(lines) <= limit else lines[:limit]))
@@ -228,13 +252,22 @@ def line_numbers_text(lines: Sequence[int], limit: int = 8) -> str:
     return tr("lines {numbers} and {count} more", numbers=head, count=len(lines) - limit)
 
 
-def read_table(path: str | Path, *, named: bool = False, most: int = MOST_LINES) -> TextTable:
-    """Read a text table of any of the usual kinds; named, and the most lines, as in `read_rows`.
+def read_table(path: str | Path, *, named: bool = False, max_lines: int = MAX_LINES) -> TextTable:
+    """Read a text table.
 
-    Raises `InputError` (file, line) for what is missing, empty, not text, or not a table.
+    Parameters
+    ----------
+    path : str or Path
+    named, max_lines
+        As in `read_rows`.
+
+    Raises
+    ------
+    InputError
+        With file and line, if the file is missing, empty, not text, or not a table.
     """
     path = Path(path)
-    text = read_rows(path, named=named, most=most)
+    text = read_rows(path, named=named, max_lines=max_lines)
     return TextTable(
         path=path,
         names=None if text.header is None else tuple(text.header),
@@ -250,20 +283,30 @@ def read_table(path: str | Path, *, named: bool = False, most: int = MOST_LINES)
     )
 
 
-def table_of_cells(
+def table_from_cells(
     names: Sequence[str] | None,
     rows: Sequence[Sequence[str]],
-    called: str,
+    title: str,
     comments: Sequence[str] = (),
 ) -> TextTable:
-    """A table that is in memory already; its lines are its rows, counted from 1. names : of the
-    columns, None for none. called : what errors call it. comments : as in a file"""
+    """Create a table from cells in memory; its lines are its rows, from 1.
+
+    Parameters
+    ----------
+    names : sequence of str or None
+        Column names.
+    rows : sequence of sequence of str
+    title : str
+        Name of the table in errors.
+    comments : sequence of str
+        As in a file.
+    """
     width = len(names) if names is not None else len(rows[0]) if rows else 0
     cells = [list(row) for row in rows]
     header, numbers = None if names is None else list(names), list(range(1, len(cells) + 1))
     text = TextRows(header, None, width, ",", [], cells, numbers, [], [], [])
     return TextTable(
-        path=Path(called),
+        path=Path(title),
         names=None if header is None else tuple(header),
         header_line=None,
         width=width,
@@ -277,20 +320,27 @@ def table_of_cells(
 
 
 def read_points(path: str | Path, by: str | None = None) -> PointGroups:
-    """Read x, y, z, and which feature each point belongs to, from a text table.
+    """Read x, y, z and the feature of each point from a text table.
 
-    path: the table; with a header the columns x, y, z (also easting, northing, elevation) are
-    taken, without one the first three.
-    by: header or 1-based number of the column that names the feature; `segment` stands for the
-    parts between `---` lines; None makes one feature `1`.
-    Raises `InputError` or `UsageError`.
+    Parameters
+    ----------
+    path : str or Path
+        With a header, the columns x, y, z (also easting, northing, elevation) are used, without one
+        the first three.
+    by : str, optional
+        Name or number from 1 of the column of features; `segment` for parts between `---` lines.
+        None for a single feature `1`.
+
+    Raises
+    ------
+    InputError, UsageError
     """
     table = read_table(path)
     columns = coordinate_columns(table)
     if not len(table):
         raise InputError(Finding("table.no-rows"), file=table.path, line=table.header_line)
     points = table.numbers(columns)
-    _refuse_no_places(table, columns, points)
+    _refuse_large_coordinates(table, columns, points)
     keep: BoolArray = np.asarray(np.isfinite(points).all(axis=1))
     dropped = tuple(int(n) for n in table.line_numbers[~keep])
     warnings = list(table.notes)
@@ -308,7 +358,7 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
             field=", ".join(table.label(c) for c in columns),
         )
     if by is None:
-        warnings += _signs_of_groups(table, columns)
+        warnings += _detect_groups(table, columns)
         groups = ["1"] * len(table)
     elif by == "segment" and table.separators and not table.has(by):
         groups = _segments(table)
@@ -317,9 +367,9 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
         nameless = [i for i, name in enumerate(groups) if not name and keep[i]]
         if nameless:
             keep[nameless] = False
-            where = [int(n) for n in table.line_numbers[nameless]]
+            lines = [int(n) for n in table.line_numbers[nameless]]
             warnings.append(
-                Finding("table.rows-left-out", count=len(where), needed=f"'{by}'", lines=where)
+                Finding("table.rows-left-out", count=len(lines), needed=f"'{by}'", lines=lines)
             )
             if not keep.any():
                 raise InputError(
@@ -327,27 +377,29 @@ def read_points(path: str | Path, by: str | None = None) -> PointGroups:
                     file=table.path,
                     field=by,
                 )
-    words, said = _words_beside(table, groups, keep, by)
+    words, word_findings = _kinds_and_sets(table, groups, keep, by)
     named = groups if all(groups) else [g for g, k in zip(groups, keep, strict=True) if k or g]
     codes = {name: i for i, name in enumerate(dict.fromkeys(named))}
-    kept = np.fromiter(map(codes.__getitem__, itertools.compress(groups, keep)), np.int64)
-    counts = np.bincount(kept, minlength=len(codes))
+    codes_of_points = np.fromiter(
+        map(codes.__getitem__, itertools.compress(groups, keep)), np.int64
+    )
+    counts = np.bincount(codes_of_points, minlength=len(codes))
     return PointGroups(
         ids=tuple(codes),
-        points=np.ascontiguousarray(points[keep][np.argsort(kept, kind="stable")]),
+        points=np.ascontiguousarray(points[keep][np.argsort(codes_of_points, kind="stable")]),
         offsets=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
         dropped=dropped,
         words=words,
-        warnings=(*warnings, *said),
+        warnings=(*warnings, *word_findings),
         comments=table.comments,
     )
 
 
-def _words_beside(
+def _kinds_and_sets(
     table: TextTable, groups: list[str], keep: BoolArray, by: str | None
 ) -> tuple[Words[str], list[Finding]]:
-    told = [c for c in COLUMNS if by not in (None, c) and table.has(c)]
-    return words_of_groups({c: table.cells(table.find(c)) for c in told}, groups, keep.tolist())
+    columns = [c for c in COLUMNS if by not in (None, c) and table.has(c)]
+    return group_words({c: table.cells(table.find(c)) for c in columns}, groups, keep.tolist())
 
 
 COORDINATES: dict[str, set[str]] = {
@@ -356,7 +408,7 @@ COORDINATES: dict[str, set[str]] = {
     "z": {"elevation", "elev", "height", "altitude", "alt", "up", "u", "h"}
     | {"zcoord", "zcoordinate", "coordz", "pointz"},
 }
-_GROUPS = frozenset(
+_GROUP_NAMES = frozenset(
     {"trace", "traceid", "tracename", "group", "groupid", "plane", "planeid", "feature"}
     | {"featureid", "object", "objectid", "fid", "id", "name", "label", "set", "bed", "bedding"}
     | {"surface", "segment", "polyline", "line", "lineid", "patch", "facet", "fracture", "fault"}
@@ -365,7 +417,7 @@ _GROUPS = frozenset(
 
 
 def coordinate_columns(table: TextTable) -> list[int]:
-    """Which columns are x, y and z. Raises `InputError` where they cannot be told."""
+    """Return the numbers of the columns x, y and z. Raises `InputError`."""
     if table.names is None:
         if table.width < 3:
             raise InputError(
@@ -374,11 +426,11 @@ def coordinate_columns(table: TextTable) -> list[int]:
                 line=int(table.line_numbers[0]),
             )
         return [0, 1, 2]
-    found: list[int] = []
-    known = [plain(name) for name in table.names]
+    columns: list[int] = []
+    normalised = [normalise_name(name) for name in table.names]
     for letter, aliases in COORDINATES.items():
-        matches = [i for i, name in enumerate(known) if name == letter]
-        matches = matches or [i for i, name in enumerate(known) if name in aliases]
+        matches = [i for i, name in enumerate(normalised) if name == letter]
+        matches = matches or [i for i, name in enumerate(normalised) if name in aliases]
         if len(matches) > 1:
             raise InputError(
                 Finding(
@@ -397,12 +449,12 @@ def coordinate_columns(table: TextTable) -> list[int]:
                 ),
                 letter,
             )
-        found.append(matches[0])
-    return found
+        columns.append(matches[0])
+    return columns
 
 
-def _refuse_no_places(table: TextTable, columns: list[int], points: FloatArray) -> None:
-    """Coordinates whose squares would overflow, and that are no metres on any planet."""
+def _refuse_large_coordinates(table: TextTable, columns: list[int], points: FloatArray) -> None:
+    """Raise InputError for coordinates too large for metres, whose squares may overflow."""
     far = np.isfinite(points) & (np.abs(points) > FARTHEST_M)
     if far.any():
         row, place = np.argwhere(far)[0]
@@ -415,35 +467,37 @@ def _refuse_no_places(table: TextTable, columns: list[int], points: FloatArray) 
 
 
 def _segments(table: TextTable) -> list[str]:
-    """Rows numbered by the rules between them, from 1; rules before the first row don't count."""
+    """Return the segment of each row, from 1, by the separators between them."""
     place = np.searchsorted(np.asarray(table.separators), table.line_numbers)
     _, number = np.unique(place, return_inverse=True)
     return [str(n + 1) for n in number]
 
 
-def _signs_of_groups(table: TextTable, taken: list[int]) -> list[Finding]:
-    """Warnings where the table looks as if it held more than one feature."""
+def _detect_groups(table: TextTable, excluded: list[int]) -> list[Finding]:
+    """Return findings if the table seems to contain more than one feature."""
     warnings = []
     if table.separators and len(parts := set(_segments(table))) > 1:
         warnings.append(Finding("table.segments", count=len(parts)))
     for column in range(table.width):
-        named = table.names is not None and plain(table.names[column]) in _GROUPS
-        # A million rows of colours are told from labels by their beginning.
-        if column in taken or not (named or _runs(table.cells(column, 1000))):
+        has_group_name = (
+            table.names is not None and normalise_name(table.names[column]) in _GROUP_NAMES
+        )
+        # The first rows are sufficient to distinguish labels from a million colours.
+        if column in excluded or not (has_group_name or _is_grouped(table.cells(column, 1000))):
             continue
         cells = table.cells(column)
         values = Counter(cells)
         values.pop("", None)
         if not 2 <= len(values) <= len(cells) / 2:
             continue
-        if named or (_runs(cells) and min(values.values()) > 1):
-            how = table.names[column] if table.names else str(column + 1)
+        if has_group_name or (_is_grouped(cells) and min(values.values()) > 1):
+            key = table.names[column] if table.names else str(column + 1)
             warnings.append(
-                Finding("table.groups", column=table.label(column), count=len(values), by=how)
+                Finding("table.groups", column=table.label(column), count=len(values), by=key)
             )
     return warnings
 
 
-def _runs(cells: list[str]) -> bool:
-    """Whether equal cells stand together: labels do, measurements hardly ever."""
+def _is_grouped(cells: list[str]) -> bool:
+    """Return whether equal cells are adjacent, as labels are and measurements usually are not."""
     return 1 + sum(a != b for a, b in itertools.pairwise(cells)) == len(set(cells)) < len(cells)

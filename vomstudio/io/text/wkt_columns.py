@@ -1,4 +1,4 @@
-"""Shapes that stand in tables as well-known text (OGC 06-103r4, 7)."""
+"""Shapes in tables as well-known text (OGC 06-103r4, 7)."""
 
 from __future__ import annotations
 
@@ -7,20 +7,25 @@ from collections.abc import Sequence
 from itertools import accumulate
 from typing import Any
 
-_DEEPEST = 16
-"""Brackets inside each other; a multipolygon in a collection has five."""
+_MAX_DEPTH = 16
+"""Maximum depth of brackets; a multipolygon in a collection has five."""
 _BRACKET = re.compile(r"[()]")
 
 
-def shapes_of(texts: Sequence[str | None]) -> list[Any]:
-    """shapely's geometry of each text, None where there is none. Raises shapely's GEOSException for
-    what is no geometry, or is nested without end: GEOS goes down with every bracket, and from some
-    thousands on the process ends with its stack."""
+def parse_wkt(texts: Sequence[str | None]) -> list[Any]:
+    """Parse the geometry of each text, None without text.
+
+    Raises
+    ------
+    shapely.errors.GEOSException
+        If a text is not WKT, or nested too deeply: GEOS parses recursively, and a few thousand
+        brackets exhaust the stack of the process.
+    """
     import shapely
 
     for text in texts:
-        if text is not None and text.count("(") > _DEEPEST and _depth(text) > _DEEPEST:
-            raise shapely.errors.GEOSException("it is nested without end")
+        if text is not None and text.count("(") > _MAX_DEPTH and _depth(text) > _MAX_DEPTH:
+            raise shapely.errors.GEOSException("it is nested too deeply")
     return list(shapely.from_wkt(list(texts)))
 
 

@@ -1,7 +1,7 @@
-"""Small XML files, through lxml, whose elements know their lines, so that errors can say where.
+"""Small XML files, read by lxml, whose elements have line numbers for errors.
 
-libxml2 itself bounds what entities unfold to, and fetches nothing. From line 65,536 on the line may
-be that of what follows the element.
+libxml2 limits the expansion of entities, and no network is used. From line 65,536 on the number may
+be that of the following element.
 """
 
 from __future__ import annotations
@@ -17,30 +17,38 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
 Element = Any
-"""Of lxml, which carries no types."""
-LARGEST_FILE = 64 << 20
-_DEEPEST = 64
-# An element, of one or two, takes a hundred and more bytes once read; thousands of photos with
-# their marks are far below.
-_MOST_TAGS = 1_000_000
+"""Element of lxml, which has no type annotations."""
+MAX_FILE_BYTES = 64 << 20
+_MAX_DEPTH = 64
+# An element, with one or two tags, takes more than 100 bytes of memory; files of thousands of
+# photos have far fewer.
+_MAX_TAGS = 1_000_000
 
 
 def read_xml(path: str | Path) -> Element:
-    """The root of a file. Raises InputError with the line where it is no XML, as `parse_xml`."""
+    """Return the root of a file. Raises InputError with the line, as `parse_xml`."""
     path = Path(path)
     try:
-        data = read_small(path, LARGEST_FILE)
+        data = read_small(path, MAX_FILE_BYTES)
     except OSError as error:
         raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error
     return parse_xml(data, path)
 
 
 def parse_xml(data: bytes, path: Path | None = None) -> Element:
-    """The root; path : for errors. Comments and processing instructions are left out.
+    """Return the root of an XML text, without comments and processing instructions.
 
-    Raises InputError where it is no XML, where elements stand in each other more than 64 deep,
-    where there are more than a million tags, and where it declares entities, which can unfold to
-    more than any memory holds.
+    Parameters
+    ----------
+    data : bytes
+    path : Path, optional
+        For errors.
+
+    Raises
+    ------
+    InputError
+        If it is not XML, is nested more than 64 levels deep, has more than a million tags, or
+        declares entities, whose expansion may exceed the memory.
     """
     from lxml import etree
 
@@ -51,35 +59,42 @@ def parse_xml(data: bytes, path: Path | None = None) -> Element:
     try:
         root: Element = etree.fromstring(data, parser)
     except etree.XMLSyntaxError as error:
-        said = error.msg.partition(", line ")[0].strip()
+        reason = error.msg.partition(", line ")[0].strip()
         raise InputError(
-            Finding("file.damaged", reason=said, format="XML"), file=path, line=error.lineno
+            Finding("file.damaged", reason=reason, format="XML"), file=path, line=error.lineno
         ) from error
-    declared = root.getroottree().docinfo.internalDTD
-    for entity in () if declared is None else declared.iterentities():
+    internal_dtd = root.getroottree().docinfo.internalDTD
+    for entity in () if internal_dtd is None else internal_dtd.iterentities():
         finding = Finding("file.declares-entity", name=entity.name)
         raise InputError(finding, file=path)
-    for deep in root.xpath("/*" * (_DEEPEST + 1)):
-        finding = Finding("file.too-many-parts", limit=_DEEPEST, parts=tr("nested elements"))
-        raise InputError(finding, file=path, line=deep.sourceline, field=deep.tag)
+    for element in root.xpath("/*" * (_MAX_DEPTH + 1)):
+        finding = Finding("file.too-many-parts", limit=_MAX_DEPTH, parts=tr("nested elements"))
+        raise InputError(finding, file=path, line=element.sourceline, field=element.tag)
     return root
 
 
-def refuse_many_tags(blocks: Iterable[bytes], path: Path | None, most: int = _MOST_TAGS) -> None:
-    """blocks : of the text in turn. Raises InputError for more tags, or for more than four
-    attributes for each of as many."""
+def refuse_many_tags(blocks: Iterable[bytes], path: Path | None, max_tags: int = _MAX_TAGS) -> None:
+    """Raise InputError for too many tags, or more than four attributes for each of them.
+
+    Parameters
+    ----------
+    blocks : iterable of bytes
+        Successive parts of the text.
+    path : Path or None
+    max_tags : int
+    """
     tags = equals = 0
     for block in blocks:
         tags += block.count(b"<")
         equals += block.count(b"=")
-        if tags > most or equals > 4 * most:
-            limit = most if tags > most else 4 * most
+        if tags > max_tags or equals > 4 * max_tags:
+            limit = max_tags if tags > max_tags else 4 * max_tags
             finding = Finding("file.too-many-parts", limit=limit, parts=tr("tags or attributes"))
             raise InputError(finding, file=path)
 
 
 def is_xml(path: str | Path) -> bool:
-    """By the first sign in it; False for what cannot be read."""
+    """Return whether a file begins with `<`; False if it cannot be read."""
     if not is_regular(path):
         return False
     try:
@@ -92,56 +107,58 @@ def is_xml(path: str | Path) -> bool:
     return head.replace(b"\0", b"").lstrip().startswith(b"<")
 
 
-def wrong(path: Path, element: Element, cause: Finding, field: str | None = None) -> InputError:
-    """An error that names file, line and element, or another field of it."""
+def element_error(
+    path: Path, element: Element, cause: Finding, field: str | None = None
+) -> InputError:
+    """Return an error with file, line and element, or another field."""
     return InputError(cause, file=path, line=element.sourceline, field=field or element.tag)
 
 
 def words(path: Path, parent: Element, tag: str) -> str:
-    """What a child says. Raises InputError that names it where there is none or it is empty."""
+    """Return the text of a child. Raises InputError if it is missing or empty."""
     child = parent.find(tag)
     if child is None:
-        raise wrong(path, parent, Finding("file.missing-element", name=tag))
+        raise element_error(path, parent, Finding("file.missing-element", name=tag))
     text = str(child.text or "").strip()
     if not text:
-        raise wrong(path, child, Finding("table.value-missing"))
+        raise element_error(path, child, Finding("table.value-missing"))
     return text
 
 
 def attribute(path: Path, element: Element, name: str) -> str:
-    """Raises InputError where there is none or it is empty."""
+    """Return an attribute. Raises InputError if it is missing or empty."""
     value = str(element.get(name, "")).strip()
     if not value:
-        raise wrong(path, element, Finding("file.missing-element", name=name))
+        raise element_error(path, element, Finding("file.missing-element", name=name))
     return value
 
 
 def number(path: Path, element: Element, text: str, name: str = "") -> float:
-    """A finite number. Raises InputError that names the element, and what of it."""
+    """Parse a finite number. Raises InputError with the element and `name`."""
     try:
         value = float(text)
     except ValueError:
         value = nan
     if not isfinite(value):
         field = f"{element.tag}, {name}" if name else None
-        raise wrong(path, element, Finding("table.not-a-number", cell=text[:40]), field)
+        raise element_error(path, element, Finding("table.not-a-number", cell=text[:40]), field)
     return value
 
 
 def numbers(path: Path, element: Element, text: str, count: int) -> tuple[float, ...]:
-    """So many finite numbers with blanks between them. Raises InputError that names the element."""
-    found = tuple(number(path, element, word) for word in text.split())
-    if len(found) != count:
-        raise wrong(
+    """Parse `count` finite numbers, separated by spaces. Raises InputError with the element."""
+    values = tuple(number(path, element, word) for word in text.split())
+    if len(values) != count:
+        raise element_error(
             path,
             element,
-            Finding("file.number-count", count=len(found), needed=count),
+            Finding("file.number-count", count=len(values), needed=count),
         )
-    return found
+    return values
 
 
-class Once:
-    """Labels that may stand once in a file, and the lines in which they do."""
+class UniqueKeys:
+    """Register of unique keys of a file with their lines."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -153,5 +170,5 @@ class Once:
         """Raise InputError with a code and the value `first_line` if the key is known."""
         if key in self._lines:
             finding = Finding(code, **values, first_line=self._lines[key])
-            raise wrong(self._path, element, finding, field)
+            raise element_error(self._path, element, finding, field)
         self._lines[key] = element.sourceline

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.core.errors import InputError, TargetError
-from vomstudio.core.files.disk_errors import reason_of
+from vomstudio.core.files.disk_errors import failure_reason
 from vomstudio.core.files.regular import read_json
 from vomstudio.core.findings import Finding
 from vomstudio.photogrammetry.base.memory import peak_bytes
@@ -157,7 +157,7 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
 
 def _not_written(path: Path, error: OSError) -> TargetError:
     return TargetError(
-        Finding("reconstruct.not-written", reason=reason_of(path.parent, error)),
+        Finding("reconstruct.not-written", reason=failure_reason(path.parent, error)),
         file=path,
     )
 

@@ -212,9 +212,9 @@ def crs_of(photos: Sequence[PhotoLike], crs: str | None) -> str:
 
 def world_positions(photos: Sequence[PhotoLike], crs: str) -> FloatArray:
     """(n, 3) east, north and the stated altitude. Raises GeometryError outside of the CRS."""
-    from vomstudio.io.gis.crs import from_degrees
+    from vomstudio.io.gis.crs import degrees_to_grid
 
-    to_grid = from_degrees(crs)
+    to_grid = degrees_to_grid(crs)
     rows = []
     for photo in photos:
         place = to_grid(float(photo.longitude_deg or 0), float(photo.latitude_deg or 0))

@@ -12,11 +12,11 @@ from pathlib import Path
 from vomstudio.core.errors import TargetError, VomError
 from vomstudio.core.files.containment import check_in_project, refuse_links
 from vomstudio.core.files.disk_errors import (
+    failure_reason,
+    folder_write_error,
+    is_disk_message,
     is_full,
-    not_taken,
-    number_of_failure,
-    reason_of,
-    tells_of_disk,
+    probe_write_errno,
 )
 from vomstudio.core.files.lock import FolderLock
 from vomstudio.core.findings import Finding
@@ -90,7 +90,7 @@ def claim_folder(out: Path) -> Outputs:
     except (OSError, ValueError) as error:
         if isinstance(error, FileExistsError | NotADirectoryError):
             raise TargetError(Finding("folder.is-file"), file=out) from error
-        reason = reason_of(out.parent, error)
+        reason = failure_reason(out.parent, error)
         raise TargetError(Finding("folder.not-created", reason=reason), file=out) from error
     if other_files and not (out / RESULT).exists() and not (out / WORK).is_dir():
         raise TargetError(
@@ -102,7 +102,7 @@ def claim_folder(out: Path) -> Outputs:
         (out / WORK).mkdir(exist_ok=True)
     except OSError as error:
         raise TargetError(
-            Finding("output.unwritable", reason=reason_of(out, error)), file=out
+            Finding("output.unwritable", reason=failure_reason(out, error)), file=out
         ) from error
     return Outputs(out)
 
@@ -138,9 +138,9 @@ def disk_trouble_reported(folder: Path) -> Iterator[None]:
             finding = Finding("reconstruct.not-written", reason=tr("the disk is full"))
             raise TargetError(finding, file=folder) from error
         # Libraries say much of a disk, or nothing: whether it takes anything is tried.
-        if not tells_of_disk(error) and number_of_failure(folder) is None:
+        if not is_disk_message(error) and probe_write_errno(folder) is None:
             raise
-        raise not_taken(folder, error) from error
+        raise folder_write_error(folder, error) from error
 
 
 def _free_bytes(folder: Path) -> float:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.findings import Finding, plain
-from vomstudio.core.progress import Ahead, Executor, Progress
+from vomstudio.core.progress import Executor, Progress, ResumedProgress
 from vomstudio.core.version import __version__
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
@@ -180,7 +180,7 @@ class _Run:
             try:
                 align(photos.photos, stage.folder, options, self.executor, self.log)
             except InputError as error:
-                raise error.of_file(self.folder) from error
+                raise error.with_file(self.folder) from error
             stage.finish()
         return Alignment.load(stage.folder), stage
 
@@ -312,7 +312,7 @@ class _Run:
             return
         left = [number for number in range(len(kept)) if not kept.has(number)]
         self.log.stage(title, len(kept))
-        progress = Ahead(self.log, len(kept) - len(left))
+        progress = ResumedProgress(self.log, len(kept) - len(left))
         for done, result in self.executor.map(work, map(task, left), progress, needed):
             kept.put(left[done], result)
         stage.finish()

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vomstudio.core.files.atomic import atomic_write
-from vomstudio.core.files.containment import make_folder, place_inside
+from vomstudio.core.files.containment import make_folder, require_inside
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
@@ -37,7 +37,7 @@ def write_cameras_of(
     write_model(tie_points(scene), scene.crs, outputs.sparse, force=True, axes=scene.axes)
     # Of an earlier run, before markers joined them.
     for folder in outputs.folder.glob("part[0-9]*"):
-        place_inside(folder, outputs.folder)
+        require_inside(folder, outputs.folder)
         for name in (outputs.poses.name, outputs.sparse.name):
             (folder / name).unlink(missing_ok=True)
         with contextlib.suppress(OSError):

@@ -8,7 +8,7 @@ from typing import Any
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import OPTIONAL
 from vomstudio.io.photos.reading import PhotoFolder, read_photos
 from vomstudio.photogrammetry.survey.check import check_photos
@@ -16,7 +16,7 @@ from vomstudio.photogrammetry.survey.check_results import SurveyReport
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class FolderCheck(Shown, SurveyReport):
+class FolderCheck(PrintableResult, SurveyReport):
     """Check of the photos of a folder before the alignment.
 
     Parameters

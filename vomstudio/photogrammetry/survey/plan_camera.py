@@ -10,7 +10,7 @@ from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.results import HIDDEN
 from vomstudio.core.words import tr
-from vomstudio.io.text.rows import shortened
+from vomstudio.io.text.rows import shorten
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def camera_of(words: str, focal_mm: float | None = None) -> PlanCamera:
     model = find_camera(words)
     if model is None:
         like = similar_cameras(words)
-        finding = Finding("plan.unknown-camera", camera=shortened(words), similar=like or None)
+        finding = Finding("plan.unknown-camera", camera=shorten(words), similar=like or None)
         raise UsageError(finding, field="--camera")
     focal = focal_mm or model.focal_mm
     if focal is None:
@@ -162,6 +162,6 @@ def _camera_of_numbers(words: str, focal_mm: float | None) -> PlanCamera:
 
 def _not_a_camera(words: str) -> UsageError:
     return UsageError(
-        Finding("plan.not-a-camera", camera=shortened(words)),
+        Finding("plan.not-a-camera", camera=shorten(words)),
         field="--camera",
     )

@@ -16,7 +16,7 @@ import numpy as np
 from vomstudio.core.arrays import IntArray
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import HIDDEN, Result, to_dict
 from vomstudio.geometry.plane_sizes import PlaneError, PlaneSizes
 from vomstudio.photogrammetry.survey.photo_limits import ground_sampling_distance, gsd_for_plane
@@ -99,7 +99,7 @@ class ControlPoint(Result):
 
 
 @dataclass(frozen=True, repr=False)
-class SurveyPlan(Shown):
+class SurveyPlan(PrintableResult):
     """footprint_m, spacing_m : along and up the outcrop. depth_of_field_m : nearest and farthest
     sharp distance, the latter None for infinity. views_least, views_median : photos that see a
     place of the outcrop. registration : how well it will be known, where that was asked for."""

@@ -16,8 +16,8 @@ import numpy as np
 from vomstudio.core.arrays import ByteArray
 from vomstudio.core.errors import InputError, TargetError
 from vomstudio.core.files.containment import check_in_project
-from vomstudio.core.files.disk_errors import reason_of
-from vomstudio.core.files.names import in_unicode, utf8_name
+from vomstudio.core.files.disk_errors import failure_reason
+from vomstudio.core.files.names import decode_name, utf8_name
 from vomstudio.core.files.regular import open_regular, read_json
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
@@ -148,7 +148,7 @@ def take_frames(
             part = Path(tempfile.mkdtemp(prefix=".vom-frames-", dir=parent))
         except OSError as error:
             raise TargetError(
-                Finding("output.unwritable", reason=reason_of(parent, error)),
+                Finding("output.unwritable", reason=failure_reason(parent, error)),
                 file=folder,
             ) from error
         try:
@@ -165,7 +165,7 @@ def take_frames(
             _put_in_place(part, target, report)
         except OSError as error:
             raise TargetError(
-                Finding("output.unwritable", reason=reason_of(parent, error)),
+                Finding("output.unwritable", reason=failure_reason(parent, error)),
                 file=folder,
             ) from error
         finally:
@@ -240,7 +240,7 @@ def _choose_frames(
     progress.stage(tr("Selecting frames"), stated)
     last: ByteArray | None = None
     sigmas: list[float] = []
-    stem = in_unicode(source.path.stem)
+    stem = decode_name(source.path.stem)
     for done, group in _windows(source, window):
         progress.step(min(done, stated) if stated else done)
         number, frame = max(group, key=lambda item: _detail(item[1]))

@@ -9,7 +9,7 @@ import numpy as np
 
 from vomstudio.core.arrays import ByteArray, Float32Array
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.regular import require_regular_beside
+from vomstudio.core.files.regular import require_regular_siblings
 from vomstudio.core.files.untrusted.pictures import RASTER_CACHE_BYTES, check_raster
 from vomstudio.core.findings import Finding
 from vomstudio.products.elevation.shading import hillshade
@@ -39,7 +39,7 @@ def read_picture(raster: Path, most: int = MOST) -> ElevationPicture:
     import rasterio
     from rasterio.enums import Resampling
 
-    require_regular_beside(raster)
+    require_regular_siblings(raster)
     try:
         check_raster(raster)
         with (

@@ -38,10 +38,10 @@ from vomstudio.io.gate.drawn_layers import (
     read_raw_areas,
     read_raw_lines,
 )
-from vomstudio.io.gate.frame_options import AS_STATED, FrameOptions
+from vomstudio.io.gate.frame_options import DEFAULT_FRAME, FrameOptions
 from vomstudio.io.gate.points import ModelFrame
 from vomstudio.io.gis.raster import is_view_plane
-from vomstudio.io.text.repeated_rows import repeats_left_out
+from vomstudio.io.text.repeated_rows import repeats_finding
 
 SET_COLUMN = "set"
 _REPEAT = "repeat_of"
@@ -62,7 +62,7 @@ class FractureOrder:
 
     traces: Path | None
     options: FractureOptions = field(default_factory=FractureOptions)
-    frame: FrameOptions = AS_STATED
+    frame: FrameOptions = DEFAULT_FRAME
 
 
 def map_fractures(
@@ -218,7 +218,7 @@ def _placed(raw: RawLayer, attitude: Plane | None) -> _Placed:
         findings = [*findings, Finding("lines.no-heights", lines=count, plane=plane.name)]
         raw = raw.only(~lacks_heights)
     projected = replace(raw, shapes=plane.project(raw.shapes))
-    drawn = _first_picks(extract_lines(projected, with_rings=False))
+    drawn = _first_picks(extract_lines(projected, include_rings=False))
     findings = [plane.finding(len(drawn.shapes)), *findings]
     z = np.concatenate([line[:, 2] for line in in_space]) if in_space else np.array([math.nan])
     return _Placed(_add_findings(drawn, findings), plane, (float(z.min()), float(z.max())))
@@ -261,7 +261,7 @@ def _first_picks(drawn: DrawnLayer) -> DrawnLayer:
         shapes=drawn.shapes[first],
         feature=drawn.feature[first],
         columns={key: values[first] for key, values in drawn.columns.items()},
-        warnings=(*drawn.warnings, repeats_left_out(int((~first).sum()))),
+        warnings=(*drawn.warnings, repeats_finding(int((~first).sum()))),
     )
 
 

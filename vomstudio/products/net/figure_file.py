@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, TypeVar
 
 from vomstudio.core.errors import UsageError
-from vomstudio.core.files.plain_characters import plain
+from vomstudio.core.files.plain_characters import replace_control_characters
 from vomstudio.core.findings import Finding
 from vomstudio.products.net.style import NetStyle
 
@@ -85,7 +85,7 @@ def write_figure(
         figure.set_facecolor(paper)
         drawn = draw(figure)
         for words in figure.findobj(Text):
-            words.set_text(plain(words.get_text()))
+            words.set_text(replace_control_characters(words.get_text()))
         figure.savefig(target, format=format, dpi=dpi, facecolor=paper, **_HOW[format])
     return drawn
 

@@ -24,7 +24,7 @@ from vomstudio.geology.roses import (
     rose_of,
     weights_of,
 )
-from vomstudio.io.text.repeated_rows import repeats_not_drawn
+from vomstudio.io.text.repeated_rows import repeats_note
 from vomstudio.products.net.contents import NetSet
 from vomstudio.products.net.table_net import members_of
 
@@ -87,7 +87,7 @@ def roses_of_table(
                 roses[name] = rose
             else:
                 empty.append(name)
-    notes = repeats_not_drawn(table.repeats)
+    notes = repeats_note(table.repeats)
     return RoseContents(of, roses, weight, by_area, tuple(empty), notes=notes)
 
 

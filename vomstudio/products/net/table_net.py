@@ -13,7 +13,7 @@ from vomstudio.geology.common_rotation_errors import Turns
 from vomstudio.geology.orientation import Plane
 from vomstudio.geology.orientation_rows import OrientationRows
 from vomstudio.geology.statistics import no_fisher_reason
-from vomstudio.io.text.repeated_rows import repeats_not_drawn
+from vomstudio.io.text.repeated_rows import repeats_note
 from vomstudio.products.net.contents import (
     Contouring,
     NetContents,
@@ -61,7 +61,7 @@ def net_of_table(
         contour=contour,
         contouring=contouring or Contouring(),
         means=means_of(clustered),
-        notes=repeats_not_drawn(table.repeats),
+        notes=repeats_note(table.repeats),
     )
 
 

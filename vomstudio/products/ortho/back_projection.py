@@ -18,10 +18,10 @@ from vomstudio.core.progress import Progress, Silent
 from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.gis.dxf_properties import dxf_facts
+from vomstudio.io.gis.dxf_properties import read_dxf_properties
 from vomstudio.io.gis.line_reading import (
-    NO_LAYERS,
-    FeatureWords,
+    DEFAULT_LAYERS,
+    FeatureAttributes,
     ReadLine,
     ReadLines,
     read_gis_lines,
@@ -80,7 +80,7 @@ class BackLine:
 
     name: str
     layer: str
-    words: FeatureWords
+    words: FeatureAttributes
     pixels: FloatArray
     is_met: BoolArray
     points: FloatArray
@@ -240,7 +240,7 @@ def _page_to_pixels(drawing: SvgDrawing, sidecar: Sidecar, path: Path) -> FloatA
     name, else by that of its shape, else, where there is no picture at all, by the page."""
     ratio = sidecar.width / sidecar.height
     stem = Path(sidecar.image).stem.casefold()
-    shown = [(image.name, image.shown(ratio), image.corners) for image in drawing.images]
+    shown = [(image.name, image.fitted_corners(ratio), image.corners) for image in drawing.images]
     named = [box for name, box, _ in shown if name and Path(name).stem.casefold() == stem]
     places = named or [box for _, box, place in shown if _is_like(place, sidecar)]
     if not drawing.images and drawing.page is not None:
@@ -286,7 +286,7 @@ def _gis_lines(
     pixels = [_through(line, inverse) for line in lines]
     if not pixels or _inside_share(pixels, sidecar) >= LEAST_INSIDE:
         return pixels, warnings
-    unit = dxf_facts(path).unit_m if path.suffix.lower() == ".dxf" else None
+    unit = read_dxf_properties(path).unit_m if path.suffix.lower() == ".dxf" else None
     if unit not in (None, 1.0):
         scaled = [_through(replace(line, points=line.points * unit), inverse) for line in lines]
         if _inside_share(scaled, sidecar) >= LEAST_INSIDE:
@@ -397,7 +397,7 @@ def _denser(points: FloatArray, step: float) -> FloatArray:
 
 def _said_by(layer: str) -> str:
     said = layer.strip()
-    return "" if said.casefold() in (*NO_LAYERS, *OWN_LAYERS) else said
+    return "" if said.casefold() in (*DEFAULT_LAYERS, *OWN_LAYERS) else said
 
 
 def _unique(names: Sequence[str]) -> list[str]:

@@ -21,7 +21,7 @@ import numpy as np
 from vomstudio.core.arrays import ByteArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.atomic import atomic_group, check_target
-from vomstudio.core.files.containment import check_beside
+from vomstudio.core.files.containment import check_generated_path
 from vomstudio.core.files.extensions import check_extension
 from vomstudio.core.findings import Finding, plain
 from vomstudio.core.progress import Progress, Silent
@@ -211,7 +211,7 @@ def _place_facts(plan: Plan, crs: str | None, facts: dict[str, Any]) -> dict[str
 def _check_targets(targets: Iterable[Path], ours: Iterable[Path], force: bool) -> None:
     """ours : those whose names follow from the picture's. Raises TargetError."""
     for target in ours:
-        check_beside(target)
+        check_generated_path(target)
     for target in targets:
         check_target(target, force=force)
 

@@ -141,7 +141,7 @@ def request_picture(
     try:
         planned = plan(data, view, to_world=to_world, gsd=gsd_m, region=region)
     except InputError as error:
-        raise error.of_file(path) from error
+        raise error.with_file(path) from error
     along = None
     if fold is not None:
         along = _fold_view(fold, planned)

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 
 from vomstudio.core.arrays import ByteArray, FloatArray
-from vomstudio.core.files.plain_characters import plain
+from vomstudio.core.files.plain_characters import replace_control_characters
 from vomstudio.geometry.units import bar_text, round_length
 from vomstudio.io.gis import dxf
 from vomstudio.io.gis.layer_reading import SYMBOLS
 from vomstudio.io.gis.layer_writing import write_layer
-from vomstudio.io.gis.svg_lines import OWN_CLASS
+from vomstudio.io.gis.svg_lines import PROGRAM_CLASS
 from vomstudio.products.ortho.interpretation import Flat
 from vomstudio.products.ortho.legend_entries import Entry, entries_of, remark_on
 
@@ -157,7 +157,7 @@ def left_margin_mm(bounds: FloatArray, text_mm: float) -> float:
 
 
 def _escaped(words: str) -> str:
-    return html.escape(plain(words))
+    return html.escape(replace_control_characters(words))
 
 
 def svg_text(drawing: Drawing) -> str:
@@ -180,7 +180,7 @@ def svg_text(drawing: Drawing) -> str:
         f'width="{page[0]:.3f}mm" height="{page[1]:.3f}mm" '
         f'viewBox="0 0 {page[0]:.3f} {page[1]:.3f}" font-family="sans-serif" '
         f'font-size="{_TEXT_MM}">',
-        f'<g id="page" class="{OWN_CLASS}">'
+        f'<g id="page" class="{PROGRAM_CLASS}">'
         f'<rect width="{page[0]:.3f}" height="{page[1]:.3f}" fill="white"/></g>',
     ]
     place = f'transform="matrix({matrix[0]!r} 0 0 {matrix[1]!r} {matrix[2]!r} {matrix[3]!r})"'
@@ -208,7 +208,7 @@ def _svg_shape(shape: Shape, mm: float, ids: set[str]) -> str:
     title = _escaped(shape.label or str(shape.values.get("name", "")))
     if len(shape.points) == 1:
         x, y = (shape.points[0] * (1, -1)).tolist()
-        own = f'class="{OWN_CLASS}"'
+        own = f'class="{PROGRAM_CLASS}"'
         parts = [f'<circle {own} cx="{x!r}" cy="{y!r}" r="{0.7 / mm:.6g}" fill="{shape.color}"/>']
         parts += [
             f'<polyline {own} points="{_svg_points(line)}" stroke="{shape.color}"/>'
@@ -322,7 +322,7 @@ def _meet(a: Box, b: Box) -> bool:
 
 def _labels(drawing: Drawing, matrix: tuple[float, float, float, float], scale: float) -> list[str]:
     sx, sy, tx, ty = matrix
-    found = [f'<g id="labels" class="{OWN_CLASS}">']
+    found = [f'<g id="labels" class="{PROGRAM_CLASS}">']
     for label in placed_labels(drawing, scale, _LABEL_MM):
         x, y = label.x * sx + tx, -label.y * sy + ty
         if label.apart:
@@ -360,7 +360,7 @@ def _frame(
     low, high = drawing.bounds
     box = f'x="{left:.3f}" y="{top:.3f}" width="{width:.3f}" height="{height:.3f}"'
     out = [
-        f'<g id="frame" class="{OWN_CLASS}" stroke="{INK}" stroke-width="0.25" fill="{INK}">',
+        f'<g id="frame" class="{PROGRAM_CLASS}" stroke="{INK}" stroke-width="0.25" fill="{INK}">',
         f'<rect {box} fill="none"/>',
     ]
 

@@ -13,9 +13,9 @@ from vomstudio.core.arrays import Float32Array, FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.files.atomic import atomic_group, write_bytes
 from vomstudio.core.files.extensions import check_extension
-from vomstudio.core.files.spreadsheet_cells import head_line
+from vomstudio.core.files.spreadsheet_cells import comment_line
 from vomstudio.core.findings import Finding
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import HIDDEN
 from vomstudio.core.version import __version__
 from vomstudio.geology.beds.extended import Bands, PlaneBelief, Repeats, bands, repeated
@@ -59,7 +59,7 @@ class Bed:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ExtendedPlane(Shown):
+class ExtendedPlane(PrintableResult):
     """A plane carried on through a model, with what the command says of it.
 
     middle : (3,) World, where it is known best; max_error95_deg, min_error95_deg : half-angles of
@@ -307,8 +307,8 @@ def write_traces(
 def _table(found: ExtendedPlane, crs: str | None, model: str, axes: Axes) -> str:
     names = columns_of(COLUMNS, metric=axes.metric)
     file = io.StringIO()
-    file.write(head_line(f"VOM Studio {__version__}, a plane carried on over {model}"))
-    file.write(head_line(f"CRS: {crs or 'local'}; {axes.description}"))
+    file.write(comment_line(f"VOM Studio {__version__}, a plane carried on over {model}"))
+    file.write(comment_line(f"CRS: {crs or 'local'}; {axes.description}"))
     file.write(
         f"# plane {plain_azimuth(found.dip_direction_deg)}/{found.dip_deg:.4f} "
         f"(dip direction/dip, deg); {names[-1]}: 95 % of its position, across it\n"

@@ -13,7 +13,7 @@ from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.io.gate.points import ModelFrame, points_to_world
-from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
+from vomstudio.io.gate.stated_crs import StatedCrs, table_crs
 from vomstudio.products.ortho.interpretation import Item, items_of_table, read_items
 
 if TYPE_CHECKING:
@@ -54,21 +54,21 @@ def read_profile_line(path: str | Path, progress: Progress | None = None) -> Pro
     path = Path(path)
     if path.suffix.lower() not in GIS_ENDINGS:
         return _line_of_table(path)
-    from vomstudio.io.gis.dxf_properties import dxf_facts
-    from vomstudio.io.gis.layer_reading import names_no_crs
+    from vomstudio.io.gis.dxf_properties import read_dxf_properties
+    from vomstudio.io.gis.layer_reading import is_geojson_without_crs
     from vomstudio.io.gis.line_reading import read_gis_lines
 
     read = read_gis_lines(path, progress)
     if len(read.lines) != 1:
         raise _not_one(len(read.lines), path)
     line = read.lines[0]
-    unit = dxf_facts(path).unit_m if path.suffix.lower() == ".dxf" else None
+    unit = read_dxf_properties(path).unit_m if path.suffix.lower() == ".dxf" else None
     return ProfileLine(
         path,
         line.points[:, :2],
         StatedCrs(line.crs),
         unit_m=unit,
-        is_unnamed=names_no_crs(path),
+        is_unnamed=is_geojson_without_crs(path),
         warnings=read.warnings,
     )
 
@@ -144,7 +144,7 @@ def _line_of_table(path: Path) -> ProfileLine:
     points = points[np.isfinite(points).all(axis=1)]
     if len(points) < 2:
         raise InputError(Finding("section.too-few-points"), file=path, field="--section-line")
-    stated, findings = crs_of_table(path, table.comments)
+    stated, findings = table_crs(path, table.comments)
     return ProfileLine(path, points, stated, warnings=findings)
 
 
@@ -189,7 +189,7 @@ def read_features(
     table = read_orientations(path, azimuth)
     columns = coordinate_columns(table.table)
     placed = points_to_world(
-        table.table.numbers(columns)[table.kept],
+        table.table.numbers(columns)[table.row_indices],
         file=path,
         comments=table.table.comments,
         model=model,

@@ -13,7 +13,7 @@ import numpy as np
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.atomic import atomic_group, check_target
 from vomstudio.core.files.extensions import check_extension
-from vomstudio.core.files.spreadsheet_cells import guarded, head_line
+from vomstudio.core.files.spreadsheet_cells import comment_line, escape_formula
 from vomstudio.core.findings import Finding
 from vomstudio.core.results import FLAT, Result
 from vomstudio.core.version import __version__
@@ -373,7 +373,7 @@ def _head(
     if figures.slab_m is not None:
         unit = "m" if axes.metric else axes.unit
         rows.append(f"points within {figures.slab_m / 2:.6g} {unit} of the section on either side")
-    return "".join(map(head_line, rows))
+    return "".join(map(comment_line, rows))
 
 
 def _lines_table(cut: Cut, axes: Axes) -> str:
@@ -398,7 +398,9 @@ def _features_table(flats: tuple[Flat, ...], axes: Axes) -> str:
     out.writerow(columns_of(names, metric=axes.metric))
     for flat in flats:
         item = flat.item
-        words = [guarded(word) for word in (item.layer, item.id, item.name, item.kind, item.set)]
+        words = [
+            escape_formula(word) for word in (item.layer, item.id, item.name, item.kind, item.set)
+        ]
         angles = [
             "" if angle is None or not math.isfinite(angle) else written(angle)
             for angle, written in (
@@ -408,7 +410,7 @@ def _features_table(flats: tuple[Flat, ...], axes: Axes) -> str:
             )
         ]
         turned = "" if item.normal is None else str(item.overturned).lower()
-        last = [turned, guarded(item.domain)] if parts else [turned]
+        last = [turned, escape_formula(item.domain)] if parts else [turned]
         for k, ((s, t), away) in enumerate(
             zip(flat.points.tolist(), flat.away.tolist(), strict=True)
         ):

@@ -13,7 +13,7 @@ from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import HIDDEN
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geology.profiles import DEFAULTS, Thresholds
@@ -115,7 +115,7 @@ class Profile:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SurfaceFigures(Shown):
+class SurfaceFigures(PrintableResult):
     """Roughness of a patch about its plane.
 
     Parameters

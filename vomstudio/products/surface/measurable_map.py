@@ -12,7 +12,7 @@ from vomstudio.core.arrays import Float32Array, GenericArray, Int8Array
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import HIDDEN
 from vomstudio.core.version import __version__
 from vomstudio.extraction.measurable import (
@@ -36,7 +36,7 @@ _PATCHES = 10
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MeasurableMap(Shown):
+class MeasurableMap(PrintableResult):
     """Expected errors of a plane measured on a model.
 
     Parameters

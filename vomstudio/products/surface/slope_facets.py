@@ -13,7 +13,7 @@ import numpy as np
 from vomstudio.core.arrays import Float32Array, IntegerArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.files.atomic import write_bytes
-from vomstudio.core.files.spreadsheet_cells import guarded
+from vomstudio.core.files.spreadsheet_cells import escape_formula
 from vomstudio.core.findings import Finding
 from vomstudio.core.version import __version__
 from vomstudio.geology.fractures.facet_slopes import MODES, FacetFace, FacetSlopes
@@ -100,7 +100,7 @@ def write_facet_slopes(path: str | Path, found: FacetSlopes, *, force: bool = Fa
     columns = [f"{mode}_{part}" for mode in MODES for part in parts]
     out.writerow(["id", "dip_direction_deg", "dip_deg", "overhangs", "area_m2", *columns])
     for facet in found.facets:
-        cells = [guarded(facet.id), f"{plain_azimuth(facet.face.dip_direction_deg)}"]
+        cells = [escape_formula(facet.id), f"{plain_azimuth(facet.face.dip_direction_deg)}"]
         cells += [
             f"{facet.face.dip_deg:.4f}",
             "" if facet.overhangs is None else str(facet.overhangs),
@@ -124,7 +124,7 @@ def write_faces(path: str | Path, faces: Sequence[FacetFace]) -> None:
         area = "" if face.area_m2 is None else repr(face.area_m2)
         over = "" if face.overhangs is None else str(face.overhangs)
         words = [repr(plane.dip_direction_deg), repr(plane.dip_deg), area, over]
-        out.writerow([guarded(face.id), *words])
+        out.writerow([escape_formula(face.id), *words])
     write_bytes(path, file.getvalue().encode("utf-8"), force=True)
 
 

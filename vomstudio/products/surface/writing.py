@@ -12,7 +12,7 @@ import numpy as np
 from vomstudio.core.arrays import Float32Array
 from vomstudio.core.files.atomic import atomic_group, write_bytes
 from vomstudio.core.files.extensions import check_extension
-from vomstudio.core.files.spreadsheet_cells import head_line
+from vomstudio.core.files.spreadsheet_cells import comment_line
 from vomstudio.core.findings import Finding
 from vomstudio.core.version import __version__
 from vomstudio.geology.notation import plain_azimuth
@@ -118,9 +118,9 @@ def write_profiles(
 
 
 def _head(crs: str | None, axes: Axes) -> str:
-    return head_line(
+    return comment_line(
         f"VOM Studio {__version__}, deviations of a surface from its plane"
-    ) + head_line(
+    ) + comment_line(
         f"CRS: {crs or 'local'}; {axes.description}; "
         "deviations are positive along the upward normal"
     )

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from vomstudio.core.words import tr
-from vomstudio.io.text.orientation_reading import OrientationTable, orientations_of
-from vomstudio.io.text.tables import table_of_cells
+from vomstudio.io.text.orientation_reading import OrientationTable, extract_orientations
+from vomstudio.io.text.tables import table_from_cells
 from vomstudio.project.figures import Subject
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Feature, Record
@@ -31,7 +31,9 @@ def feature_table(
     names = (*COLUMNS, *FURTHER)
     cells = [[_cell(row.get(name)) for name in names] for row in rows]
     told = registration_lines(registrations_of(records, features))
-    return orientations_of(table_of_cells(names, cells, tr("the project"), told), repeats=repeats)
+    return extract_orientations(
+        table_from_cells(names, cells, tr("the project"), told), repeats=repeats
+    )
 
 
 def _cell(value: Any) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 from vomstudio.core.arrays import AnyArray
 from vomstudio.core.errors import TargetError
 from vomstudio.core.files.atomic import atomic_group
-from vomstudio.core.files.names import writable
+from vomstudio.core.files.names import replace_surrogates
 from vomstudio.core.findings import Finding
 from vomstudio.io.gis.crs import world_crs
 from vomstudio.io.gis.layer_writing import write_layer
@@ -77,14 +77,28 @@ def write_layers(
             ]
             order = ("point", "line", "ring")
             shown.sort(key=lambda each: order.index(each.style.geometry))
-            parts[1].write_text(writable(qgs(out.stem, out.name, shown, crs)), encoding="utf-8")
+            parts[1].write_text(
+                replace_surrogates(qgs(out.stem, out.name, shown, crs)), encoding="utf-8"
+            )
     return paths
 
 
 def _add_styles(part: Path, names: Sequence[str], styles: Sequence[Style]) -> None:
     """The table from which QGIS takes how layers look when they are added to a map."""
     rows = [
-        ("", "", name, "geom", name, writable(qml(style)), "", True, "VOM Studio", "", None)
+        (
+            "",
+            "",
+            name,
+            "geom",
+            name,
+            replace_surrogates(qml(style)),
+            "",
+            True,
+            "VOM Studio",
+            "",
+            None,
+        )
         for name, style in zip(names, styles, strict=True)
     ]
     try:

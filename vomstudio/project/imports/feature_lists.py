@@ -15,7 +15,7 @@ import numpy as np
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.regular import read_small
-from vomstudio.core.files.spreadsheet_cells import unguarded
+from vomstudio.core.files.spreadsheet_cells import unescape_formula
 from vomstudio.core.findings import Finding
 from vomstudio.core.identifiers import new_id
 from vomstudio.core.progress import Progress, Silent
@@ -25,10 +25,10 @@ from vomstudio.geometry.coordinate_limits import why_no_coordinate, why_not_at
 from vomstudio.geometry.lines import ring_area
 from vomstudio.geometry.matrices import Point
 from vomstudio.io.gate.points import ModelFrame, points_to_world
-from vomstudio.io.gate.stated_crs import StatedCrs, crs_of_table
-from vomstudio.io.text.encodings import text_of
-from vomstudio.io.text.file_text import MOST_OBJECTS, refuse_too_many
-from vomstudio.io.text.wkt_columns import shapes_of
+from vomstudio.io.gate.stated_crs import StatedCrs, table_crs
+from vomstudio.io.text.encodings import decode_text
+from vomstudio.io.text.file_text import MAX_OBJECTS, refuse_many_lines
+from vomstudio.io.text.wkt_columns import parse_wkt
 from vomstudio.project.kinds.contact import Contact
 from vomstudio.project.kinds.lithology import Lithology
 from vomstudio.project.kinds.station import WHATS, Station, What
@@ -307,12 +307,12 @@ def _table(path: Path, findings: list[Finding]) -> Iterator[_Row]:
     import shapely
 
     try:
-        lines = text_of(read_small(path, _LARGEST_TABLE)).removeprefix("\ufeff").splitlines()
+        lines = decode_text(read_small(path, _LARGEST_TABLE)).removeprefix("\ufeff").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(Finding("table.unreadable", reason=error), file=path) from (error)
-    refuse_too_many(path, len(lines), MOST_OBJECTS)
+    refuse_many_lines(path, len(lines), MAX_OBJECTS)
     comments = [line[1:].strip() for line in lines if line.startswith("#")]
-    frame, about_crs = crs_of_table(path, comments)
+    frame, about_crs = table_crs(path, comments)
     crs = frame.text
     findings += about_crs
     layer = _layer_word(path.stem)
@@ -327,10 +327,12 @@ def _table(path: Path, findings: list[Finding]) -> Iterator[_Row]:
         except csv.Error as error:
             message = Finding("table.unreadable", reason=error)
             raise InputError(message, file=path, line=body.line_num) from error
-        row = {k.casefold(): unguarded(v) for k in wanted if isinstance(v := told.get(k), str)}
+        row = {
+            k.casefold(): unescape_formula(v) for k in wanted if isinstance(v := told.get(k), str)
+        }
         if row.get(WKT):
             try:
-                (shape,) = shapes_of([row[WKT]])
+                (shape,) = parse_wkt([row[WKT]])
             except shapely.GEOSException:
                 continue
             kind = {"Point": "stations", "LineString": "contacts", "Polygon": "lithologies"}.get(

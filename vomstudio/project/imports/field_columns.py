@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from vomstudio.core.findings import Finding
-from vomstudio.io.text.column_names import plain
+from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.orientation_columns import ALIASES
 from vomstudio.io.text.tables import COORDINATES
 from vomstudio.project.imports.field_table import FieldTable, is_orientation, number_in
@@ -33,7 +33,7 @@ def guess(table: FieldTable) -> Guess:
     """What the headers, and where there are none the cells, say of the columns."""
     if table.names is None:
         return _guess_without_names(table)
-    known = [plain(name) for name in table.names]
+    known = [normalise_name(name) for name in table.names]
 
     def first(aliases: Iterable[str]) -> int | None:
         wanted = set(aliases)
@@ -130,7 +130,7 @@ def _text_column(table: FieldTable) -> int | None:
 
 def _said_by_text(table: FieldTable, column: int) -> str | None:
     """What pairs in one cell mean, where none of them is bare or the header says it."""
-    name = plain(table.names[column]) if table.names else ""
+    name = normalise_name(table.names[column]) if table.names else ""
     if "dipdir" in name:
         return "dipdir/dip"
     if "strike" in name:
@@ -152,7 +152,7 @@ def _strike_notation(
         return "quadrant" if all(row[quadrant] for row in table.rows) else "strike/dip"
     if any(c in "NSEW" for row in table.rows for c in (row[strike] + row[dip]).upper()):
         return "quadrant"
-    name = plain(table.label(strike))
+    name = normalise_name(table.label(strike))
     return "strike/dip lhr" if "lhr" in name or "left" in name else "strike/dip"
 
 

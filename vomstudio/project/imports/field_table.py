@@ -10,17 +10,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vomstudio.core.errors import InputError
-from vomstudio.core.files.spreadsheet_cells import unguarded
+from vomstudio.core.files.spreadsheet_cells import unescape_formula
 from vomstudio.core.findings import Finding
 from vomstudio.geology.notation import parse_line, parse_plane
-from vomstudio.io.text.file_text import MOST_OBJECTS, read_text
+from vomstudio.io.text.file_text import MAX_OBJECTS, read_text
 from vomstudio.io.text.rows import (
     DELIMITER_NAMES,
     cut,
     is_blank,
     is_header,
     parse_number,
-    rejoined_header,
+    rejoin_header,
     sniff,
 )
 
@@ -52,7 +52,7 @@ def read_field_table(path: str | Path) -> FieldTable:
     Raises InputError where the file is missing, is no text, or has no rows.
     """
     path = Path(path)
-    text, notes = read_text(path, MOST_OBJECTS)
+    text, notes = read_text(path, MAX_OBJECTS)
     lines = [line.rstrip("\r") for line in text.split("\n")]
     kept = [
         (i, line)
@@ -75,7 +75,7 @@ def read_field_table(path: str | Path) -> FieldTable:
     if header:
         rows, numbers = rows[1:], numbers[1:]
         if delimiter == " " and rows:
-            first = rejoined_header(first, [], rows)
+            first = rejoin_header(first, [], rows)
     names = tuple(first) if header else None
     if not rows:
         raise InputError(Finding("table.no-rows"), file=path)
@@ -97,13 +97,13 @@ def read_field_table(path: str | Path) -> FieldTable:
 
 def _cut(line: str, delimiter: str) -> list[str]:
     if '"' not in line:
-        return [unguarded(cell) for cell in cut(line, delimiter)]
+        return [unescape_formula(cell) for cell in cut(line, delimiter)]
     try:
         cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
     except csv.Error:
         # A cell of more than 131,072 characters.
         cells = cut(line, delimiter)
-    return [unguarded(cell.strip()) for cell in cells]
+    return [unescape_formula(cell.strip()) for cell in cells]
 
 
 def is_orientation(text: str) -> bool:

@@ -23,7 +23,7 @@ from vomstudio.geometry.matrices import Point
 from vomstudio.geometry.vectors import wrap360
 from vomstudio.io.gate.points import ModelFrame, points_to_world
 from vomstudio.io.text.flags import is_overturned
-from vomstudio.io.text.orientation_reading import plane_of
+from vomstudio.io.text.orientation_reading import parse_plane_cells
 from vomstudio.io.text.tables import line_numbers_text
 from vomstudio.project.imports.field_table import FieldTable, number_in
 from vomstudio.project.kinds.reading import Reading
@@ -105,7 +105,7 @@ def understand(
     planes, and `name`, `quadrant`, `geometry`, `type`, `set`, `overturned`, `notes`, `x`, `y`, `z`,
     `longitude`, `latitude`. notation: one of `NOTATIONS`. A line that points up is given by its
     other end. A position needs x, y and z, or longitude, latitude and z and what turns
-    degrees into x and y (`io.crs.from_degrees`); else the reading has none.
+    degrees into x and y (`io.crs.degrees_to_grid`); else the reading has none.
     """
     if notation not in NOTATIONS:
         raise ValueError(notation)
@@ -252,7 +252,7 @@ def _orientation(
             Finding("angle.out-of-range", angle="dip", value=dip, minimum=0, maximum=90)
         )
     quadrant = word.get("quadrant", "") if notation in ("quadrant", "strike/dip") else ""
-    plane = plane_of((*given, quadrant) if quadrant else tuple(given), notation)
+    plane = parse_plane_cells((*given, quadrant) if quadrant else tuple(given), notation)
     return "plane", plane.dip_direction_deg, plane.dip_deg
 
 

@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.core.errors import InputError, TargetError, VomError
-from vomstudio.core.files.containment import check_beside
-from vomstudio.core.files.disk_errors import not_written
-from vomstudio.core.files.names import writable
+from vomstudio.core.files.containment import check_generated_path
+from vomstudio.core.files.disk_errors import write_error
+from vomstudio.core.files.names import replace_surrogates
 from vomstudio.core.files.regular import require_regular
 from vomstudio.core.files.untrusted.databases import harden, open_to_read
 from vomstudio.core.findings import Finding
@@ -164,7 +164,7 @@ class SqliteJournal:
             seq,
             kind,
             of_seq,
-            writable(label),  # The records keep what is no UTF-8, as JSON's escapes.
+            replace_surrogates(label),  # The records keep what is no UTF-8, as JSON's escapes.
             dump_json(before),
             dump_json(after),
             time,
@@ -366,7 +366,7 @@ class SqliteJournal:
                 copy.execute("COMMIT")
                 whole = read_head(copy) == last
         except sqlite3.Error as error:
-            raise not_written(path, error) from error
+            raise write_error(path, error) from error
         if not whole:
             raise TargetError(Finding("journal.not-copied"), file=path)
 
@@ -419,7 +419,7 @@ def _check_side_files(path: Path) -> None:
     """SQLite writes beside a journal, even while it reads, and waits for a pipe. Raises TargetError
     for links, InputError for what is no file."""
     for ending in ("", "-journal", "-wal", "-shm"):
-        require_regular(check_beside(path.with_name(path.name + ending)))
+        require_regular(check_generated_path(path.with_name(path.name + ending)))
 
 
 def read_schema_and_replay(folder: Path) -> tuple[int, Replay]:

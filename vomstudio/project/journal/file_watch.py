@@ -9,13 +9,13 @@ from contextlib import closing
 from pathlib import Path
 
 from vomstudio.core.errors import InputError, TargetError, VomError
-from vomstudio.core.files.containment import check_beside
+from vomstudio.core.files.containment import check_generated_path
 from vomstudio.core.files.disk_errors import (
+    failure_reason,
     is_forbidden,
     is_full,
     is_read_only,
-    not_written,
-    reason_of,
+    write_error,
 )
 from vomstudio.core.files.untrusted.databases import open_to_read
 from vomstudio.core.findings import Finding, finding_of
@@ -161,7 +161,7 @@ def writing_was_cut_off(path: Path, error: sqlite3.Error) -> bool:
 
 def copy_database(db: sqlite3.Connection, path: Path) -> None:
     """A sound copy of everything committed so far. Raises TargetError."""
-    check_beside(path)
+    check_generated_path(path)
     try:
         target = sqlite3.connect(path)
         try:
@@ -169,7 +169,7 @@ def copy_database(db: sqlite3.Connection, path: Path) -> None:
         finally:
             target.close()
     except sqlite3.Error as error:
-        raise not_written(path, error) from error
+        raise write_error(path, error) from error
 
 
 def head_of(path: Path) -> Head:
@@ -178,7 +178,7 @@ def head_of(path: Path) -> Head:
         with closing(sqlite3.connect(path)) as db:
             return read_head(db)
     except sqlite3.Error as error:
-        raise not_written(path, error) from error
+        raise write_error(path, error) from error
 
 
 def leave_alone(db: sqlite3.Connection, path: Path, *, log_is_ours: bool) -> None:
@@ -210,7 +210,7 @@ def open_error(error: sqlite3.Error, path: Path) -> InputError | TargetError:
     if "locked" in words:
         return InputError(Finding("journal.in-use"), file=path)
     return TargetError(
-        Finding("journal.not-opened", reason=reason_of(path.parent, error)),
+        Finding("journal.not-opened", reason=failure_reason(path.parent, error)),
         file=path,
     )
 

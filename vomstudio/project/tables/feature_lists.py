@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from vomstudio.core.arrays import FloatArray
-from vomstudio.core.files.spreadsheet_cells import head_line
+from vomstudio.core.files.spreadsheet_cells import comment_line
 from vomstudio.core.version import __version__
 from vomstudio.project.figures import Subject
 from vomstudio.project.kind import Kind
@@ -47,7 +47,7 @@ def _text(kind: Kind, subjects: list[Subject], table: ProjectTable) -> str:
         f"CRS: {table.crs or 'none declared, coordinates as given'}",
         f"units: {table.axes.description}",
     ]
-    lines = [head_line(line).rstrip("\n") for line in head]
+    lines = [comment_line(line).rstrip("\n") for line in head]
     lines.append(",".join([*(f.name for f in figures), WKT]))
     for subject in subjects:
         shape = kind.layer.shape(subject)

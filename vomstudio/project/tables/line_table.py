@@ -9,7 +9,7 @@ from pathlib import Path
 
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.files.atomic import write_bytes
-from vomstudio.core.files.spreadsheet_cells import guarded, head_line
+from vomstudio.core.files.spreadsheet_cells import comment_line, escape_formula
 from vomstudio.core.version import __version__
 
 COLUMNS = ("line", "x", "y", "z")
@@ -27,13 +27,14 @@ def write_line_table(
     """CSV with `line, x, y, z` in World, metres. lines : names and (n, 3) points. Raises
     TargetError."""
     file = io.StringIO()
-    file.write(head_line(f"VOM Studio {__version__}, lines of {source}"))
+    file.write(comment_line(f"VOM Studio {__version__}, lines of {source}"))
     axes = "x East, y North, z Up" if north_known else "x, y, z of a frame without north"
-    file.write(head_line(f"CRS: {crs or 'local'}; {axes}, metres"))
+    file.write(comment_line(f"CRS: {crs or 'local'}; {axes}, metres"))
     out = csv.writer(file, lineterminator="\n")
     out.writerow(COLUMNS)
     for name, points in lines:
         out.writerows(
-            [guarded(name), f"{x:.6f}", f"{y:.6f}", f"{z:.6f}"] for x, y, z in points.tolist()
+            [escape_formula(name), f"{x:.6f}", f"{y:.6f}", f"{z:.6f}"]
+            for x, y, z in points.tolist()
         )
     write_bytes(path, file.getvalue().encode("utf-8"), force=force)

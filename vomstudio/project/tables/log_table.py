@@ -7,7 +7,7 @@ import io
 from pathlib import Path
 
 from vomstudio.core.files.atomic import write_bytes
-from vomstudio.core.files.spreadsheet_cells import guarded, head_line
+from vomstudio.core.files.spreadsheet_cells import comment_line, escape_formula
 from vomstudio.core.version import __version__
 from vomstudio.core.words import tr
 from vomstudio.geology.beds.bed_log import BedLog
@@ -36,7 +36,7 @@ def write_log(
     """CSV. about : for the head, on what the thicknesses rest; metric : lengths are in metres, else
     in units of a model whose scale is not known. Raises TargetError."""
     file = io.StringIO()
-    file.write(head_line(f"VOM Studio {__version__}, log; {about}"))
+    file.write(comment_line(f"VOM Studio {__version__}, log; {about}"))
     unit = Axes(metric=metric).unit
     file.write(f"# {unit} across the bedding, errors 95 %, from the oldest bed up\n")
     out = csv.writer(file, lineterminator="\n")
@@ -47,13 +47,13 @@ def write_log(
         out.writerow(
             [
                 each.number,
-                guarded(each.base),
-                guarded(each.top),
+                escape_formula(each.base),
+                escape_formula(each.top),
                 f"{each.base_m:.4f}",
                 f"{each.top_m:.4f}",
                 f"{each.thickness_m.value:.4f}",
                 "" if error is None else f"{error:.4f}",
-                *map(guarded, words),
+                *map(escape_formula, words),
             ]
         )
     write_bytes(path, file.getvalue().encode("utf-8"), force=force)

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vomstudio.core.files.atomic import write_bytes
-from vomstudio.core.files.spreadsheet_cells import guarded, head_line
+from vomstudio.core.files.spreadsheet_cells import comment_line, escape_formula
 from vomstudio.core.version import __version__
 from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry.units import WORLD, Axes
@@ -174,7 +174,7 @@ def write_orientation_csv(
         *([] if limits is None else [f"profile: {limits.description}"]),
         *notes,
     ]
-    lines = [head_line(text).rstrip("\n") for text in head]
+    lines = [comment_line(text).rstrip("\n") for text in head]
     names = (*COLUMNS, *more)
     lines.append(",".join(names))
     rest = iter(rows)
@@ -250,7 +250,7 @@ _QUOTED = re.compile(r'[,"\n\r]')
 
 
 def csv_text(text: str) -> str:
-    text = guarded(text)
+    text = escape_formula(text)
     # A leading # would make the row a comment for whoever reads it.
     if text[:1] == "#" or _QUOTED.search(text) or text != text.strip():
         return '"' + text.replace('"', '""') + '"'

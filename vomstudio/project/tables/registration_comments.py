@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from vomstudio.geometry.registrations import Registration
-from vomstudio.io.text.registration_comments import MARK
+from vomstudio.io.text.registration_comments import REGISTRATION_PREFIX
 from vomstudio.project.records import Feature, Model, OnAModel, Record, get
 from vomstudio.project.registration_errors import may_be_bowed_deg
 
@@ -49,4 +49,4 @@ def registrations_of(
 
 def registration_lines(told: Sequence[Mapping[str, Any]]) -> list[str]:
     """One line each, without the `#`."""
-    return [f"{MARK} {json.dumps(dict(each))}" for each in told]
+    return [f"{REGISTRATION_PREFIX} {json.dumps(dict(each))}" for each in told]

@@ -11,7 +11,7 @@ from vomstudio.core.arrays import AnyArray, BoolArray, FloatArray
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress, Silent
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.results import HIDDEN
 from vomstudio.core.words import tr
 from vomstudio.geology.orientation import Line
@@ -41,7 +41,7 @@ class Toward:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Comparison(Shown):
+class Comparison(PrintableResult):
     """Signed distances from a benchmark to a model, metres, and their statistics.
 
     n : distances; beyond : points of the model that have no counterpart, and no distance

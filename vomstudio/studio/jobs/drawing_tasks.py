@@ -193,7 +193,7 @@ def _read_lines(asked: DrawingOrder, progress: Progress) -> DrawnLines:
     try:
         brought = bring_back(lines, in_frame(picture, asked.model.to_world), data)
     except InputError as error:
-        raise error.of_file(asked.drawing) from error
+        raise error.with_file(asked.drawing) from error
     return collect_lines(brought, (line.name for line in lines), picture, messages)
 
 

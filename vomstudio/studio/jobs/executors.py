@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from vomstudio.core.errors import UsageError, WorkerError
 from vomstudio.core.findings import Finding
-from vomstudio.core.progress import Executor, Inline, Progress
+from vomstudio.core.progress import Executor, InlineExecutor, Progress
 from vomstudio.core.threads import CHECK_PERIOD_S, PROCESSORS, map_unordered
 from vomstudio.photogrammetry.base.memory import workers_at_once
 
@@ -179,4 +179,4 @@ def make_executor(threads: int | None = None, scheduler: str | None = None) -> E
     if scheduler is not None:
         return Cluster(scheduler)
     count = threads or PROCESSORS
-    return Inline() if count == 1 else Threads(count)
+    return InlineExecutor() if count == 1 else Threads(count)

@@ -9,7 +9,7 @@ from vomstudio.core.files.containment import check_in_project
 from vomstudio.core.findings import Finding
 from vomstudio.io.control.control_files import find_control, marks_beside
 from vomstudio.io.control.points import MARKS
-from vomstudio.io.gis.crs import typed_crs
+from vomstudio.io.gis.crs import parse_crs_option
 from vomstudio.io.photos.reading import photo_names
 from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
 from vomstudio.studio.jobs.reconstruction_tasks import ReconstructionOrder
@@ -56,7 +56,7 @@ def order_reconstruction(
 
 
 def _crs(text: str) -> str:
-    crs, metres = typed_crs(text)
+    crs, metres = parse_crs_option(text)
     if metres != 1.0:
         raise UsageError(
             Finding("frame.not-in-metres", crs=crs),

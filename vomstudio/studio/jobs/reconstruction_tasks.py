@@ -9,7 +9,7 @@ from typing import Any
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
-from vomstudio.core.reprs import Shown
+from vomstudio.core.reprs import PrintableResult
 from vomstudio.core.words import to_translate
 from vomstudio.photogrammetry.survey.check_results import SurveyReport
 from vomstudio.studio.jobs import serialisation
@@ -41,7 +41,7 @@ class ReconstructionOrder:
 
 
 @dataclass(frozen=True, repr=False)
-class Reconstruction(Shown):
+class Reconstruction(PrintableResult):
     """What was made, in figures and file names: the object that `vomstudio reconstruct` prints.
 
     frame : "EPSG:n" or "local"; unit : of the model's coordinates, "m" or "unknown"; unseen_share :

@@ -152,7 +152,7 @@ class Worker:
         except OSError:
             lifeline.close()
             raise
-        lifeline.started()
+        lifeline.close_child_end()
         assert process.stderr is not None
         words = LastWords(process.stderr)
         start_thread(self._read, process, lifeline, words, name="worker output")

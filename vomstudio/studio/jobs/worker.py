@@ -54,7 +54,7 @@ def main() -> int:
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
     end_with_parent()
-    memory_limit.take_charge()
+    memory_limit.enable_limits()
     # A comma locale makes some native readers misread decimal points.
     locale.setlocale(locale.LC_NUMERIC, "C")
     out = os.fdopen(os.dup(1), "w", encoding="utf-8")
@@ -80,7 +80,7 @@ def main() -> int:
             task = task_of(name)
             if task is None:
                 raise WorkerError(Finding("job.unknown-task", task=name))
-            with memory_limit.limited_to_what_is_free():
+            with memory_limit.limit_to_free_memory():
                 done = task.carry_out(args, _Reporter(job, token, send))
             send(Done(job, done))
         except VomError as error:
@@ -89,7 +89,7 @@ def main() -> int:
             exception_hooks.uninstall()
             return 0
         except Exception as error:  # noqa: BLE001  a worker answers for every job it was given
-            if task is not None and memory_limit.is_shortage(error):
+            if task is not None and memory_limit.is_memory_error(error):
                 fault = short_of_memory(task)
                 send(Failed(job, fault.to_dict(), fault.exit_code))
                 continue

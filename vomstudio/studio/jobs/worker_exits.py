@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import IO, Any
 
 from vomstudio.core.errors import VomError, WorkerError
-from vomstudio.core.files.disk_errors import not_taken, tells_of_disk
-from vomstudio.core.files.memory_limit import is_shortage
+from vomstudio.core.files.disk_errors import folder_write_error, is_disk_message
+from vomstudio.core.files.memory_limit import is_memory_error
 from vomstudio.core.findings import Finding
 from vomstudio.core.threads import start_thread
 from vomstudio.core.words import tr
@@ -58,9 +58,9 @@ def failure_of(code: int, said: str, job: Job[Any, Any], request: Any) -> VomErr
     """What a job failed of whose process ended with a status while it said `said`."""
     cause = RuntimeError(_last_word(said))
     out = getattr(request, "out", None)
-    if isinstance(out, Path) and tells_of_disk(cause):
-        return not_taken(out if out.is_dir() else out.parent, cause)
-    if is_shortage(cause):
+    if isinstance(out, Path) and is_disk_message(cause):
+        return folder_write_error(out if out.is_dir() else out.parent, cause)
+    if is_memory_error(cause):
         return short_of_memory(job)
     remedy = tr("Try again.")
     if code == _KILLED:

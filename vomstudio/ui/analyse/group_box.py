@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vomstudio.core.words import tr
-from vomstudio.io.text.repeated_rows import repeats_left_out
+from vomstudio.io.text.repeated_rows import repeats_finding
 from vomstudio.project.kinds import kind_of
 from vomstudio.project.records import FeatureType, Record, Typed
 from vomstudio.project.repeated_features import firsts
@@ -71,7 +71,7 @@ class GroupBox(ComboBox):
         """What is said of repeats in the choice."""
         chosen = self._chosen()
         count = len(chosen) - len(firsts(chosen, self._studio.records))
-        return [repeats_left_out(count).message] if count else []
+        return [repeats_finding(count).message] if count else []
 
     def _chosen(self) -> list[Typed]:
         of, type_id, name = self.choice()

@@ -27,7 +27,7 @@ from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr, tr_n
 from vomstudio.io.gate.points import ModelFrame
-from vomstudio.io.gis.crs import crs_name, from_degrees
+from vomstudio.io.gis.crs import crs_name, degrees_to_grid
 from vomstudio.project.edits import suggest_type
 from vomstudio.project.imports.field_columns import guess
 from vomstudio.project.imports.field_table import FieldTable
@@ -114,7 +114,7 @@ class ReadingsDialog(QDialog):
         self.resize(820, 680)
         self._table, self._records, self._place = table, records, place
         self._kinds = [r for r in records.values() if isinstance(r, FeatureType)]
-        self._to_grid = None if place.crs is None else from_degrees(place.crs)
+        self._to_grid = None if place.crs is None else degrees_to_grid(place.crs)
         self._understood = FieldReadings((), (), ())
         self.readings: list[Reading] = []
         self.types: list[FeatureType] = []

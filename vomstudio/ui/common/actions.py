@@ -11,7 +11,7 @@ from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QWidget
 
 from vomstudio.core.findings import Finding
-from vomstudio.core.signals import once_told
+from vomstudio.core.signals import call_after_notifications
 from vomstudio.core.words import tr
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.widgets import as_words
@@ -137,7 +137,7 @@ class Actions(QObject):
     def refresh(self) -> None:
         """Enable what can run now, check what is switched on, and renew all tooltips: once for all
         that is being told."""
-        once_told(self._refresh)
+        call_after_notifications(self._refresh)
 
     def _refresh(self) -> None:
         for name, command in self._commands.items():

@@ -6,7 +6,7 @@ from PySide6.QtCore import QModelIndex, QStringListModel, Qt
 from PySide6.QtWidgets import QCompleter, QLineEdit, QListView
 
 from vomstudio.core.words import tr
-from vomstudio.io.gis.crs_names import NamedCrs, matching
+from vomstudio.io.gis.crs_names import NamedCrs, search_systems
 
 _LEAST_LETTERS = 2
 
@@ -34,7 +34,7 @@ class CrsField(QLineEdit):
         self.textEdited.connect(self._typed)
 
     def _typed(self, text: str) -> None:
-        self._found = matching(text) if len(text.strip()) >= _LEAST_LETTERS else []
+        self._found = search_systems(text) if len(text.strip()) >= _LEAST_LETTERS else []
         # A whole code is no search: Enter is the dialog's then.
         if any(each.code.casefold() == text.strip().casefold() for each in self._found):
             self._found = []

@@ -38,9 +38,9 @@ def videos() -> str:
 
 def tables() -> str:
     """Text tables, such as those of compass readings."""
-    from vomstudio.io.text.tables import TABLE_ENDINGS
+    from vomstudio.io.text.tables import TABLE_EXTENSIONS
 
-    return _and_all(tr("Tables ({patterns})", patterns=_patterns(TABLE_ENDINGS)))
+    return _and_all(tr("Tables ({patterns})", patterns=_patterns(TABLE_EXTENSIONS)))
 
 
 def listed() -> str:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from vomstudio.core.files.spreadsheet_cells import guarded
+from vomstudio.core.files.spreadsheet_cells import escape_formula
 from vomstudio.core.words import to_translate, tr
 from vomstudio.project.figures import Figure
 from vomstudio.ui.interpret.feature_row import Row
@@ -56,7 +56,7 @@ def _cells(column: Column, row: Row) -> list[str]:
         return ["", ""]
     figure = column.figure
     if figure is None or figure.form in ("text", "flag") or figure.shown is not None:
-        return [guarded(" ".join(column.text(row).split()).replace("–", ""))]
+        return [escape_formula(" ".join(column.text(row).split()).replace("–", ""))]
     return [_value(figure, row)]
 
 

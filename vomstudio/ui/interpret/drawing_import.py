@@ -136,7 +136,7 @@ class DrawingImport(QObject):
     def _refuse(self, error: VomError) -> None:
         # The field is an option of the command line.
         cause = cause_of(error)
-        self._studio.warn(cause if error.file is None else cause.of_file(error.file), "error")
+        self._studio.warn(cause if error.file is None else cause.with_file(error.file), "error")
 
     def _arrived(self, drawing: Path, model: Model, found: DrawnTraces) -> None:
         studio = self._studio

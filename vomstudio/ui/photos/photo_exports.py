@@ -13,9 +13,9 @@ import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from vomstudio.core.errors import InputError, TargetError, VomError
-from vomstudio.core.files.backup import set_aside
+from vomstudio.core.files.backup import back_up
 from vomstudio.core.files.containment import make_folder
-from vomstudio.core.files.disk_errors import not_written
+from vomstudio.core.files.disk_errors import write_error
 from vomstudio.core.files.regular import is_regular, open_regular
 from vomstudio.core.findings import Finding
 from vomstudio.io.control.points import CONTROL, MARKS
@@ -196,7 +196,7 @@ class PhotoExports(QObject):
         try:
             if path.exists() and _sum(path) != self._known.get(path.name):
                 # Somebody else has changed it since it was read here.
-                kept = set_aside(path)
+                kept = back_up(path)
                 path.unlink()
             found = self._document.photo_set
             if path.name == CONTROL:
@@ -205,7 +205,7 @@ class PhotoExports(QObject):
             else:
                 kept = write_marks(path, now.marks) or kept
         except OSError as error:
-            raise not_written(path, error) from error
+            raise write_error(path, error) from error
         self._known[path.name] = _sum(path)
         self._document.set_written(self._known)
         if kept is not None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from vomstudio.core.errors import InputError, TargetError, VomError, WorkerError
 from vomstudio.core.files.atomic import write_bytes
-from vomstudio.core.files.containment import check_beside, make_folder
+from vomstudio.core.files.containment import check_generated_path, make_folder
 from vomstudio.core.files.regular import is_folder, is_regular, read_json, read_small
 from vomstudio.io.models.reconstruction_file import RESULT
 from vomstudio.io.photos.cameras_file import FILE_NAME, read_cameras
@@ -58,7 +58,7 @@ def keep_failure(out: Path, reason: str) -> None:
     with contextlib.suppress(OSError, TargetError):
         if reason:
             make_folder((out / _FAILURE).parent)
-            write_bytes(check_beside(out / _FAILURE), reason.encode("utf-8"), force=True)
+            write_bytes(check_generated_path(out / _FAILURE), reason.encode("utf-8"), force=True)
         else:
             (out / _FAILURE).unlink(missing_ok=True)
 

@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import VomError
 from vomstudio.core.findings import Finding, finding_of
-from vomstudio.core.signals import once_told
+from vomstudio.core.signals import call_after_notifications
 from vomstudio.core.words import tr, tr_n
 from vomstudio.geology.notation import format_attitude, format_line, parse_line
 from vomstudio.geology.orientation import Line, Plane, angle_between_lines
@@ -343,11 +343,11 @@ class ViewPanel(QWidget):
         """The verdict on thousands of beds takes a while: not at every edit for a panel that nobody
         sees, and in a thread for one that is seen."""
         if self._bedding.count <= _MANY_BEDS:
-            once_told(show)
+            call_after_notifications(show)
         elif self.visibleRegion().isEmpty():
             self._stale = True
         elif self._bedding.known:
-            once_told(show)
+            call_after_notifications(show)
         else:
             self._soon.start(0)
 
@@ -357,7 +357,7 @@ class ViewPanel(QWidget):
     def _store_axis(self, axis: FoldAxis | Finding) -> None:
         self._bedding.keep(axis)
         if self._bedding.known:
-            once_told(self._show)
+            call_after_notifications(self._show)
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
         super().showEvent(event)

@@ -7,7 +7,7 @@ import io
 from pathlib import Path
 
 from vomstudio.core.files.atomic import atomic_write, write_bytes
-from vomstudio.core.files.spreadsheet_cells import guarded
+from vomstudio.core.files.spreadsheet_cells import escape_formula
 from vomstudio.core.options import option_words
 from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.notation import exact_plane
@@ -58,7 +58,14 @@ def write_boundaries(result: LogAnswer, path: Path) -> None:
     for name, boundary in zip(names, result.boundaries, strict=True):
         said = words.get(boundary.key, RockWords())
         place = numbers_text(boundary.place).split(",")
-        out.writerow([guarded(name), *place, guarded(said.lithology), guarded(said.notes)])
+        out.writerow(
+            [
+                escape_formula(name),
+                *place,
+                escape_formula(said.lithology),
+                escape_formula(said.notes),
+            ]
+        )
     write_bytes(path, file.getvalue().encode(), force=True)
 
 

@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import GeometryError, InputError, VomError
 from vomstudio.core.files.atomic import write_bytes
-from vomstudio.core.files.spreadsheet_cells import guarded
+from vomstudio.core.files.spreadsheet_cells import escape_formula
 from vomstudio.core.findings import Finding, cause_of
 from vomstudio.core.options import option_words
 from vomstudio.core.words import tr
@@ -373,7 +373,7 @@ def _write_points(result: Answered, path: Path) -> None:
     out.writerow(["name", *sides])
     for name, cut in zip(result.names, result.cuts, strict=True):
         points = [*cut.hanging_wall.tolist(), *cut.footwall.tolist()]
-        out.writerow([guarded(name), *numbers_text(points).split(",")])
+        out.writerow([escape_formula(name), *numbers_text(points).split(",")])
     write_bytes(path, file.getvalue().encode(), force=True)
 
 

@@ -59,7 +59,7 @@ class FailureNotices(QObject):
 
     def begin(self) -> None:
         """The window is filled: show what has gone wrong so far, and a crash of the last run."""
-        if crashes.newly_found():
+        if crashes.has_new_crash():
             self._say_crash()
         waiting, self._waiting = self._waiting, []
         for failure in waiting:

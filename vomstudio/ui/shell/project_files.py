@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QDialog, QFileDialog, QMenu, QMessageBox, QWidget
 from shiboken6 import isValid
 
 from vomstudio.core.errors import InputError, VomError
-from vomstudio.core.files.regular import is_there
+from vomstudio.core.files.regular import path_exists
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.frames import Frame
@@ -401,7 +401,7 @@ class Files(QObject):
         menu.clear()
         for text in self._studio.settings.recent:
             action = menu.addAction(text)
-            action.setEnabled(is_there(text))
+            action.setEnabled(path_exists(text))
             action.triggered.connect(lambda _=False, p=text: self.open_path(Path(p)))
         if menu.isEmpty():
             menu.addAction(tr("No recent projects or models")).setEnabled(False)

@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from vomstudio.core.files.regular import is_there
+from vomstudio.core.files.regular import path_exists
 from vomstudio.core.words import tr
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import Label, Scrolling, as_words
@@ -82,7 +82,7 @@ class StartPage(QFrame):
         while (item := self._recent.takeAt(0)) is not None:
             if (old := item.widget()) is not None:
                 old.deleteLater()
-        existing = [Path(p) for p in self._studio.settings.recent if is_there(p)][:5]
+        existing = [Path(p) for p in self._studio.settings.recent if path_exists(p)][:5]
         if existing:
             self._recent.addWidget(Label(tr("Recent")))
         for path in existing:

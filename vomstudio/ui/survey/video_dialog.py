@@ -147,7 +147,7 @@ class VideoDialog(QDialog):
         def done(result: FrameReport) -> None:
             self._ended(report_words(result))
             level = "info" if result.good_enough else "warning"
-            studio.warn(verdict_of(result).of_file(video.name), level)
+            studio.warn(verdict_of(result).with_file(video.name), level)
             open_photos(folder)
 
         def failed(event: Failed) -> None:

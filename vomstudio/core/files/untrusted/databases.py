@@ -35,7 +35,7 @@ _LIMITS = {
     sqlite3.SQLITE_LIMIT_TRIGGER_DEPTH: 10,
 }
 """SQLite, "Defense Against The Dark Arts" (sqlite.org/security.html), 1.1."""
-_OPCODES_PER_LOOK = 100_000
+_OPCODES_PER_CHECK = 100_000
 
 _TOKEN = re.compile(
     r"/\*.*?(?:\*/|\Z)|--[^\n]*"
@@ -171,21 +171,21 @@ def open_to_read(path: Path, patience_s: float = 5.0) -> sqlite3.Connection:
 
 
 def harden(db: sqlite3.Connection) -> None:
-    """Limit what code in the schema of a database can do.
+    """Restrict code in the schema of a database.
 
     Functions with side effects are disabled, statements have limits, and a request to end the
     process interrupts a running statement.
     """
     for limit, value in _LIMITS.items():
         db.setlimit(limit, value)
-    db.set_progress_handler(_is_interrupted, _OPCODES_PER_LOOK)
+    db.set_progress_handler(_is_interrupted, _OPCODES_PER_CHECK)
     db.execute("PRAGMA trusted_schema = OFF").close()
     db.execute("PRAGMA cell_size_check = ON").close()
 
 
 def _is_interrupted() -> bool:
     # Signal handlers run only while Python code runs.
-    return stop_requests.was_asked()
+    return stop_requests.is_requested()
 
 
 def read_schema(db: sqlite3.Connection) -> Iterator[SchemaEntry]:
@@ -213,11 +213,11 @@ def _entry(name: str, sql: str) -> SchemaEntry:
     tokens = tuple(token.lower() for token in written)
     for words in _KINDS:
         if tokens[: len(words)] == words and len(tokens) > len(words):
-            rest = tokens[len(words) :]
-            if rest[:3] == ("if", "not", "exists"):
-                rest = rest[3:]
+            definition = tokens[len(words) :]
+            if definition[:3] == ("if", "not", "exists"):
+                definition = definition[3:]
             kind = " ".join(word for word in words[1:] if word != "unique")
-            return SchemaEntry(kind, _unquoted(written[-len(rest)]), rest)
+            return SchemaEntry(kind, _unquoted(written[-len(definition)]), definition)
     return SchemaEntry("entry", name, tokens)
 
 

@@ -350,7 +350,7 @@ def _directories(file: BinaryIO) -> Iterator[_Directory]:
     if start is None:
         return
     order, big, _ = start
-    for entries in _all_directories(file, with_exif=False):
+    for entries in _all_directories(file, include_exif=False):
         yield {
             tag: max(_numbers(file, order, big, kind, count, value), default=0)
             for kind, count, tag, value in entries
@@ -359,7 +359,7 @@ def _directories(file: BinaryIO) -> Iterator[_Directory]:
 
 
 def _all_directories(
-    file: BinaryIO, *, with_exif: bool = True
+    file: BinaryIO, *, include_exif: bool = True
 ) -> Iterator[list[tuple[int, int, int, int]]]:
     """Yield the entries of each directory of a TIFF once, the first one first."""
     start = _tiff_start(file)
@@ -367,20 +367,20 @@ def _all_directories(
         return
     order, big, first = start
     size = file.seek(0, io.SEEK_END)
-    waiting, seen = [first], set[int]()
-    while waiting:
-        at = waiting.pop(0)
-        if at == 0 or at in seen or at >= size:
+    pending, visited = [first], set[int]()
+    while pending:
+        offset = pending.pop(0)
+        if offset == 0 or offset in visited or offset >= size:
             continue
-        seen.add(at)
-        entries, following = _entries(file, at, order, big)
+        visited.add(offset)
+        entries, following = _entries(file, offset, order, big)
         yield entries
         for kind, count, tag, value in entries:
-            if with_exif and tag in _EXIF_DIRECTORIES:
-                waiting.append(value)
+            if include_exif and tag in _EXIF_DIRECTORIES:
+                pending.append(value)
             elif tag == _SUB_DIRECTORIES:
-                waiting += _numbers(file, order, big, kind, count, value)
-        waiting.append(following)
+                pending += _numbers(file, order, big, kind, count, value)
+        pending.append(following)
 
 
 def _tiff_start(file: BinaryIO) -> tuple[str, bool, int] | None:
@@ -419,7 +419,7 @@ def _entries(
 
 
 def _numbers(file: BinaryIO, order: str, big: bool, kind: int, count: int, value: int) -> list[int]:
-    """Return up to a few hundred whole numbers of an entry, which holds them or their place."""
+    """Return up to a few hundred integers of an entry, which contains them or their offset."""
     code = {1: "B", 3: "H", 4: "I", 13: "I", 16: "Q", 18: "Q"}.get(kind)
     if code is None:
         return []

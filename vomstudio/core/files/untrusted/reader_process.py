@@ -1,8 +1,8 @@
-"""A reader in a process of its own, for libraries that cannot be interrupted.
+"""A reader in a separate process, for libraries that cannot be interrupted.
 
-GDAL reads as long as it takes, and Python stands still meanwhile: no thread of this process could
-report progress or end the reading. The process is held to the memory that the file can be worth,
-can be ended at any time, and ends with this one.
+GDAL holds the GIL while it reads, so no thread of this process could report progress or end the
+reading. The memory of the process is limited by the size of the file; the process can be ended at
+any time and ends with its parent.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ from vomstudio.core.progress import Progress
 from vomstudio.core.threads import run_in_thread
 from vomstudio.core.words import tr
 
-_LOOK_S = 0.1
+_POLL_PERIOD_S = 0.1
 
 
-def ask(module: str, question: Mapping[str, Any], progress: Progress, path: Path) -> bytes:
-    """Have a module answer a question in a process of its own.
+def run_reader(module: str, request: Mapping[str, Any], progress: Progress, path: Path) -> bytes:
+    """Run a reader module on a request in a separate process.
 
     Parameters
     ----------
     module : str
         Its ``__main__`` calls `serve`.
-    question : mapping
+    request : mapping
         Plain data.
     progress : Progress
         Its `step` may end the reading by an exception.
     path : Path
-        The file that is read, for messages.
+        File that is read, for messages.
 
     Returns
     -------
@@ -49,14 +49,14 @@ def ask(module: str, question: Mapping[str, Any], progress: Progress, path: Path
     Raises
     ------
     InputError
-        With ``file.memory-exceeded`` if the process came to no end of its own.
+        With ``file.memory-exceeded`` if the process did not end normally.
     """
     from concurrent.futures import wait
 
     line = lifeline.Lifeline()
     try:
         process = subprocess.Popen(
-            # -P: a json.py beside the file is not Python's.
+            # -P: do not import a json.py beside the file.
             [sys.executable, "-P", "-m", module],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -68,15 +68,15 @@ def ask(module: str, question: Mapping[str, Any], progress: Progress, path: Path
             },
             pass_fds=line.descriptors,
         )
-        line.started()
-        text = json.dumps(question).encode("ascii")
+        line.close_child_end()
+        text = json.dumps(request).encode("ascii")
         answer = run_in_thread(process.communicate, text, name="reader process")
         try:
             progress.stage(tr("Reading {file}", file=path.name))
-            looks = 0
-            while not wait([answer], _LOOK_S).done:
-                looks += 1
-                progress.step(looks)
+            polls = 0
+            while not wait([answer], _POLL_PERIOD_S).done:
+                polls += 1
+                progress.step(polls)
         finally:
             if process.poll() is None:
                 process.kill()
@@ -89,14 +89,14 @@ def ask(module: str, question: Mapping[str, Any], progress: Progress, path: Path
 
 
 def serve(answer: Callable[[dict[str, Any]], bytes]) -> int:
-    """Read a question from stdin, write the answer to stdout; the exit status."""
+    """Read a request from stdin, write the answer to stdout and return the exit status."""
     out = os.fdopen(os.dup(1), "wb")
-    # Libraries print to the other one.
+    # Messages of libraries go to stderr.
     os.dup2(2, 1)
     lifeline.end_with_parent()
-    memory_limit.take_charge()
-    question = json.load(sys.stdin)
-    answered = answer(question)
+    memory_limit.enable_limits()
+    request = json.load(sys.stdin)
+    content = answer(request)
     with out:
-        out.write(answered)
+        out.write(content)
     return 0

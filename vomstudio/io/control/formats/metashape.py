@@ -12,12 +12,12 @@ from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import in_metres
 from vomstudio.io.text.xml_tree import (
     Element,
-    Once,
+    UniqueKeys,
     attribute,
+    element_error,
     is_xml,
     number,
     read_xml,
-    wrong,
 )
 
 TOP = "document"
@@ -60,7 +60,7 @@ def _points(path: Path, root: Element) -> list[ControlPoint]:
     """Markers that have coordinates; those that are switched off in the reference pane are check
     points. Raises InputError with line and element."""
     points = []
-    labels = Once(path)
+    labels = UniqueKeys(path)
     for marker in _markers(_chunk(path, root)):
         reference = marker.find("reference")
         if reference is None or "x" not in reference.attrib:
@@ -124,7 +124,7 @@ def _number(path: Path, element: Element, name: str) -> float:
 def _known(path: Path, element: Element, name: str, known: dict[str, str]) -> str:
     key = attribute(path, element, name)
     if key not in known:
-        raise wrong(path, element, Finding("control.unknown-key", name=name, key=key))
+        raise element_error(path, element, Finding("control.unknown-key", name=name, key=key))
     return known[key]
 
 

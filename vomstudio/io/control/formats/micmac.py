@@ -13,12 +13,12 @@ from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.text.xml_tree import (
     Element,
-    Once,
+    UniqueKeys,
+    element_error,
     is_xml,
     numbers,
     read_xml,
     words,
-    wrong,
 )
 
 POINTS, MARKS = "DicoAppuisFlottant", "SetOfMesureAppuisFlottants"
@@ -41,7 +41,7 @@ def points_of(path: Path) -> list[ControlPoint]:
         )
         raise InputError(said, file=path, field=root.tag)
     points = []
-    labels = Once(path)
+    labels = UniqueKeys(path)
     for each in found:
         label = words(path, each, "NamePt")
         labels.add(label, each, "table.repeated-label", "NamePt", label=label)
@@ -63,7 +63,7 @@ def _sigma(path: Path, point: Element) -> float | None:
     if stated == _UNSTATED:
         return None
     if min(stated) <= 0:
-        raise wrong(path, element, Finding("table.not-positive"))
+        raise element_error(path, element, Finding("table.not-positive"))
     return float((sum(value * value for value in stated) / 3) ** 0.5)
 
 
@@ -73,7 +73,7 @@ def marks_of(path: Path) -> list[Mark]:
     root = read_xml(path)
     photos = [each for top in root.iter(MARKS) for each in top.findall(_PHOTO)]
     marks = []
-    seen = Once(path)
+    seen = UniqueKeys(path)
     for photo in photos:
         name = words(path, photo, "NameIm").replace("\\", "/")
         for each in photo.findall(_MARK):

@@ -15,7 +15,7 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import in_metres
-from vomstudio.io.text.encodings import as_utf8, text_of
+from vomstudio.io.text.encodings import convert_to_utf8, decode_text
 
 _LARGEST = 64 << 20
 _UTM = re.compile(r"WGS84\s+UTM\s+(\d{1,2})\s*([NS])", re.IGNORECASE)
@@ -58,7 +58,7 @@ def is_odm(path: str | Path) -> bool:
         return False
     try:
         with open_regular(path) as stream:
-            head = as_utf8(stream.read(1 << 16)).decode("utf-8", "ignore")
+            head = convert_to_utf8(stream.read(1 << 16)).decode("utf-8", "ignore")
         for text in head.splitlines():
             if text.strip() and not text.startswith("#"):
                 return _HEADER.fullmatch(text.strip()) is not None
@@ -71,7 +71,7 @@ def read_odm(path: str | Path) -> OdmControl:
     """Raises InputError with line and column."""
     path = Path(path)
     try:
-        lines = text_of(read_small(path, _LARGEST)).splitlines()
+        lines = decode_text(read_small(path, _LARGEST)).splitlines()
     except OSError as error:
         raise InputError(Finding("file.unreadable", reason=error.strerror), file=path) from error
     except UnicodeDecodeError as error:

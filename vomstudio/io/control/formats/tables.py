@@ -21,10 +21,10 @@ from vomstudio.core.words import to_translate
 from vomstudio.io.control.format import ControlFormat
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.projection import in_metres
-from vomstudio.io.gate.stated_crs import crs_of_table
-from vomstudio.io.text.file_text import MOST_OBJECTS
+from vomstudio.io.gate.stated_crs import table_crs
+from vomstudio.io.text.file_text import MAX_OBJECTS
 from vomstudio.io.text.named_columns import LABEL, PHOTO, WORLD, NamedTable
-from vomstudio.io.text.tables import TABLE_ENDINGS, read_table
+from vomstudio.io.text.tables import TABLE_EXTENSIONS, read_table
 
 _POINTS, _MARKS = ("label", "x", "y", "z"), ("label", "photo", "x", "y")
 """The order of the columns where there is no header."""
@@ -35,11 +35,11 @@ _DOWN = ("y", "y px", "pixel y", "py", "v", "row", "line")
 
 def points_of(path: Path) -> list[ControlPoint]:
     """Raises InputError with file, line and column."""
-    if not len(read_table(path, most=MOST_OBJECTS)):
+    if not len(read_table(path, max_lines=MAX_OBJECTS)):
         raise InputError(Finding("control.no-points"), file=path)
     table = NamedTable(path, _POINTS)
     labels = table.words(LABEL, "label")
-    table.require_once(labels)
+    table.require_unique(labels)
     places, uses = table.columns(WORLD, _POINTS[1:]), table.uses()
     points = []
     for label, place, sigma, check in zip(labels, places, table.sigma(), uses, strict=True):
@@ -59,7 +59,7 @@ def _one_for_all(sigma: FloatArray) -> float | None:
 
 def marks_of(path: Path) -> list[Mark]:
     """Raises InputError with file, line and column."""
-    if not len(read_table(path, most=MOST_OBJECTS)):
+    if not len(read_table(path, max_lines=MAX_OBJECTS)):
         raise InputError(Finding("control.no-marks"), file=path)
     table = NamedTable(path, _MARKS)
     labels = table.words(LABEL, "label")
@@ -92,7 +92,7 @@ def crs_of(path: Path) -> str | None:
     InputError
         For a CRS in degrees, or one that is not known.
     """
-    stated, findings = crs_of_table(path, read_table(path, most=MOST_OBJECTS).comments)
+    stated, findings = table_crs(path, read_table(path, max_lines=MAX_OBJECTS).comments)
     if findings and stated.text is None:
         raise InputError(findings[0], file=path, field="CRS")
     return in_metres(path, (), stated.text)[1]
@@ -105,5 +105,5 @@ CONTROL_FORMAT = ControlFormat(
     marks=marks_of,
     crs=crs_of,
     certain=False,
-    extensions=TABLE_ENDINGS,
+    extensions=TABLE_EXTENSIONS,
 )

@@ -20,7 +20,7 @@ from vomstudio.core.words import tr
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.coincident_points import place_keys
 from vomstudio.geometry.mesh import Mesh
-from vomstudio.io.text.encodings import MARKS, as_utf8
+from vomstudio.io.text.encodings import MARKS, convert_to_utf8
 
 BLOCK_BYTES = 8 * 1024 * 1024
 READERS = 3
@@ -69,7 +69,7 @@ def in_utf8(data: ByteArray, tail: bytes = b"") -> ByteArray:
     if data[:2].tobytes() not in MARKS:
         return data
     raw = data[: len(data) - len(tail)].tobytes()
-    return np.frombuffer(bytearray(as_utf8(raw) + tail), np.uint8)
+    return np.frombuffer(bytearray(convert_to_utf8(raw) + tail), np.uint8)
 
 
 _DECIMAL_COMMA = re.compile(rb"(?<![\w.,])[+-]?\d+,\d+(?:[eE][+-]?\d+)?(?![\w.,])")

@@ -15,9 +15,9 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import StatedAxes, stated_axes, unit_text
-from vomstudio.io.gis.geo_keys import Keys, name_keys
+from vomstudio.io.gis.geo_keys import Keys, decode_keys
 from vomstudio.io.models.reader import Reference
-from vomstudio.io.text.encodings import as_utf8
+from vomstudio.io.text.encodings import convert_to_utf8
 
 _WKT, _DIRECTORY, _DOUBLES, _TEXTS = 2112, 34735, 34736, 34737
 _LONGEST = 1_000_000
@@ -53,7 +53,7 @@ def las_reference(path: Path) -> Reference:
 
 
 def _of_wkt(records: Mapping[int, bytes], wrong: list[str]) -> Reference | None:
-    text = as_utf8(records.get(_WKT, b"")).decode("utf-8", "replace").strip("\0 \r\n\t")
+    text = convert_to_utf8(records.get(_WKT, b"")).decode("utf-8", "replace").strip("\0 \r\n\t")
     try:
         stated_axes(text)
     except InputError:
@@ -65,7 +65,7 @@ def _of_wkt(records: Mapping[int, bytes], wrong: list[str]) -> Reference | None:
 def _of_keys(records: Mapping[int, bytes], wrong: list[str]) -> Reference | None:
     keys = Keys(*(records.get(number, b"") for number in (_DIRECTORY, _DOUBLES, _TEXTS)))
     try:
-        named = name_keys(keys)
+        named = decode_keys(keys)
     except InputError:
         wrong.append("GeoTIFF")
         return None

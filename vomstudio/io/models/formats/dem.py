@@ -11,7 +11,7 @@ import numpy as np
 from vomstudio.core.arrays import AnyArray, FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.files.names import utf8_name
-from vomstudio.core.files.regular import require_regular_beside
+from vomstudio.core.files.regular import require_regular_siblings
 from vomstudio.core.files.untrusted.pictures import RASTER_CACHE_BYTES, check_raster
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
@@ -19,8 +19,8 @@ from vomstudio.core.words import to_translate, tr
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.units import METRES
 from vomstudio.io.gis.axis_units import stated_axes
-from vomstudio.io.gis.geo_keys import COMPOUND, keys_of_tiff, name_keys
-from vomstudio.io.gis.raster import libtiff_silent
+from vomstudio.io.gis.geo_keys import COMPOUND, decode_keys, read_tiff_keys
+from vomstudio.io.gis.raster import silence_libtiff
 from vomstudio.io.models.formats._common import drop_unsound
 from vomstudio.io.models.reader import LoadedModel, Reader
 
@@ -84,13 +84,13 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     from rasterio._err import CPLE_BaseError
     from rasterio.errors import RasterioError
 
-    require_regular_beside(path)
+    require_regular_siblings(path)
     check_raster(path)
     progress.stage(tr("Reading the heights"))
     messages: list[Finding] = []
     try:
         with (
-            libtiff_silent(),
+            silence_libtiff(),
             rasterio.Env(GDAL_CACHEMAX=RASTER_CACHE_BYTES, **COMPOUND),
             utf8_name(path) as named,
             _opened(named) as dataset,
@@ -154,10 +154,10 @@ def _crs_of(dataset: Any, path: Path, messages: list[Finding]) -> tuple[str | No
     text = str(dataset.crs.to_wkt())
     if "VOM Studio view plane" in text:
         raise InputError(Finding("dem.depths"), file=path)
-    keys = keys_of_tiff(path)
+    keys = read_tiff_keys(path)
     if not keys.directory:  # named by a file beside it
         return text, None
-    named = name_keys(keys)
+    named = decode_keys(keys)
     if stated_axes(text).kind != "local":
         return text, named.height_unit
     messages += named.warnings

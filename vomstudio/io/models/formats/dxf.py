@@ -25,7 +25,7 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Material, Mesh
 from vomstudio.io.gis.axis_units import UNKNOWN, Units
 from vomstudio.io.gis.dxf import WHITE, color_table
-from vomstudio.io.gis.dxf_groups import binary_groups, is_binary, text_of
+from vomstudio.io.gis.dxf_groups import binary_groups, is_binary, value_text
 from vomstudio.io.gis.dxf_properties import POLYFACE_MESH, POLYGON_MESH
 from vomstudio.io.models.formats._common import (
     BLOCK_BYTES,
@@ -240,7 +240,7 @@ def _groups(data: bytes, path: Path) -> Iterator[tuple[list[int], list[bytes], i
         codes, values = [], []
         for code, value in binary_groups(data):
             codes.append(code)
-            values.append(text_of(value))
+            values.append(value_text(value))
             if len(codes) >= _GROUPS_PER_BLOCK:
                 yield codes, values, 0
                 codes, values = [], []

@@ -33,7 +33,7 @@ from vomstudio.io.models.formats._ply_header import MAGIC, MAX_HEADER_BYTES, Hea
 from vomstudio.io.models.formats._ply_tables import Table, read_binary, read_text, whole_numbers
 from vomstudio.io.models.mtl import check_image, find_beside, texture_finding
 from vomstudio.io.models.reader import LoadedModel, Reader
-from vomstudio.io.text.encodings import as_utf8
+from vomstudio.io.text.encodings import convert_to_utf8
 
 MAX_ROWS = 2**31 - 1
 
@@ -60,7 +60,7 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     """
     data = read_whole(path, progress)
     if not matches(path, data[:4].tobytes()):
-        data = np.frombuffer(as_utf8(data.tobytes()), np.uint8)
+        data = np.frombuffer(convert_to_utf8(data.tobytes()), np.uint8)
     header = read_header(data[:MAX_HEADER_BYTES].tobytes(), path)
     messages: list[Finding] = []
     budget = Budget(path, len(data))

@@ -33,7 +33,7 @@ from vomstudio.io.models.formats._common import (
 from vomstudio.io.models.formats._decimals import python_number
 from vomstudio.io.models.offset_file import read_offset
 from vomstudio.io.models.reader import LoadedModel, Reader
-from vomstudio.io.text.encodings import MARKS, as_utf8
+from vomstudio.io.text.encodings import MARKS, convert_to_utf8
 
 HEADER_BYTES, RECORD_BYTES = 84, 50
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -80,7 +80,7 @@ def _is_binary(data: ByteArray) -> bool:
     top = data[:4096].tobytes()
     if top[:2] in MARKS:
         return False
-    top = as_utf8(top)
+    top = convert_to_utf8(top)
     return b"\0" in top or top.lstrip()[:5].lower() != b"solid"
 
 

@@ -29,18 +29,18 @@ from vomstudio.io.models.formats._common import (
 )
 from vomstudio.io.models.formats._row_widths import are_even
 from vomstudio.io.models.reader import LoadedModel, Reader
-from vomstudio.io.text.column_names import plain
-from vomstudio.io.text.encodings import as_utf8
-from vomstudio.io.text.file_text import LARGEST_FILE
+from vomstudio.io.text.column_names import normalise_name
+from vomstudio.io.text.encodings import convert_to_utf8
+from vomstudio.io.text.file_text import MAX_FILE_BYTES
 from vomstudio.io.text.rows import (
-    LONGEST_LINE,
+    MAX_LINE_LENGTH,
     TextRows,
     cut,
     is_blank,
     is_comma_number,
     is_header,
     parse_number,
-    refuse_decimal_commas_between_spaces,
+    refuse_decimal_commas,
     sniff,
 )
 from vomstudio.io.text.tables import TextTable, coordinate_columns, read_points
@@ -96,9 +96,9 @@ def read(path: Path, progress: Progress) -> LoadedModel:
     Raises InputError with the line where a coordinate is a word or a row is ragged.
     """
     data = read_whole(path, progress).tobytes()
-    if len(data) > LARGEST_FILE:
+    if len(data) > MAX_FILE_BYTES:
         raise InputError(Finding("table.too-large", size_gib=len(data) / 2**30), file=path)
-    data = as_utf8(data)
+    data = convert_to_utf8(data)
     if b"\r" in data and b"\n" not in data:
         data = data.replace(b"\r", b"\n")
     require_text(path, data)
@@ -117,7 +117,7 @@ def _layout(head: bytes, more: bool, path: Path) -> Layout:
     lines = head.decode("utf-8-sig", "replace").replace("\r\n", "\n").split("\n")
     if more and len(lines) > 1:
         lines = lines[:-1]
-    if max(map(len, lines)) > min(LONGEST_LINE, HEAD_BYTES - 1):
+    if max(map(len, lines)) > min(MAX_LINE_LENGTH, HEAD_BYTES - 1):
         raise InputError(Finding("table.long-line", count=max(map(len, lines))), file=path)
     rows = [(n, line) for n, line in enumerate(lines) if not is_blank(line) and line[:1] != "#"]
     if not rows:
@@ -127,7 +127,7 @@ def _layout(head: bytes, more: bool, path: Path) -> Layout:
     sample = [line.replace('"', "") for _, line in rows[:SAMPLE_ROWS]]
     delimiter = sniff(sample)
     places = [n + 1 for n, _ in rows[:SAMPLE_ROWS]]
-    refuse_decimal_commas_between_spaces(path, sample, places, delimiter)
+    refuse_decimal_commas(path, sample, places, delimiter)
     first = cut(sample[0], delimiter)
     header: list[str] | None = None
     at, header_line = 0, 0
@@ -161,7 +161,7 @@ def _commented_header(lines: list[str], width: int, delimiter: str) -> tuple[lis
         if not text.startswith("#"):
             continue
         names = cut(text.lstrip("#/ "), delimiter)
-        if len(names) == width and [plain(n) for n in names[:3]] == ["x", "y", "z"]:
+        if len(names) == width and [normalise_name(n) for n in names[:3]] == ["x", "y", "z"]:
             return names, number
         return None, 0
     return None, 0
@@ -187,7 +187,7 @@ def _columns(layout: Layout, path: Path, messages: list[Finding]) -> ColumnUses:
     )
     columns = ColumnUses(coordinate_columns(table))
     names = {
-        plain(name): i
+        normalise_name(name): i
         for i, name in reversed(list(enumerate(layout.header)))
         if i not in columns.xyz
     }

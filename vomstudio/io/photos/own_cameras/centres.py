@@ -30,7 +30,7 @@ def read_centres(path: Path) -> OwnCameras:
     """Raises InputError with line and column."""
     table = NamedTable(path, ("photo", "x", "y", "z"))
     names = [name.replace("\\", "/") for name in table.words(PHOTO, "photo")]
-    table.require_once(names)
+    table.require_unique(names)
     estimated = all(table.has(column) for column in _ESTIMATED)
     degrees = table.has(("lon", "longitude", "x longitude")) and not estimated
     columns = _ESTIMATED if estimated else WORLD
@@ -42,7 +42,7 @@ def read_centres(path: Path) -> OwnCameras:
             line=table.table.header_line,
             field=table.table.label(0),
         )
-    table.require_places(places)
+    table.require_coordinates(places)
     ours = all(table.has(column) for column in (*_OURS, ("model",), ("params",), ("width",)))
     if ours:
         return of_views(path, _views(table, names, places))

@@ -12,7 +12,7 @@ from vomstudio.core.errors import VomError
 from vomstudio.core.words import tr
 from vomstudio.geology.orientation import Line, Plane, normals_to_planes, planes_to_normals
 from vomstudio.geology.roses import LINES_HAVE
-from vomstudio.io.text.repeated_rows import repeats_not_drawn
+from vomstudio.io.text.repeated_rows import repeats_note
 from vomstudio.products.net.contents import (
     AnyEllipse,
     NetBand,
@@ -125,7 +125,7 @@ class NetSource:
         studio = self._studio
         again = studio.session.records.once(on_the_net)[1]
         left = sum(studio.visible(f.id) and studio.visible(f.type_id) for f in again)
-        return repeats_not_drawn(left)
+        return repeats_note(left)
 
     def colors_of(self, ids: Iterable[str], style: FigureStyle) -> dict[str, str]:
         """#rrggbb of these features' types in figures, by what a table calls the type."""

@@ -434,7 +434,7 @@ class ControlPanel(QWidget):
         if crs:
             self.field.setText(crs)
         for note in pairs.notes:
-            self._studio.warn(note.of_file(path.name))
+            self._studio.warn(note.with_file(path.name))
         first = next((p.id for p in self._points if not p.vertices), "")
         self._tool.choose(first)
 
