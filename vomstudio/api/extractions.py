@@ -217,7 +217,7 @@ def follow(
     from vomstudio.extraction.proposals.edge_pictures import DRAWN, wearing_edges
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.io.models.opening import resolution
-    from vomstudio.studio.jobs.edge_detection import edges_by
+    from vomstudio.studio.jobs.edge_detection import open_edge_finder
 
     options = options_from_arguments(
         FollowOptions,
@@ -229,7 +229,10 @@ def follow(
     report = told(progress, cancel)
     source_model = model if is_array(model) else model_of(model)
     report.stage(tr("Following the contact"))
-    with edges_by(options.onnx_model, report, cancel) as edges, arguments_named(FollowOptions):
+    with (
+        open_edge_finder(options.onnx_model, report, cancel) as edges,
+        arguments_named(FollowOptions),
+    ):
         data, crs, _ = placed(source_model, "model")
         spacing = resolution(data)
         arguments: dict[str, Any] = {

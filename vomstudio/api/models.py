@@ -437,10 +437,10 @@ def registered(model: Mesh | PointCloud, registration: Registration) -> Mesh | P
 
 def _read_of_project(path: Path, project: Path, progress: Progress | None) -> Mesh | PointCloud:
     from vomstudio.io.models.opening import read_model
-    from vomstudio.studio.world_models import model_in
+    from vomstudio.studio.world_models import find_project_model
 
     loaded = read_model(path, progress)
-    return as_recorded(loaded, model_in(project, loaded))
+    return as_recorded(loaded, find_project_model(project, loaded))
 
 
 def as_recorded(loaded: LoadedModel, record: Model) -> Mesh | PointCloud:

@@ -22,7 +22,7 @@ from vomstudio.project.records import Model
 from vomstudio.project.verify import Verification, verify
 from vomstudio.studio.headless_project import HeadlessProject, Picks
 from vomstudio.studio.project_summary import ModelFacts, fitted_records, model_facts
-from vomstudio.studio.surfaces.grid_coverage import GridShare, shares_of
+from vomstudio.studio.surfaces.grid_coverage import GridShare, grid_shares
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -202,7 +202,7 @@ class Project:
         (``cells``, ``done``, ``empty``, ``unmeasurable``, ``not_looked_at``, ``looked_at_share``,
         ``density_1_per_m2``, ``P21_1_per_m``; areas in m2). A grid whose model is gone is left out
         with a warning."""
-        found, said = shares_of(self._open_desk())
+        found, said = grid_shares(self._open_desk())
         warn(said)
         return found
 

@@ -81,7 +81,7 @@ def propose_traces(
     from vomstudio.extraction.proposals.edge_pictures import wearing_edges
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.io.models.opening import resolution
-    from vomstudio.studio.jobs.edge_detection import edges_by
+    from vomstudio.studio.jobs.edge_detection import open_edge_finder
 
     options = options_from_arguments(
         ProposalOptions,
@@ -91,7 +91,10 @@ def propose_traces(
         onnx_model=path_text(onnx_model, "onnx_model"),
     )
     report = told(progress, cancel)
-    with edges_by(options.onnx_model, report, cancel) as edges, arguments_named(ProposalOptions):
+    with (
+        open_edge_finder(options.onnx_model, report, cancel) as edges,
+        arguments_named(ProposalOptions),
+    ):
         data, crs, _ = placed(model if is_array(model) else model_of(model), "model")
         spacing = resolution(data)
         return proposing.propose_traces(

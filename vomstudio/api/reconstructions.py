@@ -77,7 +77,7 @@ def reconstruct(
     Traceback (most recent call last):
     vomstudio.core.errors.InputError: ...none: This is not a folder of photos. Choose another.
     """
-    from vomstudio.studio.jobs.reconstruction_requests import order_reconstruction
+    from vomstudio.studio.jobs.reconstruction_requests import reconstruction_request
     from vomstudio.studio.jobs.reconstruction_tasks import RECONSTRUCT
     from vomstudio.studio.jobs.run_job import run_job
 
@@ -95,7 +95,7 @@ def reconstruct(
         region=None if region is None else joined(numbers(region, "region")),
     )
     with arguments_named(ReconstructOptions):
-        order, findings = order_reconstruction(
+        order, findings = reconstruction_request(
             path_of(photos, "photos"), path_of(folder, "folder"), options
         )
     result = run_job(RECONSTRUCT, order, report, cancel)

@@ -63,7 +63,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.io.models.writing import choose_writer
     from vomstudio.registration.distances.comparison import compare
     from vomstudio.registration.overlap import crs_findings
-    from vomstudio.studio.world_models import read_beside, read_in_world
+    from vomstudio.studio.world_models import read_comparison_model, read_in_world
 
     options = options_from(args, CompareOptions)
     if args.output is not None:
@@ -73,7 +73,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress = progress_of(args)
     frame = frame_options(args)
     model = read_in_world(args.model, progress, frame, args.project)
-    benchmark = read_beside(args.benchmark, progress, args.project, frame)
+    benchmark = read_comparison_model(args.benchmark, progress, args.project, frame)
     names = (Path(args.model).name, Path(args.benchmark).name)
     warnings: list[Finding] = [
         *(

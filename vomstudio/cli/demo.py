@@ -133,10 +133,10 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
         sample_model,
         sample_photos,
     )
-    from vomstudio.studio.jobs.reconstruction_tasks import RECONSTRUCT, ReconstructionOrder
+    from vomstudio.studio.jobs.reconstruction_tasks import RECONSTRUCT, ReconstructionRequest
     from vomstudio.studio.jobs.run_job import run_job
 
-    order = ReconstructionOrder(
+    order = ReconstructionRequest(
         sample_photos(),
         (folder / "photos").resolve(),
         "preview",

@@ -137,10 +137,10 @@ def _place(args: argparse.Namespace, loaded: LoadedModel) -> _Place:
     from vomstudio.io.gis.crs import world_crs
     from vomstudio.io.models.frames import establish_frame
     from vomstudio.io.photos.cameras_file import scale_known
-    from vomstudio.studio.world_models import model_in
+    from vomstudio.studio.world_models import find_project_model
 
     if args.project is not None:
-        model = model_in(args.project, loaded)
+        model = find_project_model(args.project, loaded)
         frame = model.frame
         crs = world_crs(frame.crs, frame.unit_m)
         metric = frame.has_metres

@@ -167,10 +167,10 @@ def _fit(args: argparse.Namespace, out: Output) -> None:
 
 def _looked_at(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.fractures.summary import looked_at_rows
-    from vomstudio.studio.surfaces.grid_coverage import shares_of
+    from vomstudio.studio.surfaces.grid_coverage import grid_shares
 
     with _changing(args, out, saves=False) as desk:
-        found, said = shares_of(desk)
+        found, said = grid_shares(desk)
     grids = [each.to_dict() for each in found]
     out.result({**_summary(args).to_dict(), "grids": grids})
     out.warn(said)
@@ -216,7 +216,7 @@ def _register(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.cli.register import placement_text
     from vomstudio.io.control.observation_tables import read_pairs
     from vomstudio.io.gis.crs import metric_crs
-    from vomstudio.studio.placing.registering import sets_turned_finding
+    from vomstudio.studio.placing.registering import set_rotation_finding
 
     options = options_from(args, PlacementOptions)
     if options.reference is None and args.pairs is None:
@@ -248,7 +248,7 @@ def _register(args: argparse.Namespace, out: Output) -> None:
     turn_text = tr(
         "{model} was placed; it turned by {turn:.2f} degrees.", model=model.name, turn=turned
     )
-    texts = [placement_text(placed), turn_text, str(sets_turned_finding(sets) or "")]
+    texts = [placement_text(placed), turn_text, str(set_rotation_finding(sets) or "")]
     _report(args, out, result, "\n".join(filter(None, texts)))
 
 
@@ -280,7 +280,7 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
 def _import(args: argparse.Namespace, out: Output) -> None:
     with _changing(args, out) as desk:
         model = desk.find_model(options_from(args, ModelChoice).model)
-        added = desk.take_in(Path(args.file), model)
+        added = desk.import_features(Path(args.file), model)
     words = tr_n(
         "{count} feature on {model}",
         "{count} features on {model}",

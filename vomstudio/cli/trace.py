@@ -91,7 +91,7 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
     from vomstudio.extraction.proposals.edge_pictures import wearing_edges
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.io.models.opening import resolution
-    from vomstudio.studio.jobs.edge_detection import edges_by
+    from vomstudio.studio.jobs.edge_detection import open_edge_finder
     from vomstudio.studio.world_models import read_in_world
 
     inputs = [args.model, args.through, options.photo, options.cameras, options.onnx_model]
@@ -103,7 +103,7 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
             Finding("feature.too-few-points", count=2 - len(given), minimum=2), file=args.through
         )
     spacing = resolution(model.data)
-    with edges_by(options.onnx_model, progress_of(args)) as edges:
+    with open_edge_finder(options.onnx_model, progress_of(args)) as edges:
         progress_of(args).stage(tr("Following the contact"))
         with numbers_of(args.through):
             surface = SurfaceGraph(

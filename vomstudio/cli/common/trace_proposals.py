@@ -23,14 +23,14 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.io.models.opening import resolution
     from vomstudio.project.tables.line_table import write_line_table
-    from vomstudio.studio.jobs.edge_detection import edges_by
+    from vomstudio.studio.jobs.edge_detection import open_edge_finder
     from vomstudio.studio.world_models import read_in_world
 
     check_target(args.output, force=args.force, inputs=[args.model])
     progress = progress_of(args)
     model = read_in_world(args.model, progress, frame_options(args), args.project)
     data, spacing = model.data, resolution(model.data)
-    with edges_by(options.onnx_model, progress) as edges, numbers_of(args.model):
+    with open_edge_finder(options.onnx_model, progress) as edges, numbers_of(args.model):
         proposed = propose_traces(
             SurfaceGraph(data if edges is None else wearing_edges(data, spacing, *edges)),
             options,

@@ -80,7 +80,7 @@ MENUS = (
             "trackball",
             "|",
             "show_chosen",
-            "hide_chosen",
+            "hide_selected",
             "show_only",
             "show_all",
             "|",
