@@ -61,7 +61,7 @@ class Pictures(Journey):
         table.scrollTo(last)
         place = table.viewport().mapToGlobal(table.visualRect(last).center())
         self.click(place.x(), place.y(), Qt.KeyboardModifier.ShiftModifier)
-        self.run("hide_selected")
+        self.run("hide_chosen")
         self.write(words, "")
         self.key("Backspace")
         self.wait(lambda: table.model().rowCount() > 15, "the whole table")

@@ -246,7 +246,7 @@ def test_hide_show_only_and_show_everything(window, studio):
     }
     assert window.tree._items["t1"].checkState(0) == Qt.CheckState.Unchecked
     assert window.tree._items["fault"].checkState(0) == Qt.CheckState.Checked
-    window.actions_table.run("hide_selected")
+    window.actions_table.run("hide_chosen")
     assert not studio.visible("t0")
     window.actions_table.run("show_all")
     assert all(studio.visible(i) for i in ("t0", "t1", "t2", "f1", "fault"))

@@ -89,7 +89,7 @@ def commands(studio: Studio, open_types: Callable[[], object]) -> list[Command]:
             none_chosen,
         ),
         Command(
-            "hide_selected",
+            "hide_chosen",
             tr("&Hide"),
             lambda: studio.set_visible(chosen(), False),
             "eye-off-outline",

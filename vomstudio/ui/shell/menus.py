@@ -80,7 +80,7 @@ MENUS = (
             "trackball",
             "|",
             "show_chosen",
-            "hide_selected",
+            "hide_chosen",
             "show_only",
             "show_all",
             "|",

@@ -7,7 +7,7 @@ from PySide6.QtGui import QAction
 from vomstudio.project.records import Feature, Model, Painted, Picked, Record
 from vomstudio.ui.common.actions import Actions
 
-_COMMON = ("show_chosen", "hide_selected", "show_only", "rename", "delete")
+_COMMON = ("show_chosen", "hide_chosen", "show_only", "rename", "delete")
 
 
 def record_actions(table: Actions, record: Record) -> list[QAction]:
