@@ -382,7 +382,7 @@ def read(
     Parameters
     ----------
     path : str or Path
-        The file.
+        File of the model.
     crs : str, optional
         Projected CRS of x and y, such as "EPSG:32633"; None for that stated by the file.
     up : {"y", "z"}, optional

@@ -76,19 +76,19 @@ def register(
     Parameters
     ----------
     model_points : (n, 3) array or path
-        (n, 3) points in the model's frame and unit; or the path of a model, which is
+        Points in the model's frame and unit; or the path of a model, which is
         registered by the observations below as by the command ``register``; "-" returns
         only the placement.
     world_points : (n, 3) array, optional
-        (n, 3) the same points in World, metres.
-    sigma_m : float, optional
-        (n, 3) one-sigma errors of ``world_points``, metres; by default equal errors,
+        The same points in World, metres.
+    sigma_m : (n, 3) array, optional
+        One-sigma errors of ``world_points``, metres; by default equal errors,
         estimated from the residuals.
     click_sigma_m : float, optional
         One-sigma error of each coordinate of ``model_points``, metres, in addition to
         ``sigma_m``; by default half the resolution of a model file, 0 for arrays.
     check : (n,) bool, optional
-        (n,) True for check points, which do not affect the result.
+        True for check points, which do not affect the result.
     keep_scale : bool, optional
         Whether the scale of the model is fixed, so that only rotation and shift are
         estimated.
@@ -112,7 +112,7 @@ def register(
     north : {"grid", "true", "magnetic"}, optional
         Reference of azimuths for which a table does not state it; ``date`` (YYYY-MM-DD),.
     declination_deg, north_sigma_deg : float, optional
-        Of compass readings.
+        Options of compass readings.
     crs : str, optional
         Projected CRS of the registered model, "EPSG:n".
     without : sequence of str) or st, optional

@@ -207,7 +207,7 @@ def slope(
         Maximum angle of planes and direct toppling from the slope's direction; 90 for no
         limit. Wedges have none.
     limits : {"curved", "straight"}, optional
-        Of planes: "curved" (small circles about the slope's strike) or "straight" (of the
+        Limits of planes: "curved" (small circles about the slope's strike) or "straight" (of the
         dip direction); those of direct toppling are of the trend.
 
     Returns

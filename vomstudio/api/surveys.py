@@ -72,7 +72,7 @@ def check(
     Parameters
     ----------
     folder : str or Path
-        Of photos.
+        Folder of photos.
     distance_m : float, optional
         Distance from the camera to the rock, if known.
     progress : callable or Progress, optional
@@ -137,7 +137,7 @@ def plan(
         Name, path of a photo taken with it, or "23.5x15.6,35,6000x4000" (sensor and focal
         length in mm, pixels).
     width_m, height_m : float
-        Of the outcrop.
+        Size of the outcrop, metres.
     distance_m, gsd_m, plane_m : float, optional
         Exactly one of distance from camera to rock, size of a pixel on the rock, and size
         of the smallest plane to measure; metres.
