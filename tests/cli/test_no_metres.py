@@ -11,7 +11,7 @@ import ezdxf
 import numpy as np
 import pytest
 
-from vomstudio.cli.common.unitless_lengths import named_by_unit
+from vomstudio.cli.common.unitless_lengths import add_unitless_names
 from vomstudio.io.photos.cameras_file import Cameras, write_cameras
 
 GOLDEN = Path(__file__).parent / "golden"
@@ -130,5 +130,5 @@ def test_naming_loses_no_figure() -> None:
 
     for path in GOLDEN.glob("*.json"):
         found = json.loads(path.read_text("utf-8")).get("json") or {}
-        assert kept(found, named_by_unit(found, metric=False)), path.name
-        assert named_by_unit(found, metric=True) == found
+        assert kept(found, add_unitless_names(found, metric=False)), path.name
+        assert add_unitless_names(found, metric=True) == found

@@ -25,7 +25,7 @@ from vomstudio.project.journal.migration import SCHEMA_VERSION
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import Model
 from vomstudio.project.sample import read_truth, sample_model
-from vomstudio.studio.tools.local_surface import around
+from vomstudio.studio.tools.local_surface import measure_surroundings
 
 pytestmark = pytest.mark.usefixtures("own_folders")
 
@@ -227,7 +227,7 @@ def test_picks_ask_the_surface_what_the_windows_tool_asks(run, empty: Path, writ
     surface = MeshSurface(read_model(sample_model()).data)
     for trace in traces(empty)[:3]:
         assert trace.type_id == "fault"
-        resolution, normal = around(surface, trace.vertices)
+        resolution, normal = measure_surroundings(surface, trace.vertices)
         assert trace.resolution == resolution
         assert trace.outcrop_normal == normal
 

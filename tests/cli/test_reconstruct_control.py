@@ -10,7 +10,7 @@ from vomstudio import cli
 from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.control.writing import write_control, write_marks
 from vomstudio.photogrammetry.survey.check_results import SurveyReport
-from vomstudio.studio.jobs.reconstruction_tasks import Reconstruction, ReconstructionOrder
+from vomstudio.studio.jobs.reconstruction_tasks import Reconstruction, ReconstructionRequest
 
 PHOTOS = ("a.jpg", "b.jpg")
 RESULT = Reconstruction(
@@ -62,11 +62,11 @@ def folder(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch) -> list[ReconstructionOrder]:
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[ReconstructionRequest]:
     """What the worker would have been asked for."""
-    seen: list[ReconstructionOrder] = []
+    seen: list[ReconstructionRequest] = []
 
-    def run_job(job: object, order: ReconstructionOrder, progress: object) -> Reconstruction:
+    def run_job(job: object, order: ReconstructionRequest, progress: object) -> Reconstruction:
         seen.append(order)
         return RESULT
 

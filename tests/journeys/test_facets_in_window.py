@@ -195,8 +195,8 @@ def test_thresholds_are_tried_on_the_part_in_view(window, panel) -> None:
     driver.keep_picture(window, "facets-part")
     # A threshold that nothing meets is no fault.
     panel.limits.fields["min_area_m2"].setValue(5000.0)
-    driver.wait(lambda: panel._facets.proposals.told.count == 0, "no facets", 60.0)
-    assert str(panel._facets.proposals.told.warnings[0]) in panel.message.text()
+    driver.wait(lambda: panel._facets.proposals.result.count == 0, "no facets", 60.0)
+    assert str(panel._facets.proposals.result.warnings[0]) in panel.message.text()
     assert not panel.accept_all.isEnabled()
 
 

@@ -16,7 +16,7 @@ from vomstudio.products.surface.measurable_map import measurable_map, share_find
 from vomstudio.project import edits
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.ui.surface.fields_panel import FieldsPanel
-from vomstudio.ui.surface.measurable_plane import OF_SET
+from vomstudio.ui.surface.measurable_plane import SET_PREFIX
 
 
 @pytest.fixture
@@ -90,7 +90,7 @@ def test_of_the_selected_feature_and_of_its_set(window, panel, picks) -> None:
     source = panel.measured.source
     driver.wait(lambda: source.count() == 3, "set and feature")
     next_of(source)
-    assert source.currentData() == f"{OF_SET}S0"
+    assert source.currentData() == f"{SET_PREFIX}S0"
     panel.measured.length.setValue(4.0)
     press(window, panel)
     fits = [studio.measured([f"t{i}"])[f"t{i}"].plane for i in range(3)]

@@ -203,10 +203,10 @@ def test_a_project_that_cannot_be_written_is_opened_worked_on_and_saved_elsewher
         assert notice.message.values["reason_code"] == "disk.read-only"
         assert "Save as" in [b.text() for b in window.message_bar.findChildren(QPushButton)][-1]
         assert window.windowTitle().startswith("cliff (cannot be written) – ")
-        assert not window.studio.worth_asking
+        assert not window.studio.has_work_to_save
         assert window.studio.attempt(edits.add_type, COAL)
         assert window.windowTitle().startswith("cliff* (in memory only) – ")
-        assert window.studio.worth_asking
+        assert window.studio.has_work_to_save
         assert not window.files.attempt(window.studio.save)
         assert "read-only" in window.message_bar.text
         with pytest.raises(Exception, match="read-only"):
@@ -214,7 +214,7 @@ def test_a_project_that_cannot_be_written_is_opened_worked_on_and_saved_elsewher
         assert window.studio.project.folder == folder
         window.studio.save_as(tmp_path / "elsewhere.vom")
         assert window.windowTitle().startswith("elsewhere – ")
-        assert not window.studio.worth_asking
+        assert not window.studio.has_work_to_save
         assert COAL.id in read_replay(tmp_path / "elsewhere.vom").records
         assert not cache.exists()
         assert before == {p.name: p.read_bytes() for p in folder.iterdir() if p.is_file()}

@@ -142,7 +142,7 @@ def test_a_contact_line_follows_the_contact(opened, picks):
 def test_the_area_on_a_large_model_is_worked_out_beside_the_window(opened, monkeypatch):
     """The newest outline counts; what is finished before its area has come waits for it."""
     window, studio = opened, opened.studio
-    monkeypatch.setattr(lithology, "AT_ONCE", -1)
+    monkeypatch.setattr(lithology, "MAX_SYNCHRONOUS_FACES", -1)
     tool = studio.tool_of(LithologyTool)
     for count in (1, 2):
         key(window, Qt.Key.Key_R, SHIFT)
@@ -160,12 +160,12 @@ def test_the_area_on_a_large_model_is_worked_out_beside_the_window(opened, monke
             assert tool.measurement.dimension["area_m2"] > less
         key(window, Qt.Key.Key_Return)
         wait(lambda c=count: len(studio.session.of(Lithology)) == c, "the rock area")
-        monkeypatch.setattr(lithology, "AT_ONCE", 10**9)
+        monkeypatch.setattr(lithology, "MAX_SYNCHRONOUS_FACES", 10**9)
     made = studio.session.of(Lithology)
     # Of the same clicks, at once: the same area.
     assert made[0].area == pytest.approx(made[1].area, rel=1e-12)
     key(window, Qt.Key.Key_R, SHIFT)
-    monkeypatch.setattr(lithology, "AT_ONCE", -1)
+    monkeypatch.setattr(lithology, "MAX_SYNCHRONOUS_FACES", -1)
     for spot in spots(window, (-90, -30), (90, -20), (80, 40)):
         click(window.viewport, spot)
     key(window, Qt.Key.Key_Escape)

@@ -21,7 +21,7 @@ from vomstudio.io.control.control_files import read_control, read_marks
 from vomstudio.io.photos.cameras_file import Cameras, write_cameras
 from vomstudio.io.photos.reading import read_photos
 from vomstudio.project.sample import read_true_cameras
-from vomstudio.studio.jobs.reconstruction_tasks import ReconstructionOrder
+from vomstudio.studio.jobs.reconstruction_tasks import ReconstructionRequest
 
 TRUE = read_true_cameras()
 NAMES = ("HL_2041.jpg", "HL_2042.jpg", "HL_2043.jpg", "HL_2044.jpg")
@@ -380,7 +380,7 @@ def test_control_points_are_imported_and_what_is_missing_is_said(looked_at, phot
     wait(lambda: survey.settings.control == photos / "control.csv", "the tables in the settings")
     wait(lambda: not survey.forecasting and survey.control_facts, "what they can do")
     assert survey.settings.found
-    asked: list[ReconstructionOrder] = []
+    asked: list[ReconstructionRequest] = []
     monkeypatch.setattr(
         window.studio.jobs, "submit", lambda job, order, **more: asked.append(order)
     )

@@ -79,7 +79,7 @@ def test_lines_are_found_looked_at_accepted_and_taken_back(window, panel) -> Non
     choose(panel, 0)
     found = panel._traces.proposals
     assert panel.why.text() == reason_text(found, found.lines[panel._current()])
-    assert found.told.surrogates in figures(panel.why.text())
+    assert found.result.surrogates in figures(panel.why.text())
     driver.settled(window)
     driver.keep_picture(window, "proposed-traces")
 

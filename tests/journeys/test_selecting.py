@@ -102,7 +102,7 @@ def test_a_lasso_makes_a_patch_that_is_one_edit(own_folders, qtbot, outcrop, pic
     # What is chosen are the faces whose centres lie inside, and which are seen.
     model = driver.model(window)
     mesh = studio.models[model.id].data
-    chosen = tool.chosen.ids()
+    chosen = tool.selection.ids()
     centres = mesh.vertices[mesh.faces[chosen]].mean(axis=1)
     rows = np.array(model.to_world)
     pixels, seen = viewport.project(centres @ rows[:3, :3].T + rows[:3, 3])
@@ -201,7 +201,7 @@ def test_rectangle_polygon_and_the_whole_in_steps(window, outcrop, picks):
     at = ready(window, outcrop, picks)
     key(window, Qt.Key.Key_R)
     drag(viewport, at - QPoint(60, 50), at + QPoint(60, 50))
-    rectangle = tool.chosen.mask.copy()
+    rectangle = tool.selection.mask.copy()
     assert rectangle.sum() > 20
     key(window, Qt.Key.Key_Y)
     corners = [QPoint(-60, -50), QPoint(60, -50), QPoint(60, 50), QPoint(-60, 50)]
@@ -215,7 +215,7 @@ def test_rectangle_polygon_and_the_whole_in_steps(window, outcrop, picks):
     key(window, Qt.Key.Key_Return)
     # The same four corners, so the same faces: nothing changes.
     assert not tool.drawing
-    assert np.array_equal(tool.chosen.mask, rectangle)
+    assert np.array_equal(tool.selection.mask, rectangle)
     for corner in corners[:3]:
         click(viewport, at + corner * 2)
     click(viewport, at + corners[0] * 2)
@@ -237,10 +237,10 @@ def test_what_is_hidden_is_chosen_only_through_the_surface(window, outcrop, pick
     key(window, Qt.Key.Key_R)
     corner = QPoint(5, 5), QPoint(viewport.width() - 5, viewport.height() - 5)
     drag(viewport, *corner)
-    seen = tool.chosen.mask.copy()
+    seen = tool.selection.mask.copy()
     key(window, Qt.Key.Key_V)
     drag(viewport, *corner)
-    through = tool.chosen.mask.copy()
+    through = tool.selection.mask.copy()
     assert (seen & ~through).sum() == 0
     assert 0 < seen.sum() < through.sum()
 
@@ -252,7 +252,7 @@ def test_chosen_faces_are_hidden_isolated_and_shown_again(window, outcrop, picks
     key(window, Qt.Key.Key_A)
     draw(window, circle(at, 60))
     face = viewport.pick(at.x(), at.y()).index
-    assert tool.chosen.mask[face]
+    assert tool.selection.mask[face]
     key(window, Qt.Key.Key_H)
     assert not tool.open
     wait(lambda: viewport.still, "the picture")
@@ -261,7 +261,7 @@ def test_chosen_faces_are_hidden_isolated_and_shown_again(window, outcrop, picks
     driver.keep_picture(window, "select-7-hidden")
     # Hidden faces are not chosen either.
     draw(window, circle(at, 60))
-    assert not tool.count or not tool.chosen.mask[face]
+    assert not tool.count or not tool.selection.mask[face]
     key(window, Qt.Key.Key_Escape)
     key(window, Qt.Key.Key_U)
     wait(lambda: viewport.still, "the picture")
@@ -281,7 +281,7 @@ def test_chosen_faces_are_hidden_isolated_and_shown_again(window, outcrop, picks
     assert not tool.open
     key(window, Qt.Key.Key_Z, CTRL)
     assert tool.count == count
-    assert window.studio.workspace.elements.hidden(tool.chosen.model_id) is None
+    assert window.studio.workspace.elements.hidden(tool.selection.model_id) is None
 
 
 @pytest.mark.full
@@ -312,7 +312,7 @@ def test_a_piece_is_cut_out_with_its_texture_and_the_original_stays(window, outc
     original = driver.model(window)
     key(window, Qt.Key.Key_A)
     draw(window, circle(at, 100))
-    count, mask = tool.count, tool.chosen.mask.copy()
+    count, mask = tool.count, tool.selection.mask.copy()
     window.actions_table.run("cut_out")
     wait(lambda: len(studio.models) == 2, "the piece")
     piece = next(m for m in studio.session.of(type(original)) if m.id != original.id)
@@ -337,11 +337,11 @@ def test_what_is_chosen_is_kept_as_a_draft(window, outcrop, picks):
     at = ready(window, outcrop, picks)
     key(window, Qt.Key.Key_A)
     draw(window, circle(at, 60))
-    mask, state = tool.chosen.mask.copy(), dict(studio.session.draft.state)
+    mask, state = tool.selection.mask.copy(), dict(studio.session.draft.state)
     key(window, Qt.Key.Key_Escape)
     assert not tool.open
     assert studio.session.draft is None
     studio.workspace.tools.restore(state)
-    assert np.array_equal(tool.chosen.mask, mask)
+    assert np.array_equal(tool.selection.mask, mask)
     assert not tool.restore({"tool": "select", "chosen": {"model_id": "m", "size": 3}})
     assert not tool.restore({"tool": "select", "chosen": {**state["chosen"], "bits": "?"}})

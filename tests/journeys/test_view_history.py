@@ -144,6 +144,6 @@ def test_what_was_isolated_is_shown_again_by_going_back(opened):
     assert elements.hidden(model_id) is None
     forward(opened)
     assert elements.hidden(model_id).sum() == count - count // 3
-    assert np.array_equal(tool.chosen.mask, mask), "what is chosen is no matter of the view"
+    assert np.array_equal(tool.selection.mask, mask), "what is chosen is no matter of the view"
     back(opened)
     assert elements.hidden(model_id) is None

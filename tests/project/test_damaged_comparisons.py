@@ -60,7 +60,7 @@ ODD: list[Any] = [7, "x", None, [], {}, [[1.0]], [[1.0] * 3] * 2, 10**400, True,
 
 
 def test_whatever_one_of_its_values_is(made: Path, tmp_path: Path) -> None:
-    from vomstudio.studio.jobs.placed_model import StandingModel
+    from vomstudio.studio.jobs.placed_model import PlacedModel
     from vomstudio.ui.registration.compare_panel import Held, result_text
 
     sound = json.loads(made.read_text())
@@ -74,7 +74,7 @@ def test_whatever_one_of_its_values_is(made: Path, tmp_path: Path) -> None:
             made.write_text(json.dumps(told))
             for kept in kept_of(tmp_path, "m1"):
                 kept.stands(MODEL)
-                other = StandingModel(
+                other = PlacedModel(
                     kept.benchmark, Path(kept.benchmark_path), tmp_path, IDENTITY, None
                 )
                 assert result_text(Held(other, other, dict(kept.figures), kept.fields))

@@ -111,7 +111,7 @@ def test_a_repeat_takes_type_and_set_of_the_first_and_counts_as_none() -> None:
     assert (again.name, again.set_name, again.interpreter) == ("B1 again", "A", "AB")
     features = [r for r in now.values() if isinstance(r, Trace)]
     assert [f.id for f in repeated_features.firsts(features, now)] == ["b1", "j1"]
-    assert [f.id for f in repeated_features.may_be_repeated(now)] == ["j1"]
+    assert [f.id for f in repeated_features.repeatable_features(now)] == ["j1"]
     assert repeated_features.told(again, now) == {"repeat_of": "b1", "interpreter": "AB"}
     # Where the first was deleted the second stands for the structure.
     edits.delete(now, ["b1"]).swap(now)

@@ -19,8 +19,8 @@ from vomstudio.registration.results import Placed
 from vomstudio.registration.similarity import Similarity, jacobian
 from vomstudio.studio.placing.registering import (
     add_reference_error,
-    placed_by_points,
-    registration_of,
+    create_registration,
+    place_by_points,
 )
 
 Array = npt.NDArray[np.float64]
@@ -102,8 +102,8 @@ def test_points_state_the_error_of_the_scale_that_they_were_told_to_keep() -> No
         world = points * grow + rng.normal(0.0, 0.005, (8, 3))
         pairs = Pairs(tuple("ABCDEFGH"), points, world, sigma, zero)
         model = Model("m", "cliff", "cliff.ply", "cloud", "", before)
-        placed = placed_by_points(pairs, None, model, None, extent, keep_scale=True)
-        record = registration_of(placed, pairs, model, None)
+        placed = place_by_points(pairs, None, model, None, extent, keep_scale=True)
+        record = create_registration(placed, pairs, model, None)
         # A kept scale is known to 0.01 % to the adjustment: good points move it a little.
         assert abs(placed.scale - 1.0) < 0.3 * abs(grow - 1.0) + 2e-4
         assert 0.8 * SCALE_ERROR < record.scale_error < 1.05 * SCALE_ERROR

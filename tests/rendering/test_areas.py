@@ -105,7 +105,7 @@ def test_a_change_of_one_area_leaves_the_others_alone(scene: Scene) -> None:  # 
     assert all(p.fill.GetMapper().GetInput() is inputs[n] for n, p in layer._bins.items())
     total = sum(p.fill.GetMapper().GetInput().GetNumberOfCells() for p in layer._bins.values())
     assert total == 39 * 80 + 50
-    assert layer._chosen.fill.GetMapper().GetInput().GetNumberOfCells() == 80
+    assert layer._selected_piece.fill.GetMapper().GetInput().GetNumberOfCells() == 80
 
 
 def test_a_hidden_or_removed_area_is_gone(scene: Scene) -> None:  # noqa: F811

@@ -119,12 +119,12 @@ def test_ticks_are_round_and_within_the_range(low: float, high: float) -> None:
 
 
 def test_names_and_units_are_read_from_the_field() -> None:
-    assert scalars.title_of("scalar_C2C_absolute_distances") == "C2C absolute distances"
-    assert (scalars.title_of("gain [dB]"), scalars.unit_of("gain [dB]")) == ("gain", "dB")
-    assert scalars.unit_of("intensity") == ""
-    assert scalars.unit_of("dip_direction") == "°"
-    assert scalars.unit_of("C2C absolute distances") == ""
-    assert scalars.unit_of(ELEVATION) == "m"
+    assert scalars.field_title("scalar_C2C_absolute_distances") == "C2C absolute distances"
+    assert (scalars.field_title("gain [dB]"), scalars.field_unit("gain [dB]")) == ("gain", "dB")
+    assert scalars.field_unit("intensity") == ""
+    assert scalars.field_unit("dip_direction") == "°"
+    assert scalars.field_unit("C2C absolute distances") == ""
+    assert scalars.field_unit(ELEVATION) == "m"
 
 
 def test_only_numeric_fields_of_the_right_length_are_offered() -> None:

@@ -98,7 +98,7 @@ def test_own_colours_come_back_and_the_fields_take_no_more_memory(scene: Scene) 
     assert np.array_equal(rest(scene), before)
     scene.set_field("c", None)
     for part in scene.models["c"].parts:
-        assert part.own is None
+        assert part.own_scalars is None
         data = part.actor.GetMapper().GetInput()
         assert data.GetPointData().GetNumberOfArrays() == 1
 

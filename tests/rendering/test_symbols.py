@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.symbols import (
-    HALF,
-    LEAST,
+    HALF_STRIKE,
+    MIN_TICK_SHARE,
     TICK,
     SymbolSet,
-    symbol_of_line,
-    symbol_of_plane,
+    line_symbol,
+    plane_symbol,
 )
 
 SIZE = (800.0, 600.0)
@@ -43,18 +43,18 @@ def along(stroke: np.ndarray) -> np.ndarray:
 
 
 def test_from_above_a_symbol_is_the_one_of_the_map() -> None:
-    strike, tick = seen(symbol_of_plane(132.0, 41.0, np.zeros(3), 1.0), looking(0.0, 90.0))
+    strike, tick = seen(plane_symbol(132.0, 41.0, np.zeros(3), 1.0), looking(0.0, 90.0))
     toward = np.radians(132.0)
     assert along(tick) == pytest.approx([np.sin(toward), np.cos(toward)], abs=1e-9)
     # Right-hand rule: from the end to the start or back, the strike is 042.
     assert abs(along(strike) @ along(tick)) < 1e-9
-    assert np.hypot(*(strike[1] - strike[0])) == pytest.approx(2 * HALF)
+    assert np.hypot(*(strike[1] - strike[0])) == pytest.approx(2 * HALF_STRIKE)
     assert np.hypot(*tick[1]) == pytest.approx(TICK * np.cos(np.radians(41.0)))
 
 
 def test_seen_along_its_strike_a_plane_shows_its_dip() -> None:
     # Dipping 30 to the East, seen from the South: the tick falls to the right by 30 degrees.
-    _, tick = seen(symbol_of_plane(90.0, 30.0, np.zeros(3), 1.0), looking(0.0, 0.0))
+    _, tick = seen(plane_symbol(90.0, 30.0, np.zeros(3), 1.0), looking(0.0, 0.0))
     assert along(tick) == pytest.approx([np.cos(np.pi / 6), -0.5], abs=1e-9)
     assert np.hypot(*tick[1]) == pytest.approx(TICK)
 
@@ -68,14 +68,14 @@ def test_seen_along_its_strike_a_plane_shows_its_dip() -> None:
 )
 def test_a_symbol_is_never_larger_than_on_paper_nor_vanishes(azimuth, dip, trend, plunge, ortho):
     camera = looking(trend, plunge, orthographic=ortho)
-    strike, tick = seen(symbol_of_plane(azimuth, dip, np.zeros(3), 1.0), camera)
-    assert np.hypot(*(strike[1] - strike[0])) <= 2 * HALF + 1e-6
-    assert 0.99 * LEAST * TICK <= np.hypot(*tick[1]) <= TICK + 1e-6
+    strike, tick = seen(plane_symbol(azimuth, dip, np.zeros(3), 1.0), camera)
+    assert np.hypot(*(strike[1] - strike[0])) <= 2 * HALF_STRIKE + 1e-6
+    assert 0.99 * MIN_TICK_SHARE * TICK <= np.hypot(*tick[1]) <= TICK + 1e-6
 
 
 @given(st.floats(1.0, 500.0), st.booleans())
 def test_its_size_is_the_same_at_every_zoom(distance, ortho):
-    symbol = symbol_of_plane(40.0, 50.0, np.zeros(3), 1.0)
+    symbol = plane_symbol(40.0, 50.0, np.zeros(3), 1.0)
     near, far = looking(20.0, 30.0, orthographic=ortho), looking(20.0, 30.0, orthographic=ortho)
     far.position, far.distance = -distance * far.direction, distance
     assert seen(symbol, near) == pytest.approx(seen(symbol, far), abs=1e-6)
@@ -85,7 +85,7 @@ def test_the_strike_line_of_a_symbol_beside_the_axis_is_seen_as_a_line_in_the_pl
     """Perspective turns lines at the edge of the view: the symbol turns with them."""
     camera = looking(10.0, 20.0, orthographic=False)
     place = camera.at_depth(730.0, 90.0, SIZE, 10.0)
-    symbol = symbol_of_plane(60.0, 55.0, place, 1.0)
+    symbol = plane_symbol(60.0, 55.0, place, 1.0)
     signs = SymbolSet([symbol]).signs(camera, SIZE)
     for direction, shown in ((symbol.along, signs.along[0]), (symbol.across, signs.across[0])):
         pixels, _ = camera.project(np.array([place, place + 1e-5 * direction]), SIZE)
@@ -106,16 +106,16 @@ def test_the_strike_line_of_a_symbol_beside_the_axis_is_seen_as_a_line_in_the_pl
 def test_horizontal_vertical_and_overturned_planes_have_symbols_of_their_own(
     dip, overturned, kind, text
 ) -> None:
-    symbol = symbol_of_plane(10.0, dip, np.zeros(3), 1.0, overturned=overturned)
+    symbol = plane_symbol(10.0, dip, np.zeros(3), 1.0, overturned=overturned)
     assert (symbol.kind, symbol.text) == (kind, text)
 
 
 def test_a_vertical_plane_has_a_tick_either_way_and_an_overturned_one_a_hook() -> None:
     camera = looking(0.0, 90.0)
-    _, tick = seen(symbol_of_plane(10.0, 90.0, np.zeros(3), 1.0), camera)
+    _, tick = seen(plane_symbol(10.0, 90.0, np.zeros(3), 1.0), camera)
     assert tick[0] == pytest.approx(-tick[1])
-    plain = seen(symbol_of_plane(10.0, 60.0, np.zeros(3), 1.0), camera)
-    hooked = seen(symbol_of_plane(10.0, 60.0, np.zeros(3), 1.0, overturned=True), camera)
+    plain = seen(plane_symbol(10.0, 60.0, np.zeros(3), 1.0), camera)
+    hooked = seen(plane_symbol(10.0, 60.0, np.zeros(3), 1.0, overturned=True), camera)
     assert hooked[:2] == pytest.approx(plain)
     tick = along(plain[1])
     # The hook lies on the side away from the dip.
@@ -123,7 +123,7 @@ def test_a_vertical_plane_has_a_tick_either_way_and_an_overturned_one_a_hook() -
 
 
 def test_the_arrow_of_a_line_points_down_its_plunge() -> None:
-    shaft, *barbs = seen(symbol_of_line(90.0, 30.0, np.zeros(3), 1.0), looking(0.0, 0.0))
+    shaft, *barbs = seen(line_symbol(90.0, 30.0, np.zeros(3), 1.0), looking(0.0, 0.0))
     assert along(shaft) == pytest.approx([np.cos(np.pi / 6), -0.5], abs=1e-9)
     for barb in barbs:
         assert barb[0] == pytest.approx(shaft[1])
@@ -133,8 +133,8 @@ def test_the_number_stands_beyond_the_tick() -> None:
     camera = looking(0.0, 90.0)
     signs = SymbolSet(
         [
-            symbol_of_plane(180.0, 30.0, np.zeros(3), 1.0),
-            symbol_of_plane(180.0, 0.0, np.zeros(3), 1.0),
+            plane_symbol(180.0, 30.0, np.zeros(3), 1.0),
+            plane_symbol(180.0, 0.0, np.zeros(3), 1.0),
         ]
     ).signs(camera, SIZE)
     numbers = signs.numbers()

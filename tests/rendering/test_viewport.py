@@ -22,7 +22,7 @@ from vomstudio.geometry.plane_discs import disc
 from vomstudio.rendering.qt import compass_and_scale, painting
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.rendering.view.drawing import FeatureDrawing
-from vomstudio.rendering.view.symbols import small_disc, symbol_of_plane
+from vomstudio.rendering.view.symbols import plane_symbol, small_disc
 from vomstudio.studio.tools.interaction_types import Button, Pointer, PointerEvent, Preview
 
 UTM = np.array([576_712.0, 5_188_140.0, 183.0])
@@ -506,7 +506,7 @@ def test_a_symbol_keeps_its_size_and_is_clicked(stage: Stage) -> None:
     stage.view.moves.look_along(0.0, 0.0)
     place = UTM + np.array([5.0, -0.4, 4.0])
     color = (0.9, 0.6, 0.0)
-    symbol = symbol_of_plane(180.0, 45.0, place, 2.0)
+    symbol = plane_symbol(180.0, 45.0, place, 2.0)
     drawing = FeatureDrawing("s", np.zeros((0, 3)), None, color, "", place, symbol=symbol)
     stage.view.features.change({"s": drawing})
     widths = []

@@ -45,7 +45,7 @@ class Desk:
         self.settings = settings or Settings()
         self.work = Workspace(self.settings, self.loop.post, self.loop.later)
         self.said: list[Notice] = []
-        self.work.notices.told.connect(self.said.append)
+        self.work.notices.posted.connect(self.said.append)
 
     def wait(self, done: Callable[[], object], what: str) -> None:
         assert self.loop.run_until(lambda: bool(done()), _PATIENCE_S), f"{what}: {self.said}"
@@ -153,7 +153,7 @@ def draft(folder: Path) -> None:
     assert len(again.work.tools.of(TraceTool).vertices) == count
     restored = Finding("tool.draft-restored", count=count)
     assert any(notice.message == restored for notice in again.said)
-    assert again.work.worth_asking
+    assert again.work.has_work_to_save
     again.wait(lambda: again.work.models.open, "the model")
     again.work.history.undo()
     assert len(again.work.tools.of(TraceTool).vertices) == count - 1

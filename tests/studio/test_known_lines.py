@@ -14,9 +14,9 @@ from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.project.kinds.known_line import KnownLine
 from vomstudio.project.records import Model
 from vomstudio.registration.register_options import RegisterOptions
-from vomstudio.studio.placing.known_lines import line_misses
+from vomstudio.studio.placing.known_lines import line_residuals
 from vomstudio.studio.placing.register_order import register_model
-from vomstudio.studio.placing.registering import placed_by_points, registration_of
+from vomstudio.studio.placing.registering import create_registration, place_by_points
 
 BARE = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64)
 NO_PAIRS = Pairs((), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, bool))
@@ -49,8 +49,8 @@ LENGTH = line(4, "length", 77.0, -40.0, value=10.0)
 
 
 def registered(lines, model=BARE, crs=None) -> Registration:
-    placed = placed_by_points(NO_PAIRS, None, model, crs, EXTENT, lines)
-    return registration_of(placed, NO_PAIRS, model, crs)
+    placed = place_by_points(NO_PAIRS, None, model, crs, EXTENT, lines)
+    return create_registration(placed, NO_PAIRS, model, crs)
 
 
 @pytest.mark.parametrize(
@@ -154,8 +154,8 @@ def test_residuals_are_in_the_unit_of_each_and_judges_take_no_part() -> None:
     leaning = replace(line(9, "plumb", 120.0, -86.0), check=True)
     judges = [wrong, long, far, leaning]
     lines = [*LEVEL, PLUMB, AZIMUTH, LENGTH]
-    placed = placed_by_points(NO_PAIRS, None, BARE, None, EXTENT, [*lines, *judges])
-    off = {miss.id: miss.off for miss in line_misses([*lines, *judges], placed)}
+    placed = place_by_points(NO_PAIRS, None, BARE, None, EXTENT, [*lines, *judges])
+    off = {miss.id: miss.off for miss in line_residuals([*lines, *judges], placed)}
     for each in lines:
         assert off[each.id] == pytest.approx(0.0, abs=1e-5)
     assert off["k5"] == pytest.approx(-6.0, abs=1e-5)
@@ -166,7 +166,7 @@ def test_residuals_are_in_the_unit_of_each_and_judges_take_no_part() -> None:
 
 def test_what_all_azimuths_may_be_off_alike_is_in_the_error_of_north() -> None:
     many = [replace(AZIMUTH, id=f"a{i}", name=f"A{i}", sigma=0.01) for i in range(9)]
-    placed = placed_by_points(NO_PAIRS, None, BARE, None, EXTENT, [*LEVEL, *many], 4.0)
+    placed = place_by_points(NO_PAIRS, None, BARE, None, EXTENT, [*LEVEL, *many], 4.0)
     assert placed.rotation_error_deg.about_up == pytest.approx(4.0, rel=0.01)
 
 
@@ -180,7 +180,7 @@ def test_the_upright_of_photos_is_that_of_the_file_also_of_a_model_that_was_turn
     matrix[:3, :3] = turned
     record = Registration("r", "r", "lines", Frame("scaled"), tuple(map(tuple, matrix.tolist())))
     for model in (BARE, replace(BARE, placement=record)):
-        placed = placed_by_points(NO_PAIRS, None, model, None, EXTENT, lines, photo_up=up)
+        placed = place_by_points(NO_PAIRS, None, model, None, EXTENT, lines, photo_up=up)
         tilt = placed.matrix[:3, :3] / placed.scale @ up
         assert np.degrees(np.arccos(tilt[2])) < 1.0
         assert not placed.known.vertical
@@ -189,5 +189,5 @@ def test_the_upright_of_photos_is_that_of_the_file_also_of_a_model_that_was_turn
 
 def test_a_line_without_its_value_places_nothing_yet() -> None:
     bare = replace(AZIMUTH, value=None)
-    assert not line_misses([bare], placed_by_points(NO_PAIRS, None, BARE, None, EXTENT, LEVEL))
-    assert not placed_by_points(NO_PAIRS, None, BARE, None, EXTENT, [*LEVEL, bare]).known.north
+    assert not line_residuals([bare], place_by_points(NO_PAIRS, None, BARE, None, EXTENT, LEVEL))
+    assert not place_by_points(NO_PAIRS, None, BARE, None, EXTENT, [*LEVEL, bare]).known.north

@@ -26,19 +26,19 @@ from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.measurement_cache import measure_all
 from vomstudio.project.records import DEFAULT_TYPES, Compass, Model, compass_id
 from vomstudio.registration.register_options import RegisterOptions
-from vomstudio.studio.placing.known_lines import line_misses
+from vomstudio.studio.placing.known_lines import line_residuals
 from vomstudio.studio.placing.known_planes import (
     compass_table,
-    directions_of,
+    create_reading,
     field_text,
-    reading_of,
-    typed_reading,
-    typed_sigma,
+    measure_directions,
+    parse_reading,
+    parse_sigma,
     why_not_read,
 )
-from vomstudio.studio.placing.read_north import as_the_command, known_of, north_of
+from vomstudio.studio.placing.read_north import north_inputs, resolve_north, to_register_options
 from vomstudio.studio.placing.register_order import register_model
-from vomstudio.studio.placing.registering import placed_by_points, registration_of
+from vomstudio.studio.placing.registering import create_registration, place_by_points
 
 BARE = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64)
 NO_PAIRS = Pairs((), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, bool))
@@ -85,8 +85,8 @@ def readings(records: dict, said: dict, sigma: float | None = 3.0) -> list[Known
     for name, text in said.items():
         feature = next(r for r in records.values() if getattr(r, "name", "") == name)
         kind = "lineation" if isinstance(feature, Lineation) else "plane"
-        typed = replace(typed_reading(text, kind, "dipdir/dip"), sigma_deg=sigma)
-        made.append(reading_of(feature, found[feature.id], typed, [r.name for r in made]))
+        typed = replace(parse_reading(text, kind, "dipdir/dip"), sigma_deg=sigma)
+        made.append(create_reading(feature, found[feature.id], typed, [r.name for r in made]))
     return made
 
 
@@ -94,9 +94,9 @@ RIGHT = {name: f"{a:g}/{d:g}" for name, (a, d) in PLANES.items()}
 
 
 def placed(records, lines, turned=0.0, doubt=0.0, pairs=NO_PAIRS, model=BARE):
-    seen = directions_of(lines, measured_in(records), model)
+    seen = measure_directions(lines, measured_in(records), model)
     table = compass_table(lines, seen)
-    found = placed_by_points(pairs, None, model, None, EXTENT, lines, doubt, table, turned)
+    found = place_by_points(pairs, None, model, None, EXTENT, lines, doubt, table, turned)
     return found, seen
 
 
@@ -107,9 +107,9 @@ def test_planes_that_were_read_turn_a_model_as_it_was() -> None:
     turn = found.matrix[:3, :3] / found.scale
     assert turn @ TURN == pytest.approx(np.eye(3), abs=1e-6)
     assert found.known == found.known.__class__(True, True, False, False)
-    off = {miss.id: miss.off for miss in line_misses(lines, found, seen)}
+    off = {miss.id: miss.off for miss in line_residuals(lines, found, seen)}
     assert [off[line.id] for line in lines] == pytest.approx([0.0] * 4, abs=1e-4)
-    record = registration_of(found, NO_PAIRS, BARE, None, read_north=ReadNorth("grid"))
+    record = create_registration(found, NO_PAIRS, BARE, None, read_north=ReadNorth("grid"))
     assert record.method == "lines"
     assert record.frame == Frame("oriented")
 
@@ -159,7 +159,7 @@ def test_what_the_model_shows_badly_counts_less() -> None:
     """The error of a reading is 3 degrees; that of the trace is added as squares are."""
     records = project(noise=0.3)
     lines = readings(records, RIGHT)
-    seen = directions_of(lines, measured_in(records), BARE)
+    seen = measure_directions(lines, measured_in(records), BARE)
     table = compass_table(lines, seen)
     for line, sigma in zip(lines, table.sigma, strict=True):
         own = seen[line.id].sigma_deg
@@ -170,12 +170,13 @@ def test_what_the_model_shows_badly_counts_less() -> None:
 def test_directions_do_not_change_with_the_placement() -> None:
     records = project(noise=0.1)
     lines = readings(records, RIGHT)
-    before = directions_of(lines, measured_in(records), BARE)
+    before = measure_directions(lines, measured_in(records), BARE)
     found, _ = placed(records, lines)
     after_model = replace(
-        BARE, placement=registration_of(found, NO_PAIRS, BARE, None, read_north=ReadNorth("grid"))
+        BARE,
+        placement=create_registration(found, NO_PAIRS, BARE, None, read_north=ReadNorth("grid")),
     )
-    after = directions_of(lines, measured_in({**records, "m1": after_model}), after_model)
+    after = measure_directions(lines, measured_in({**records, "m1": after_model}), after_model)
     for id_, each in before.items():
         assert abs(each.direction @ after[id_].direction) == pytest.approx(1.0, abs=1e-9)
     # To place it again changes nothing.
@@ -203,13 +204,13 @@ def test_points_and_planes_are_fitted_together_and_a_strike_is_named() -> None:
     assert finding.values["turn_deg"] == 90.0
     turn = found.matrix[:3, :3] / found.scale @ TURN
     assert turn == pytest.approx(np.eye(3), abs=0.01)
-    off = {miss.id: miss.off for miss in line_misses(lines, found, seen)}
+    off = {miss.id: miss.off for miss in line_residuals(lines, found, seen)}
     assert off[lines[1].id] > 60.0
     # What is not ticked judges, and places nothing.
     lines[1] = replace(lines[1], check=True)
     found, seen = placed(records, lines, pairs=pairs)
     assert not found.blunders
-    assert len(line_misses(lines, found, seen)) == 4
+    assert len(line_residuals(lines, found, seen)) == 4
 
 
 def test_a_strike_among_planes_alone_is_named_with_what_becomes_without_it() -> None:
@@ -245,7 +246,7 @@ def test_magnetic_north_is_turned_by_the_declination_of_the_day_and_the_converge
 
     said = compass(north="magnetic", day="2024-05-12", place=(11.35, 46.5))
     in_crs = replace(BARE, placement=Frame("crs", crs="EPSG:32632"))
-    used, words = north_of(said, known_of(said, in_crs, None, NO_PAIRS, None))
+    used, words = resolve_north(said, north_inputs(said, in_crs, None, NO_PAIRS, None))
     expected = declination_deg(11.35, 46.5, date(2024, 5, 12))
     convergence = Proj("EPSG:32632").get_factors(11.35, 46.5).meridian_convergence
     assert used.declination_deg == pytest.approx(expected)
@@ -256,13 +257,13 @@ def test_magnetic_north_is_turned_by_the_declination_of_the_day_and_the_converge
     for part in (f"{expected:+.2f}°", "IGRF-14", "2024-05-12", f"{convergence:+.2f}°"):
         assert part in words
     # A local frame has true north up.
-    used, _ = north_of(said, known_of(said, BARE, None, NO_PAIRS, None))
+    used, _ = resolve_north(said, north_inputs(said, BARE, None, NO_PAIRS, None))
     assert used.turned_deg == pytest.approx(expected)
 
 
 def test_a_stated_declination_goes_before_and_what_is_missing_is_asked_for() -> None:
     said = compass(north="magnetic", declination_deg=-7.5, doubt_deg=1.0)
-    used, words = north_of(said, known_of(said, BARE, None, NO_PAIRS, None))
+    used, words = resolve_north(said, north_inputs(said, BARE, None, NO_PAIRS, None))
     assert (used.turned_deg, used.stated, used.doubt_deg) == (-7.5, True, 1.0)
     assert "-7.50°" in words
     for lacking in (
@@ -270,26 +271,26 @@ def test_a_stated_declination_goes_before_and_what_is_missing_is_asked_for() -> 
         compass(north="magnetic", place=(11.0, 46.0)),
     ):
         with refused("north.no-declination", VomError):
-            north_of(lacking, known_of(lacking, BARE, None, NO_PAIRS, None))
+            resolve_north(lacking, north_inputs(lacking, BARE, None, NO_PAIRS, None))
     old = compass(north="magnetic", day="1850-01-01", place=(11.0, 46.0))
     with pytest.raises(VomError, match="1850"):
-        north_of(old, known_of(old, BARE, None, NO_PAIRS, None))
+        resolve_north(old, north_inputs(old, BARE, None, NO_PAIRS, None))
     with refused("date.invalid", VomError):
-        known_of(compass(day="2024-13-40"), BARE, None, NO_PAIRS, None)
+        north_inputs(compass(day="2024-13-40"), BARE, None, NO_PAIRS, None)
 
 
 def test_the_options_of_the_command_turn_azimuths_by_as_much_or_are_not_given() -> None:
     stated = compass(north="magnetic", declination_deg=3.25)
-    used, _ = north_of(stated, known_of(stated, BARE, None, NO_PAIRS, None))
-    options = as_the_command(stated, used, NO_PAIRS, None)
+    used, _ = resolve_north(stated, north_inputs(stated, BARE, None, NO_PAIRS, None))
+    options = to_register_options(stated, used, NO_PAIRS, None)
     assert options == RegisterOptions(north="magnetic", declination_deg=3.25, north_sigma_deg=2.0)
     placed_by = compass(north="magnetic", day="2024-05-12", place=(11.35, 46.5))
-    used, _ = north_of(placed_by, known_of(placed_by, BARE, None, NO_PAIRS, None))
-    assert as_the_command(placed_by, used, NO_PAIRS, None) is None
+    used, _ = resolve_north(placed_by, north_inputs(placed_by, BARE, None, NO_PAIRS, None))
+    assert to_register_options(placed_by, used, NO_PAIRS, None) is None
     grid = compass(doubt_deg=2.0)
-    used, _ = north_of(grid, known_of(grid, BARE, None, NO_PAIRS, None))
-    assert as_the_command(grid, used, NO_PAIRS, None) == RegisterOptions(north_sigma_deg=2.0)
-    assert as_the_command(None, ReadNorth("grid"), NO_PAIRS, None) == RegisterOptions()
+    used, _ = resolve_north(grid, north_inputs(grid, BARE, None, NO_PAIRS, None))
+    assert to_register_options(grid, used, NO_PAIRS, None) == RegisterOptions(north_sigma_deg=2.0)
+    assert to_register_options(None, ReadNorth("grid"), NO_PAIRS, None) == RegisterOptions()
 
 
 def test_a_compass_is_one_undoable_record_that_goes_with_its_model() -> None:
@@ -320,7 +321,7 @@ def test_a_compass_is_one_undoable_record_that_goes_with_its_model() -> None:
     ],
 )
 def test_readings_are_typed_in_every_notation(text, notation, expected) -> None:
-    said = typed_reading(text, "plane", notation)
+    said = parse_reading(text, "plane", notation)
     assert (said.azimuth_deg, said.inclination_deg, said.sigma_deg) == expected
 
 
@@ -330,16 +331,16 @@ def test_readings_are_typed_in_every_notation(text, notation, expected) -> None:
 )
 def test_what_no_plane_can_be_is_refused_in_a_sentence(text) -> None:
     with pytest.raises(VomError) as refused:
-        typed_reading(text, "plane", "dipdir/dip")
+        parse_reading(text, "plane", "dipdir/dip")
     assert len(refused.value.message.split()) > 4
 
 
 def test_a_line_points_down_and_errors_are_angles() -> None:
-    assert typed_reading("130/25 ± 2", "lineation", "dipdir/dip").sigma_deg == 2.0
+    assert parse_reading("130/25 ± 2", "lineation", "dipdir/dip").sigma_deg == 2.0
     with refused("reading.points-up", VomError):
-        typed_reading("130/-25", "lineation", "dipdir/dip")
+        parse_reading("130/-25", "lineation", "dipdir/dip")
     with refused("reading.invalid-error", VomError):
-        typed_sigma("nan")
+        parse_sigma("nan")
 
 
 def test_only_what_the_model_shows_can_have_been_read_on_it() -> None:
@@ -362,9 +363,9 @@ def test_only_what_the_model_shows_can_have_been_read_on_it() -> None:
 def test_a_second_reading_of_a_plane_has_a_name_of_its_own() -> None:
     records = project()
     found = measured_in(records)
-    typed = typed_reading("213/45", "plane", "dipdir/dip")
+    typed = parse_reading("213/45", "plane", "dipdir/dip")
     names = [
-        reading_of(records["t-B01"], found["t-B01"], typed, taken).name
+        create_reading(records["t-B01"], found["t-B01"], typed, taken).name
         for taken in ((), ("B01",), ("B01", "B01 (2)"))
     ]
     assert names == ["B01", "B01 (2)", "B01 (3)"]
@@ -375,7 +376,7 @@ def test_what_is_gone_or_not_read_yet_places_nothing() -> None:
     lines = readings(records, RIGHT)
     del records["t-B01"]
     lines[1] = replace(lines[1], value=None)
-    seen = directions_of(lines, measured_in(records), BARE)
+    seen = measure_directions(lines, measured_in(records), BARE)
     table = compass_table(lines, seen)
     assert table.labels == ("J01", "F01")
 
@@ -390,10 +391,10 @@ def test_lines_of_known_azimuth_are_turned_as_readings_are() -> None:
     ]
     azimuth = KnownLine("a", "A", "azimuth", "m1", BARE.content_hash, north, 352.5)
     lines = [*level, azimuth]
-    found = placed_by_points(NO_PAIRS, None, BARE, None, EXTENT, lines, 0.5, turned_deg=7.5)
+    found = place_by_points(NO_PAIRS, None, BARE, None, EXTENT, lines, 0.5, turned_deg=7.5)
     turn = found.matrix[:3, :3] / found.scale @ TURN
     assert turn == pytest.approx(np.eye(3), abs=1e-6)
-    off = {miss.id: miss.off for miss in line_misses(lines, found, turned_deg=7.5)}
+    off = {miss.id: miss.off for miss in line_residuals(lines, found, turned_deg=7.5)}
     assert off["a"] == pytest.approx(0.0, abs=1e-4)
     assert found.rotation_error_deg.about_up > 0.5
 
@@ -405,7 +406,7 @@ def test_what_was_read_and_its_north_are_kept_with_the_project(tmp_path: Path) -
     lines = readings(records, RIGHT)
     found, _ = placed(records, lines)
     north = ReadNorth("magnetic", 3.2, 3.4, False, "2024-05-12", 0.5)
-    record = registration_of(found, NO_PAIRS, BARE, None, read_north=north)
+    record = create_registration(found, NO_PAIRS, BARE, None, read_north=north)
     said = compass(north="magnetic", day="2024-05-12", place=(11.35, 46.5), doubt_deg=0.5)
     one = Project.create(tmp_path / "readings.vom")
     session = one.session
@@ -430,7 +431,9 @@ def test_the_summary_of_a_registration_tells_the_north_of_its_readings() -> None
     records = project()
     found, _ = placed(records, readings(records, RIGHT))
     north = ReadNorth("magnetic", 3.2, 3.4, False, "2024-05-12", 0.5)
-    facts = dict(summary_of(registration_of(found, NO_PAIRS, BARE, None, read_north=north)).facts)
+    facts = dict(
+        summary_of(create_registration(found, NO_PAIRS, BARE, None, read_north=north)).facts
+    )
     assert facts["Azimuths were read from"] == "magnetic north, +3.20° added"
     assert facts["Declination"] == "+3.40° (IGRF-14, 2024-05-12)"
     assert facts["North may be off by"] == "± 0.5° for all alike (1σ)"
@@ -443,14 +446,14 @@ def test_one_plane_or_parallel_ones_place_as_far_as_they_tell() -> None:
         lines = readings(records, said)
         found, seen = placed(records, lines)
         assert not (found.known.north and found.known.vertical)
-        off = [miss.off for miss in line_misses(lines, found, seen)]
+        off = [miss.off for miss in line_residuals(lines, found, seen)]
         assert off == pytest.approx([0.0] * len(lines), abs=1e-3)
 
 
 def test_points_and_readings_from_magnetic_north_are_those_of_the_command(tmp_path: Path) -> None:
     """Day and place by the points: the command finds the same declination and convergence."""
     from vomstudio.io.control.writing import write_pairs
-    from vomstudio.studio.placing.registering import placed_by_points as by_points
+    from vomstudio.studio.placing.registering import place_by_points as by_points
 
     records = project(noise=0.02)
     corners = np.array([[0, 0, 0], [9, 1, 0], [1, 8, 2], [4, 4, 6], [7, 7, 1]], float)
@@ -463,17 +466,17 @@ def test_points_and_readings_from_magnetic_north_are_those_of_the_command(tmp_pa
         np.zeros(5, bool),
     )
     said = compass(north="magnetic", day="2024-05-12", doubt_deg=0.7)
-    used, _ = north_of(said, known_of(said, BARE, None, pairs, "EPSG:32632"))
+    used, _ = resolve_north(said, north_inputs(said, BARE, None, pairs, "EPSG:32632"))
     read = {n: f"{(a - used.turned_deg) % 360.0:.2f}/{d:g}" for n, (a, d) in PLANES.items()}
     lines = readings(records, read)
-    seen = directions_of(lines, measured_in(records), BARE)
+    seen = measure_directions(lines, measured_in(records), BARE)
     table = compass_table(lines, seen)
     found = by_points(
         pairs, None, BARE, "EPSG:32632", EXTENT, lines, used.doubt_deg, table, used.turned_deg
     )
     write_pairs(tmp_path / "pairs.csv", pairs)
     write_compass(tmp_path / "readings.csv", table)
-    options = as_the_command(said, used, pairs, "EPSG:32632")
+    options = to_register_options(said, used, pairs, "EPSG:32632")
     assert options is not None
     assert given_options(options).keys() == {"north", "date", "north_sigma_deg"}
     options = replace(
@@ -485,7 +488,7 @@ def test_points_and_readings_from_magnetic_north_are_those_of_the_command(tmp_pa
     told = register_model("-", options, None).placed
     assert found.matrix == pytest.approx(told.matrix, abs=1e-9)
     assert not told.blunders
-    assert max(miss.off for miss in line_misses(lines, found, seen, used.turned_deg)) < 1.5
+    assert max(miss.off for miss in line_residuals(lines, found, seen, used.turned_deg)) < 1.5
 
 
 def test_readings_are_called_by_their_name_where_there_is_no_id(tmp_path: Path) -> None:
@@ -506,7 +509,7 @@ def test_a_reading_stands_where_the_plane_is_and_says_what_was_read() -> None:
     assert measured.points == pytest.approx(middle[None])
     assert measured.said == "read as 45 → 213"
     for notation in ("dipdir/dip", "strike/dip"):
-        again = typed_reading("45 → 213", "plane", notation)
+        again = parse_reading("45 → 213", "plane", notation)
         assert (again.azimuth_deg, again.inclination_deg) == (213.0, 45.0)
 
 

@@ -17,7 +17,12 @@ from vomstudio.geometry.frames import Frame
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Model
 from vomstudio.studio.saved_views import SavedView, SavedViews
-from vomstudio.studio.view_quality import Direction, across_slip, depth_along, meeting_line
+from vomstudio.studio.view_quality import (
+    Direction,
+    depth_along,
+    direction_across_slip,
+    intersection_direction,
+)
 
 NOTHING = Measurement(np.zeros((0, 3)), None, None, None, None, None)
 
@@ -28,39 +33,39 @@ def slipped(plane: Plane, line: Line) -> Measurement:
 
 @pytest.mark.parametrize("dip_direction", [0.0, 75.0, 200.0])
 def test_a_dip_slip_is_seen_whole_along_strike(dip_direction: float) -> None:
-    found = across_slip(slipped(Plane(dip_direction, 60.0), Line(dip_direction, 60.0)))
+    found = direction_across_slip(slipped(Plane(dip_direction, 60.0), Line(dip_direction, 60.0)))
     assert isinstance(found, Direction)
     assert angle_between_lines(found.line, Line((dip_direction - 90.0) % 360.0, 0.0)) < 1e-6
     assert found.error95_deg == 1.5
 
 
 def test_a_strike_slip_is_seen_whole_down_the_dip() -> None:
-    found = across_slip(slipped(Plane(120.0, 70.0), Line(30.0, 0.0)))
+    found = direction_across_slip(slipped(Plane(120.0, 70.0), Line(30.0, 0.0)))
     assert isinstance(found, Direction)
     assert angle_between_lines(found.line, Line(120.0, 70.0)) < 1e-6
 
 
 def test_no_slip_is_answered_in_words() -> None:
-    assert across_slip(NOTHING) == Finding("selection.no-slip")
+    assert direction_across_slip(NOTHING) == Finding("selection.no-slip")
     upright = slipped(Plane(120.0, 70.0), Plane(120.0, 70.0).pole())
-    assert across_slip(upright) == Finding("slip.across-plane")
+    assert direction_across_slip(upright) == Finding("slip.across-plane")
 
 
 def test_two_planes_meet_in_the_line_of_the_textbook() -> None:
     """Vertical planes that strike north and east meet in a vertical line; planes that dip east and
     west alike in a horizontal one along their strike."""
     planes = [replace(NOTHING, plane=Plane(azimuth, 90.0)) for azimuth in (90.0, 180.0)]
-    found = meeting_line(planes)
+    found = intersection_direction(planes)
     assert isinstance(found, Direction)
     assert found.line.plunge_deg == pytest.approx(90.0)
     assert found.error95_deg is None, "readings without an error"
-    found = meeting_line(
+    found = intersection_direction(
         [replace(NOTHING, plane=Plane(azimuth, 40.0)) for azimuth in (90.0, 270.0)]
     )
     assert isinstance(found, Direction)
     assert angle_between_lines(found.line, Line(0.0, 0.0)) < 1e-6
-    assert "parallel" in str(meeting_line([planes[0], planes[0]]))
-    assert "two planes" in str(meeting_line(planes[:1]))
+    assert "parallel" in str(intersection_direction([planes[0], planes[0]]))
+    assert "two planes" in str(intersection_direction(planes[:1]))
 
 
 def test_the_depth_of_a_view_is_that_of_the_box_along_it() -> None:

@@ -10,7 +10,7 @@ from vomstudio.core.errors import GeometryError, InputError
 from vomstudio.geometry.frames import Frame
 from vomstudio.io.control.observation_tables import Pairs
 from vomstudio.studio.models import new_model
-from vomstudio.studio.placing.registering import placed_by_points
+from vomstudio.studio.placing.registering import place_by_points
 
 CRS = "EPSG:32615"
 MODEL = new_model("face", "face.ply", "mesh", "", Frame("crs", crs=CRS))
@@ -26,7 +26,7 @@ def given() -> Pairs:
 
 
 def test_right_points_are_not_doubted() -> None:
-    codes = by_code(placed_by_points(given(), BOUNDS, MODEL, CRS).warnings).keys()
+    codes = by_code(place_by_points(given(), BOUNDS, MODEL, CRS).warnings).keys()
     assert not codes & {"control.swapped-columns", "registration.moved"}
 
 
@@ -34,7 +34,7 @@ def test_exchanged_columns_are_refused() -> None:
     pairs = given()
     pairs.world[:] = pairs.world[:, [1, 0, 2]]
     with pytest.raises(InputError) as refused:
-        placed_by_points(pairs, BOUNDS, MODEL, CRS)
+        place_by_points(pairs, BOUNDS, MODEL, CRS)
     assert refused.value.code == "frame.swapped-axes"
 
 
@@ -42,4 +42,4 @@ def test_points_of_another_frame_are_refused() -> None:
     pairs = given()
     pairs.model[:] -= [576_000.0, 5_188_000.0, 0.0]
     with refused("registration.off-model", GeometryError):
-        placed_by_points(pairs, BOUNDS, MODEL, CRS)
+        place_by_points(pairs, BOUNDS, MODEL, CRS)

@@ -20,10 +20,10 @@ from vomstudio.registration.similarity import jacobian
 from vomstudio.registration.turn_checks import worst_turn95_deg
 from vomstudio.studio.placing.registering import (
     add_reference_error,
-    expected,
-    sets_turned_deg,
-    sets_turned_finding,
-    turned_deg,
+    expected_positions,
+    rotation_deg,
+    set_rotation_finding,
+    set_rotations_deg,
 )
 
 MODEL = Model("m1", "cliff", "cliff.obj", "mesh", "0" * 64, Frame("local"))
@@ -62,20 +62,20 @@ def test_poles_turn_on_small_circles_about_the_axis(dip: float, angle: float) ->
     traces = [plane(1, dip, "J1"), plane(2, dip, "J1")]
     records = {"m1": after, **{k.id: k for k in DEFAULT_TYPES}, **{t.id: t for t in traces}}
     measured = dict(zip(("t1", "t2"), measure_all(records, traces), strict=True))
-    found = sets_turned_deg(records, MODEL, after, measured)
+    found = set_rotations_deg(records, MODEL, after, measured)
     d, t = np.radians(dip), np.radians(angle)
     arc = np.degrees(np.arccos(min(1.0, abs(np.cos(d) ** 2 + np.sin(d) ** 2 * np.cos(t)))))
     assert found == pytest.approx({"Bedding: J1": arc}, abs=1e-5)
-    assert turned_deg(MODEL, after) == pytest.approx(angle)
+    assert rotation_deg(MODEL, after) == pytest.approx(angle)
 
 
 def test_sets_are_told_the_farthest_first_and_few_of_them() -> None:
-    assert sets_turned_finding({}) is None
-    two = sets_turned_finding({"Bedding": 0.4, "Joint: J1": 12.0})
+    assert set_rotation_finding({}) is None
+    two = set_rotation_finding({"Bedding": 0.4, "Joint: J1": 12.0})
     assert two == Finding(
         "registration.sets-turned", sets=["Joint: J1 by 12.0°", "Bedding by 0.4°"]
     )
-    nine = sets_turned_finding({str(i): float(i) for i in range(9)})
+    nine = set_rotation_finding({str(i): float(i) for i in range(9)})
     assert nine is not None
     assert nine.values["sets"][-2:] == ("4 by 4.0°", "others by less")
 
@@ -100,13 +100,15 @@ def test_two_points_of_an_upright_model_foretell_the_others() -> None:
             for i in range(4)
         ]
 
-    known = expected(points(0, 1), None, MODEL)
+    known = expected_positions(points(0, 1), None, MODEL)
     assert known.keys() == {"c2", "c3"}
     assert known["c2"] == pytest.approx(spots[2], abs=1e-6)
     assert known["c3"] == pytest.approx(spots[3], abs=1e-6)
-    assert expected(points(0, 3), None, MODEL) == {}
-    assert expected(points(0), None, MODEL) == {}
-    assert expected(points(0, 1), None, replace(MODEL, placement=Frame("undeclared"))) == {}
+    assert expected_positions(points(0, 3), None, MODEL) == {}
+    assert expected_positions(points(0), None, MODEL) == {}
+    assert (
+        expected_positions(points(0, 1), None, replace(MODEL, placement=Frame("undeclared"))) == {}
+    )
 
 
 def _moved(points: np.ndarray, numbers: np.ndarray, centre: np.ndarray) -> np.ndarray:

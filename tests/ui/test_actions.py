@@ -14,7 +14,7 @@ from tests.ui.conftest import add_bed, add_cliff
 from vomstudio.geology.orientation import Plane
 from vomstudio.geometry.frames import Frame
 from vomstudio.project.kinds.trace import Trace
-from vomstudio.studio.history import step_words
+from vomstudio.studio.history import step_title
 from vomstudio.studio.tools.trace import TraceTool
 from vomstudio.ui.interpret.tool_panels.trace import TracePanel
 from vomstudio.ui.shell.command_palette import CommandPalette
@@ -93,7 +93,7 @@ def test_no_button_is_mute(window):
 
 def test_undo_and_redo_say_what_they_would_take_back(window, studio):
     beds(studio)
-    step = step_words(studio.undo_label)
+    step = step_title(studio.undo_label)
     assert "B03" in step
     assert f"Undo {step}" in window.actions_table.all["undo"].toolTip()
     studio.undo()

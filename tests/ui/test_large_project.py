@@ -13,7 +13,7 @@ from vomstudio.studio import projects
 def large(studio, tmp_path, monkeypatch):
     """A saved project that counts as large, and another one open."""
     path = save_beds(studio, tmp_path / "large.vom", 3)
-    monkeypatch.setattr(projects, "_LARGE", 1)
+    monkeypatch.setattr(projects, "LARGE_JOURNAL_BYTES", 1)
     return path
 
 
@@ -42,7 +42,7 @@ def test_it_is_read_and_measured_while_the_window_lives(window, studio, large):
 
 def test_a_second_one_is_not_opened_meanwhile(window, studio, large, tmp_path):
     codes: list[str] = []
-    studio.workspace.notices.told.connect(lambda notice: codes.append(notice.code))
+    studio.workspace.notices.posted.connect(lambda notice: codes.append(notice.code))
     QTimer.singleShot(0, lambda: studio.workspace.projects.open(tmp_path / "other.vom"))
     window.open_path(large)
     assert studio.project.folder == large
@@ -54,7 +54,7 @@ def test_one_that_cannot_be_read_leaves_the_present_one_open(window, studio, lar
     journal = large / "journal.sqlite"
     journal.write_bytes(b"no database" * 1000)
     codes: list[str] = []
-    studio.workspace.notices.told.connect(lambda notice: codes.append(notice.code))
+    studio.workspace.notices.posted.connect(lambda notice: codes.append(notice.code))
     window.open_path(large)
     assert studio.project.folder == present
     assert codes == ["journal.damaged"]

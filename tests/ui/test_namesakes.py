@@ -18,7 +18,7 @@ def reading(number: int, name: str = "") -> Reading:
 @pytest.mark.full
 def test_a_rename_to_a_name_that_is_there(studio: Any) -> None:
     said: list[Finding] = []
-    studio.workspace.notices.told.connect(lambda notice: said.append(notice.message))
+    studio.workspace.notices.posted.connect(lambda notice: said.append(notice.message))
     for number in range(3):
         studio.attempt(edits.add_features, [reading(number)])
     assert not said
@@ -38,7 +38,7 @@ def test_a_rename_to_a_name_that_is_there(studio: Any) -> None:
 
 def test_an_import_of_names_that_come_twice(studio: Any) -> None:
     said: list[Finding] = []
-    studio.workspace.notices.told.connect(lambda notice: said.append(notice.message))
+    studio.workspace.notices.posted.connect(lambda notice: said.append(notice.message))
     studio.attempt(edits.add_features, [reading(1, "A"), reading(2, "A"), reading(3, "B")])
     (finding,) = said
     assert (finding.code, finding.values["count"]) == ("feature.same-names", 1)

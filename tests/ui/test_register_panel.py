@@ -184,7 +184,7 @@ def test_coordinates_outside_the_area_of_their_crs_are_told(pairs) -> None:
 
 def test_a_file_without_points_changes_nothing(studio, panel, tmp_path, monkeypatch) -> None:
     told: list[str] = []
-    studio.workspace.notices.told.connect(lambda notice: told.append(notice.text))
+    studio.workspace.notices.posted.connect(lambda notice: told.append(notice.text))
     load(panel, monkeypatch, tmp_path / "gcp.csv", "label,x,y,z\nP0,1,2,high\n")
     assert "gcp.csv" in told[-1]
     assert "line 2" in told[-1]

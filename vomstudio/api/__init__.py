@@ -1,7 +1,7 @@
-"""The Python interface: what `import vomstudio as vs` offers, a module for each part of it.
+"""Python interface: the names of `import vomstudio as vs`, one module for each subject.
 
-`vomstudio/__init__.py` names the modules as text and imports one where something of it is asked
-for. Whoever asks first brings the language of the user.
+`vomstudio/__init__.py` lists the modules as text, and imports one when a name of it is used.
+The first import sets the language of the user.
 """
 
 from vomstudio.core.languages import use_user_language

@@ -1,4 +1,4 @@
-"""What users hand over, checked before anything is computed with it."""
+"""Checks of arguments before any computation."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from vomstudio.geometry.coordinate_limits import no_places
 from vomstudio.io.text.column_names import normalise_name
 from vomstudio.io.text.tables import COORDINATES
 
-_MAX_ANGLE_DEG = 720
-"""An angle beyond two turns is a slip of the pen or of the unit, as in a table."""
-_MOST_COUNT = 2**53
-"""What lies beyond is no count of anything, and not a whole number in floating point."""
+MAX_ANGLE_DEG = 720
+"""Larger angles are typing errors or in another unit, as in a table."""
+MAX_COUNT = 2**53
+"""Larger numbers are not counts, and not exact integers in floating point."""
 
 
 def warn(messages: Iterable[Finding], depth: int = 3, *, notes: bool = False) -> None:
@@ -42,10 +42,10 @@ def warn(messages: Iterable[Finding], depth: int = 3, *, notes: bool = False) ->
 
 
 @contextmanager
-def naming(name: str, *others: str) -> Iterator[None]:
-    """What goes wrong inside is of the argument of this name.
+def errors_named(name: str, *others: str) -> Iterator[None]:
+    """Attribute errors inside the block to the argument of this name.
 
-    others : what it is called below, such as the command's option, where something goes wrong
+    `others` are the names by which it is known below, such as the command's option.
     """
     try:
         yield
@@ -56,7 +56,7 @@ def naming(name: str, *others: str) -> Iterator[None]:
 
 
 def numbers(values: Any, name: str) -> FloatArray:
-    """Values as float64 of whatever shape. Raises InputError."""
+    """Convert values to float64 of any shape. Raises InputError."""
     if np.ma.isMaskedArray(values) and np.ma.getmaskarray(values).any():
         raise InputError(Finding("array.masked"), field=name)
     try:
@@ -92,8 +92,13 @@ def requires_type(option: str, argument: str, expected: str) -> UsageError:
 
 
 def points(values: Any, name: str = "points") -> FloatArray:
-    """(n, 3) finite coordinates of an array, a list of triples, or a DataFrame with x, y, z.
-    Raises InputError that names the first row that is none."""
+    """Convert an array, triples, or a DataFrame with x, y, z to finite points (n, 3).
+
+    Raises
+    ------
+    InputError
+        With the first invalid row.
+    """
     array = numbers(_coordinates_of(values, name), name)
     if array.size == 0:
         raise InputError(Finding("argument.empty"), field=name)
@@ -104,7 +109,9 @@ def points(values: Any, name: str = "points") -> FloatArray:
 
 
 def pixels_or_points(values: Any, name: str) -> FloatArray:
-    """(n, 3) as `points`, or (n, 2) finite columns and rows of a photo. Raises InputError."""
+    """Convert to points (n, 3), or finite columns and rows (n, 2) of a photo. Raises
+    InputError.
+    """
     if hasattr(values, "columns") or np.ndim(values) != 2 or np.shape(values)[1] != 2:
         return points(values, name)
     array = numbers(values, name)
@@ -119,12 +126,12 @@ def _coordinates_of(values: Any, name: str) -> Any:
 
 
 def coordinate_names(columns: list[Any], name: str) -> list[Any]:
-    """Which columns of a DataFrame are x, y and z. Raises InputError."""
-    known = {column: normalise_name(str(column)) for column in columns}
-    found = []
-    for letter, others in COORDINATES.items():
-        matches = [c for c, word in known.items() if word == letter]
-        matches = matches or [c for c, word in known.items() if word in others]
+    """Return the columns of a DataFrame that are x, y and z. Raises InputError."""
+    plain_names = {column: normalise_name(str(column)) for column in columns}
+    columns_found = []
+    for letter, synonyms in COORDINATES.items():
+        matches = [c for c, word in plain_names.items() if word == letter]
+        matches = matches or [c for c, word in plain_names.items() if word in synonyms]
         if len(matches) > 1:
             finding = Finding("table.repeated-column", column=letter, columns=matches)
             raise InputError(finding, field=name)
@@ -133,8 +140,8 @@ def coordinate_names(columns: list[Any], name: str) -> list[Any]:
                 "table.missing-column", column=letter, columns=columns, names=(letter,)
             )
             raise InputError(finding, field=name)
-        found.append(matches[0])
-    return found
+        columns_found.append(matches[0])
+    return columns_found
 
 
 def refuse_rows(bad: BoolArray, name: str, code: str = "array.not-finite") -> None:
@@ -163,7 +170,7 @@ def refuse_other_lengths(one: FloatArray, other: FloatArray, names: tuple[str, s
 
 
 def pairs(first: Any, second: Any, names: tuple[str, str]) -> tuple[FloatArray, FloatArray]:
-    """Two arrays (n,) of finite numbers. Raises InputError."""
+    """Convert two arrays to finite numbers (n,). Raises InputError."""
     a, b = (np.atleast_1d(numbers(v, n)) for v, n in zip((first, second), names, strict=True))
     for array, name in zip((a, b), names, strict=True):
         if array.ndim != 1:
@@ -177,15 +184,15 @@ def pairs(first: Any, second: Any, names: tuple[str, str]) -> tuple[FloatArray, 
 
 
 def positive(value: float | None, name: str) -> float | None:
-    """A length in metres, or None. Raises InputError."""
+    """Check a length in metres, or None. Raises InputError."""
     number = single_number(value, name)
     if number is not None and not 0.0 < number < np.inf:
         raise InputError(Finding("number.not-positive", value=number), field=name)
     return number
 
 
-def one_of(value: Any, known: Iterable[str], name: str) -> None:
-    """Raises InputError unless it is one of these words."""
+def check_choice(value: Any, known: Iterable[str], name: str) -> None:
+    """Check that a value is one of these words. Raises InputError."""
     choices = list(known)
     if not isinstance(value, str):
         raise wrong_type(value, ", ".join(choices), name)
@@ -193,18 +200,18 @@ def one_of(value: Any, known: Iterable[str], name: str) -> None:
         raise InputError(Finding("option.not-a-choice", value=value, choices=choices), field=name)
 
 
-def flag(value: Any, name: str) -> bool:
-    """Raises InputError for what is neither True nor False."""
+def check_flag(value: Any, name: str) -> bool:
+    """Check a value that must be True or False. Raises InputError."""
     if isinstance(value, bool | np.bool_):
         return bool(value)
     raise wrong_type(value, "bool", name)
 
 
 def looks_like_radians(azimuth: FloatArray, angle: FloatArray) -> bool:
-    """Whether all angles are so small that they may be radians.
+    """Return whether all angles are so small that they may be radians.
 
-    They may be degrees all the same: beds that dip by less than 1.6 degrees, all to within 6.3
-    degrees of north. So this is a warning and not an error.
+    They may still be degrees: beds that dip by less than 1.6 degrees, all within 6.3 degrees of
+    north. So this is a warning, not an error.
     """
     sound = np.isfinite(azimuth) & np.isfinite(angle) & (angle != 0.0)
     a, b = azimuth[sound], np.abs(angle[sound])
@@ -213,7 +220,7 @@ def looks_like_radians(azimuth: FloatArray, angle: FloatArray) -> bool:
 
 
 def single_number(value: Any, name: str) -> float | None:
-    """None for None. Raises InputError, with the argument's name, for what is no single number."""
+    """Convert to a number, None to None. Raises InputError with the name of the argument."""
     if value is None:
         return None
     array = numbers(value, name)
@@ -223,7 +230,7 @@ def single_number(value: Any, name: str) -> float | None:
 
 
 def required_number(value: Any, name: str) -> float:
-    """As `single_number`, of what cannot be left out. Raises InputError."""
+    """Convert to a number that is required. Raises InputError."""
     number = single_number(value, name)
     if number is None:
         raise InputError(Finding("option.missing"), field=name)
@@ -231,19 +238,19 @@ def required_number(value: Any, name: str) -> float:
 
 
 def whole_number(value: Any, name: str) -> int | None:
-    """None for None. Raises InputError for what is no whole number."""
+    """Convert to an integer, None to None. Raises InputError."""
     if value is None:
         return None
     try:
-        if not isinstance(value, bool | np.bool_) and abs(operator.index(value)) < _MOST_COUNT:
+        if not isinstance(value, bool | np.bool_) and abs(operator.index(value)) < MAX_COUNT:
             return operator.index(value)
     except TypeError:
         pass
     raise wrong_type(value, "int", name)
 
 
-def path_of(value: Any, name: str) -> Path:
-    """With `~` for the home folder. Raises InputError for what names no file or folder."""
+def to_path(value: Any, name: str) -> Path:
+    """Convert to a path, with `~` for the home folder. Raises InputError."""
     if isinstance(value, str | os.PathLike):
         path = os.fspath(value)
         if isinstance(path, str):
@@ -254,34 +261,34 @@ def path_of(value: Any, name: str) -> Path:
 
 
 def _check_name(path: str, name: str) -> None:
-    """Raises InputError for a path that no file can have, whatever is there."""
+    """Raise InputError for a path that no file can have."""
     try:
         os.lstat(path)
-    except ValueError as error:  # A zero byte, or half of a pair of surrogates.
+    except ValueError as error:  # A null character, or half of a surrogate pair.
         raise InputError(Finding("path.invalid", reason=error), field=name) from error
     except OSError as error:
         if error.errno == errno.ENAMETOOLONG:
             raise InputError(Finding("disk.name-too-long"), field=name) from error
 
 
-def maybe_path(value: Any, name: str) -> Path | None:
-    """As `path_of`, None for None. Raises InputError."""
-    return None if value is None else path_of(value, name)
+def optional_path(value: Any, name: str) -> Path | None:
+    """Convert to a path, None to None. Raises InputError."""
+    return None if value is None else to_path(value, name)
 
 
 def path_text(value: Any, name: str) -> str | None:
     """Return a path as text, None for None. Raises InputError."""
-    path = maybe_path(value, name)
+    path = optional_path(value, name)
     return None if path is None else str(path)
 
 
 def is_path(value: Any) -> bool:
-    """Whether somebody means a file by it."""
+    """Return whether a value is a path."""
     return isinstance(value, str | os.PathLike)
 
 
-def words_of(value: Any, name: str) -> str | None:
-    """None for None. Raises InputError for what is no text, or none that a file can hold."""
+def optional_text(value: Any, name: str) -> str | None:
+    """Convert to text, None to None. Raises InputError for text that no file can contain."""
     if value is None:
         return None
     if isinstance(value, str):
@@ -293,72 +300,76 @@ def words_of(value: Any, name: str) -> str | None:
 
 def required_text(value: Any, name: str) -> str:
     """Return a text that cannot be left out. Raises InputError."""
-    text = words_of(value, name)
+    text = optional_text(value, name)
     if text is None:
         raise InputError(Finding("option.missing"), field=name)
     return text
 
 
-def column_of(value: Any, name: str = "by") -> str | None:
-    """The name or the number of a column as a text, None for None. Raises InputError."""
+def column_name(value: Any, name: str = "by") -> str | None:
+    """Return the name or number of a column as text, None for None. Raises InputError."""
     if isinstance(value, int | np.integer) and not isinstance(value, bool):
         return str(value)
-    return words_of(value, name)
+    return optional_text(value, name)
 
 
-def items_of(given: Any, name: str) -> list[Any]:
-    """Several of what may be given once as a text. Raises InputError for what cannot be gone
-    through in an order of its own."""
-    if isinstance(given, str):
-        return [given]
-    if isinstance(given, Iterable) and not isinstance(given, bytes | Mapping | Set):
+def to_list(value: Any, name: str) -> list[Any]:
+    """Return a list of items, which may be a single text. Raises InputError without an order."""
+    if isinstance(value, str):
+        return [value]
+    if isinstance(value, Iterable) and not isinstance(value, bytes | Mapping | Set):
         try:
-            return list(given)
+            return list(value)
         except TypeError:  # An array without dimensions.
             pass
-    raise wrong_type(given, "list", name)
+    raise wrong_type(value, "list", name)
 
 
-def angles_of(given: Any, name: str, count: int) -> tuple[float, ...]:
-    """So many finite numbers. Raises InputError."""
-    array = numbers(given, name)
+def parse_angles(value: Any, name: str, count: int) -> tuple[float, ...]:
+    """Convert to a number of finite angles. Raises InputError."""
+    array = numbers(value, name)
     if array.shape != (count,):
         raise wrong_shape(array, f"({count},)", name)
     for angle in array.tolist():
-        if not abs(angle) <= _MAX_ANGLE_DEG:
+        if not abs(angle) <= MAX_ANGLE_DEG:
             finding = Finding(
-                "angle.out-of-range", value=angle, minimum=-_MAX_ANGLE_DEG, maximum=_MAX_ANGLE_DEG
+                "angle.out-of-range", value=angle, minimum=-MAX_ANGLE_DEG, maximum=MAX_ANGLE_DEG
             )
             raise InputError(finding, field=name)
     return tuple(array.tolist())
 
 
-def slashed(given: Any, name: str, count: int) -> str:
-    """Angles as the command takes them, "125/26/30". Raises InputError."""
-    if isinstance(given, str):
-        return given
-    return "/".join(repr(v).removesuffix(".0") for v in angles_of(given, name, count))
+def join_angles(value: Any, name: str, count: int) -> str:
+    """Return angles in the form of the command line, "125/26/30". Raises InputError."""
+    if isinstance(value, str):
+        return value
+    return "/".join(repr(v).removesuffix(".0") for v in parse_angles(value, name, count))
 
 
-def joined(values: Any, separator: str = ",") -> str:
-    """Return numbers as the command line takes them, with all digits and no exponent."""
+def join_numbers(values: Any, separator: str = ",") -> str:
+    """Return numbers in the form of the command line, with all digits and no exponent."""
     return separator.join(np.format_float_positional(v, trim="-") for v in np.ravel(values))
 
 
-def plane_text(given: Any, name: str) -> str:
-    """Return a plane, as `attitude_of` takes it, as "DD/D". Raises InputError, GeometryError."""
-    return exact_plane(attitude_of(given, name))
+def plane_text(value: Any, name: str) -> str:
+    """Return a plane as "DD/D", see `to_plane`. Raises InputError, GeometryError."""
+    return exact_plane(to_plane(value, name))
 
 
-def attitude_of(given: Any, name: str) -> Plane:
-    """A plane of "DD/D", of (dip direction, dip), or of a fit. Raises InputError, GeometryError."""
-    with naming(name, "dip direction", "dip"):
-        if isinstance(given, str):
-            return parse_plane(given)
-        if hasattr(given, "dip_direction_deg") and hasattr(given, "dip_deg"):
-            # A horizontal plane has no dip direction, and none is needed.
-            azimuth = given.dip_direction_deg
-            given = (0.0 if azimuth is None else azimuth, given.dip_deg)
-        if numbers(given, name).shape != (2,):
-            raise wrong_type(given, "'120/45', (120, 45), PlaneFit", name)
-        return Plane(*angles_of(given, name, 2))
+def to_plane(value: Any, name: str) -> Plane:
+    """Convert "DD/D", (dip direction, dip) or a fit to a plane.
+
+    Raises
+    ------
+    InputError, GeometryError
+    """
+    with errors_named(name, "dip direction", "dip"):
+        if isinstance(value, str):
+            return parse_plane(value)
+        if hasattr(value, "dip_direction_deg") and hasattr(value, "dip_deg"):
+            # A horizontal plane has no dip direction.
+            azimuth = value.dip_direction_deg
+            value = (0.0 if azimuth is None else azimuth, value.dip_deg)
+        if numbers(value, name).shape != (2,):
+            raise wrong_type(value, "'120/45', (120, 45), PlaneFit", name)
+        return Plane(*parse_angles(value, name, 2))

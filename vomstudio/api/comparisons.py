@@ -8,8 +8,8 @@ import numpy as np
 
 from vomstudio.api.checking import warn
 from vomstudio.api.declared_options import options_from_arguments
-from vomstudio.api.models import Mesh, PointCloud, model_of
-from vomstudio.api.reporting import Reported, told
+from vomstudio.api.models import Mesh, PointCloud, to_model
+from vomstudio.api.reporting import Reported, to_progress
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import CancelToken
 from vomstudio.core.words import tr
@@ -28,34 +28,45 @@ def compare(
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> Comparison:
-    """Signed distances of a model from a benchmark, and their statistics.
+    """Compute signed distances of a model from a benchmark, with statistics.
 
     Parameters
     ----------
-    model, benchmark : Mesh, PointCloud, a model of a project, the path of a file, or an array
-        (n, 3) of points in World, metres
-    m3c2_m : radius of the cylinders in metres, for M3C2; None takes the nearest point of the
-        benchmark: on the triangles of a mesh, on the plane fitted locally to a cloud
-    registration_error_m : one sigma of how the two are placed to each other; None takes what the
-        model's registration (in its project, or of its reconstruction) says of it, else 0
-    progress : called with (stage, steps done, all steps or None), or a Progress
-    cancel : a vs.CancelToken that stops the work
+    model, benchmark : Mesh, PointCloud, model of a project, path, or (n, 3) array
+        Model in World, metres.
+    m3c2_m : float, optional
+        Radius of the cylinders of M3C2, metres; by default distances are to the nearest
+        point of the benchmark, on the triangles of a mesh or the plane fitted locally to a
+        cloud.
+    registration_error_m : float, optional
+        Standard deviation of the relative placement; by default from the model's
+        registration, else 0.
+    progress : callable or Progress, optional
+        Called with (stage, steps done, all steps or None).
+    cancel : vs.CancelToken, optional
+        Stops the work.
 
     Returns
     -------
-    Comparison with the names of the command: ``n``, ``mean_m``, ``median_m`` (accuracy),
-    ``std_m``, ``mad_m`` (precision), ``rms_m``, ``lod95_m`` and ``significant_share`` (None without
-    M3C2), ``beyond`` (points without a counterpart); and ``distances``, ``lod95`` of all points of
-    the model in their order, NaN where there is none. Distances are positive where the model lies
-    before the benchmark: on the side of its normals, ``positive_toward`` on the whole.
+    Comparison
+        ``n``, ``mean_m``, ``median_m`` (accuracy), ``std_m``, ``mad_m`` (precision),
+        ``rms_m``, ``lod95_m`` and ``significant_share`` (None without M3C2), ``beyond``
+        (points without a counterpart); and ``distances``, ``lod95`` of all points of the
+        model in their order, NaN if undefined. Distances are positive if the model is in
+        front of the benchmark, on the side of its normals (``positive_toward``).
 
     Raises
     ------
-    vs.errors.UsageError for a radius or error that is no length, and for two coordinate reference
-    systems; vs.errors.GeometryError where the two do not overlap; vs.errors.Cancelled.
+    vs.errors.UsageError
+        For an invalid radius or error, and for two different coordinate reference systems.
+    vs.errors.GeometryError
+        If the two do not overlap.
+    vs.errors.Cancelled
 
-    Source: Lague, Brodu & Leroux (2013), ISPRS J. Photogramm. Remote Sens. 82, 10; sides of a mesh
-    after Baerentzen & Aanaes (2005), IEEE TVCG 11, 243.
+    Notes
+    -----
+    Source: Lague, Brodu & Leroux (2013), ISPRS J. Photogramm. Remote Sens. 82, 10; sides of a
+    mesh after Baerentzen & Aanaes (2005), IEEE TVCG 11, 243.
 
     Examples
     --------
@@ -72,37 +83,37 @@ def compare(
     options = options_from_arguments(
         CompareOptions, m3c2_m=m3c2_m, registration_error_m=registration_error_m
     )
-    report = told(progress, cancel)
-    first, second = placed(model, "model"), placed(benchmark, "benchmark")
+    report = to_progress(progress, cancel)
+    first, second = load_placed(model, "model"), load_placed(benchmark, "benchmark")
     findings: list[Finding] = []
     if not (is_array(model) or is_array(benchmark)):
         findings = crs_findings(first[1], second[1], (tr("The model"), tr("the benchmark")))
     error = options.registration_error_m
     if error is None and options.m3c2_m is not None:
         error = first[2]
-    found = comparison.compare(
+    result = comparison.compare(
         first[0],
         second[0],
         radius_m=options.m3c2_m,
         registration_error_m=error,
         progress=report,
     )
-    warn([*findings, *found.warnings])
-    return found
+    warn([*findings, *result.warnings])
+    return result
 
 
-def is_array(given: Any) -> bool:
-    return isinstance(given, np.ndarray) or hasattr(given, "columns")
+def is_array(value: Any) -> bool:
+    return isinstance(value, np.ndarray) or hasattr(value, "columns")
 
 
-def placed(given: Any, name: str) -> tuple[Any, str | None, float | None]:
-    """The data in World of a model, file or array, its CRS, and how far it may be off."""
+def load_placed(value: Any, name: str) -> tuple[Any, str | None, float | None]:
+    """Return the data in World of a model, file or array, its CRS, and its position error."""
     from vomstudio.api.checking import points
     from vomstudio.geometry.cloud import PointCloud as Cloud
     from vomstudio.io.gis.crs import world_crs
 
-    if is_array(given):
-        return Cloud(points(given, name)), None, None
-    made: Mesh | PointCloud = model_of(given, name)
-    crs = None if made.crs is None else world_crs(made.crs, made._source.unit_m)
-    return made._data, crs, made._source.placing_error_m
+    if is_array(value):
+        return Cloud(points(value, name)), None, None
+    data: Mesh | PointCloud = to_model(value, name)
+    crs = None if data.crs is None else world_crs(data.crs, data._source.unit_m)
+    return data._data, crs, data._source.placing_error_m

@@ -1,33 +1,40 @@
-"""Beds that bend."""
+"""Bent beds."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from vomstudio.api.checking import warn
-from vomstudio.api.planes import groups_of
+from vomstudio.api.planes import to_groups
 from vomstudio.geology.beds.curved import CurvedBed, curved_bed
 
 
 def fit_curved(groups: Any, *, by: Any = None) -> CurvedBed:
-    """One surface through several traces of a bed that bends, with its local dip.
+    """Fit a surface to several traces of a bent bed, and return its local dip.
 
     Parameters
     ----------
-    groups, by : as in `fit_planes`, the points of each in the order of its trace, World, m
+    groups, by : dict of id to (n, 3) array, or DataFrame
+        As in `fit_planes`, points of each in order along the trace, World, m.
 
     Returns
     -------
-    CurvedBed: ``degree`` of the polynomial (1 for a plane), ``p`` of a plane that explains the
-    points as well, ``rms_m``, ``n``, ``n_effective``; ``dips`` (for each trace ``id``, the place
-    ``x``, ``y``, ``z`` on the surface, ``dip_direction_deg``, ``dip_deg``, ``error95_deg``, joint
-    95 %), ``along`` (n, 3): dip direction, dip and error of all points, degrees.
+    CurvedBed
+        ``degree`` of the polynomial (1 for a plane), ``p`` of a plane that explains the
+        points as well, ``rms_m``, ``n``, ``n_effective``; ``dips`` (for each trace ``id``,
+        the place ``x``, ``y``, ``z`` on the surface, ``dip_direction_deg``, ``dip_deg``,
+        ``error95_deg``, joint 95 %), ``along`` (n, 3): dip direction, dip and error of all
+        points, degrees.
 
     Raises
     ------
-    vs.errors.InputError as `fit_planes`; vs.errors.GeometryError for points that determine no
-    surface.
+    vs.errors.InputError
+        As `fit_planes`.
+    vs.errors.GeometryError
+        If the points do not determine a surface.
 
+    Notes
+    -----
     A trend surface over a mean plane (Krumbein 1959; Davis 2002), its degree by F tests.
 
     Examples
@@ -46,7 +53,9 @@ def fit_curved(groups: Any, *, by: Any = None) -> CurvedBed:
     >>> [(one.id, round(one.dip_deg)) for one in bed.dips], bed.degree > 1
     ([('west', 10), ('east', 9)], True)
     """
-    given = groups_of(groups, by)
-    found = curved_bed([str(name) for name in given.ids], given.points, given.offsets)
-    warn(given.messages)
-    return found
+    point_groups = to_groups(groups, by)
+    bed = curved_bed(
+        [str(name) for name in point_groups.ids], point_groups.points, point_groups.offsets
+    )
+    warn(point_groups.messages)
+    return bed

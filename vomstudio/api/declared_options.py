@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
-from vomstudio.api.checking import flag, single_number, whole_number, words_of
+from vomstudio.api.checking import check_flag, optional_text, single_number, whole_number
 from vomstudio.core.errors import InputError, VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.options import Declaration, declarations
@@ -17,13 +17,13 @@ Options = TypeVar("Options")
 _CHECKS: dict[type, Callable[[Any, str], Any]] = {
     float: single_number,
     int: whole_number,
-    bool: flag,
-    str: words_of,
+    bool: check_flag,
+    str: optional_text,
 }
 
 
 def options_from_arguments(options: type[Options], **arguments: Any) -> Options:
-    """Return an options object of arguments with the names of its fields.
+    """Create an options object from arguments with the names of its fields.
 
     Raises
     ------
@@ -32,10 +32,10 @@ def options_from_arguments(options: type[Options], **arguments: Any) -> Options:
     UsageError
         For a value that is not allowed, with the name of the argument.
     """
-    stated = {each.name: each for each in declarations(options)}
-    checked = {name: _checked(stated[name], value) for name, value in arguments.items()}
+    declared = {each.name: each for each in declarations(options)}
+    checked = {name: _checked(declared[name], value) for name, value in arguments.items()}
     for name, value in checked.items():
-        if value is None and (stated[name].is_required or stated[name].default is not None):
+        if value is None and (declared[name].is_required or declared[name].default is not None):
             raise InputError(Finding("option.missing"), field=name)
     with arguments_named(options):
         return options(**checked)
@@ -49,7 +49,7 @@ def _checked(option: Declaration, value: Any) -> Any:
 
 @contextmanager
 def arguments_named(options: type[Any]) -> Iterator[None]:
-    """Name the Python argument in errors that name an option of the command line."""
+    """Replace options of the command line by arguments in errors."""
     try:
         yield
     except VomError as error:

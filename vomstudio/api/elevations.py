@@ -1,4 +1,4 @@
-"""Elevation models over horizontal, vertical and slanting planes."""
+"""Elevation models over horizontal, vertical and inclined planes."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.api.checking import flag, path_of
+from vomstudio.api.checking import check_flag, to_path
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
-from vomstudio.api.models import Mesh, PointCloud, model_of
+from vomstudio.api.models import Mesh, PointCloud, to_model
 from vomstudio.api.planes import plane_text
-from vomstudio.api.reporting import Reported, told
+from vomstudio.api.reporting import Reported, to_progress
 from vomstudio.core.arrays import ByteArray, Float32Array
 from vomstudio.core.findings import Finding
 from vomstudio.core.reprs import html_table, text_table
@@ -30,20 +30,38 @@ from vomstudio.products.elevation.writing import figures_of, write_elevation
 class ElevationModel(ElevationFigures):
     """Heights of a surface above a reference plane.
 
-    heights : (h, w) float32, metres along the plane's upward normal: Z of World over the
-        horizontal, else above ``reference_point``; NaN where the surface is missing. Rows run down
-        the plane's dip, from North to South over the horizontal
-    width, height : cells; gsd_m : side of a cell; coverage : share of cells with a height
-    reference_point : (3,) World, the centre of the model's bounds
-    dip_direction_deg, dip_deg : attitude of the reference plane
-    right, down, normal : (3,) unit vectors of World along the columns, the rows and the heights
-    lowest_m, highest_m : heights; interpolation_limit_m : longest side of triangles between the
-        points of a cloud, None for a mesh
-    cell_to_world : (4, 4), (column, row, height, 1) to World; (0, 0) is the outer corner of the
-        top left cell, its centre (0.5, 0.5)
-    crs : CRS of heights above the horizontal; None above any other plane
-    warnings : findings
+    Attributes
+    ----------
+    heights
+        (h, w) float32, metres along the plane's upward normal: Z of World over the
+        horizontal, else above ``reference_point``; NaN if the surface is missing. Rows run
+        down the plane's dip, from North to South over the horizontal.
+    width, height
+        Cells.
+    gsd_m
+        Side of a cell.
+    coverage
+        Share of cells with a height.
+    reference_point
+        (3,) World, the centre of the model's bounds.
+    dip_direction_deg, dip_deg
+        Attitude of the reference plane.
+    right, down, normal
+        (3,) unit vectors of World along the columns, the rows and the heights.
+    lowest_m, highest_m
+        Heights.
+    interpolation_limit_m
+        Longest side of triangles between the points of a cloud, None for a mesh.
+    cell_to_world
+        (4, 4), (column, row, height, 1) to World; (0, 0) is the outer corner of the top
+        left cell, its centre (0.5, 0.5).
+    crs
+        CRS of heights above the horizontal; None above any other plane.
+    warnings
+        Findings.
 
+    Examples
+    --------
     >>> import vomstudio as vs
     >>> model = vs.dem(vs.sample("sample.obj"), gsd_m=0.5)
     >>> column, row = 10, 12
@@ -58,17 +76,21 @@ class ElevationModel(ElevationFigures):
     _plan: HeightPlan = field(metadata=HIDDEN)
 
     def slope(self) -> Float32Array:
-        """(h, w) dip of the surface from the horizontal of World, degrees; Horn's gradients over
-        eight neighbours, NaN where one is missing."""
+        """Return the dip of the surface from the horizontal of World, degrees, (h, w).
+
+        Horn's gradients over eight neighbours, NaN if one is missing.
+        """
         return dips_of(self.heights, self.gsd_m, self._plan.frame)[0]
 
     def aspect(self) -> Float32Array:
-        """(h, w) dip direction of the surface, degrees; NaN where it is level or unknown."""
+        """Return the dip direction of the surface (h, w), degrees; NaN if level or unknown."""
         return dips_of(self.heights, self.gsd_m, self._plan.frame)[1]
 
     def hillshade(self) -> ByteArray:
-        """(h, w) from 1 to 255, 0 where it is not known; light from the upper left, 45 degrees
-        above the plane."""
+        """Return the hillshade (h, w), 1 to 255, 0 if unknown.
+
+        The light comes from the upper left, 45 degrees above the plane.
+        """
         return hillshade(self.heights, self.gsd_m)
 
     def save(
@@ -81,12 +103,21 @@ class ElevationModel(ElevationFigures):
         contours_m: float | None = None,
         force: bool = False,
     ) -> WrittenElevation:
-        """Write NAME.tif and NAME.json, and beside them NAME_hillshade.tif, NAME_slope.tif,
-        NAME_aspect.tif, NAME_contours.gpkg (lines every so many metres) where they are wanted.
+        """Write NAME.tif and NAME.json, and the requested additional files.
 
-        Returns what the command prints. Raises vs.errors.UsageError, vs.errors.TargetError.
+        These are NAME_hillshade.tif, NAME_slope.tif, NAME_aspect.tif and NAME_contours.gpkg
+        (lines at intervals of `contours_m`).
+
+        Returns
+        -------
+        WrittenElevation
+            Result as the command prints it.
+
+        Raises
+        ------
+        vs.errors.UsageError, vs.errors.TargetError
         """
-        file = path_of(path, "path")
+        file = to_path(path, "path")
         files = options_from_arguments(
             DemFiles, hillshade=hillshade, slope=slope, aspect=aspect, contours_m=contours_m
         )
@@ -102,7 +133,7 @@ class ElevationModel(ElevationFigures):
             model=str(source.path),
             content_hash=source.content_hash,
             warnings=self.warnings,
-            force=flag(force, "force"),
+            force=check_flag(force, "force"),
         )
 
     def _named(self) -> dict[str, Any]:
@@ -131,29 +162,39 @@ def dem(
     limit_m: float | None = None,
     progress: Reported = None,
 ) -> ElevationModel:
-    """Heights of a model over a plane of reference.
+    """Compute heights of a model above a reference plane.
 
     Parameters
     ----------
-    model : Mesh, PointCloud, a model of a project, or the path of a file
-    gsd_m : side of a cell; None takes the mean edge of a mesh, the mean spacing of a cloud
-    plane : of reference: "DD/D", (dip direction, dip) or a PlaneFit; None is the horizontal
-    limit_m : of a cloud: the longest side of triangles between its points; None takes five times
-        the root of the area that a point has to itself
-    progress : called with (stage, steps done, all steps or None), or a Progress
+    model : Mesh, PointCloud, model of a project, path, or (n, 3) array
+        Model in World, metres.
+    gsd_m : float, optional
+        Side of a cell; by default the mean edge of a mesh or the mean spacing of a cloud.
+    plane : str, (float, float) or PlaneFit, optional
+        Reference plane, "DD/D", (dip direction, dip) or a PlaneFit; by default horizontal.
+    limit_m : float, optional
+        For a cloud, the maximum side of triangles between its points; by default five times
+        the root of the mean area per point.
+    progress : callable or Progress, optional
+        Called with (stage, steps done, all steps or None).
 
     Returns
     -------
-    ElevationModel: ``heights``, ``cell_to_world``, ``coverage`` and the figures of the command;
-    ``.save(path)`` writes its files.
+    ElevationModel
+        ``heights``, ``cell_to_world``, ``coverage`` and the figures of the command;
+        ``.save(path)`` writes its files.
 
     Raises
     ------
-    vs.errors.UsageError for a limit with a mesh and a grid that is too large;
-    vs.errors.InputError for a model without a surface over this plane.
+    vs.errors.UsageError
+        For a limit with a mesh, and for a grid that is too large.
+    vs.errors.InputError
+        If the model has no surface over this plane.
 
-    Each cell has the height of the surface at its centre; of several sheets the farthest along the
-    normal wins. A cloud is triangulated over the plane (Delaunay).
+    Notes
+    -----
+    Each cell has the height of the surface at its centre, the farthest along the normal if
+    there are several. A cloud is triangulated over the plane (Delaunay).
 
     Examples
     --------
@@ -165,8 +206,8 @@ def dem(
     options = options_from_arguments(
         DemOptions, gsd_m=gsd_m, plane=plane_text(plane), limit_m=limit_m
     )
-    report = told(progress)
-    data = model_of(model)
+    report = to_progress(progress)
+    data = to_model(model)
     source = data._source
     with arguments_named(DemOptions):
         plan = plan_heights(

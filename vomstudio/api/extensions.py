@@ -1,11 +1,11 @@
-"""A plane carried on through a model."""
+"""Extension of a plane through a model."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from vomstudio.api.checking import naming, numbers, points, warn
-from vomstudio.api.comparisons import placed
+from vomstudio.api.checking import errors_named, numbers, points, warn
+from vomstudio.api.comparisons import load_placed
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.planes import plane_text
 from vomstudio.geology.beds.extended import PlaneBelief, belief_of_attitude, belief_of_fit
@@ -28,32 +28,41 @@ def extend(
     thickness_m: float | None = None,
     thickness_error_m: float = 0.0,
 ) -> ExtendedPlane:
-    """Carry a plane on through a model, with the 95 % error of its position at every place.
+    """Extend a plane through a model, with the 95 % error of its position.
 
     Parameters
     ----------
-    model : Mesh, PointCloud, a model of a project, the path of a file, or an array (n, 3) of points
-        in World, metres
-    of : (k, 3) points of the plane in their order along the trace, World, m
-    plane, through, error_deg, through_error_m : or the plane as "DD/D" or (dip direction, dip), a
-        point (3,) on it, and the 95 % errors of both, degrees and metres
-    thickness_m, thickness_error_m : repeat it at this thickness; 95 % error of that
+    model : Mesh, PointCloud, model of a project, path, or (n, 3) array
+        Model in World, metres.
+    of : (k, 3) array, optional
+        (k, 3) points of the plane, in order along the trace, World, metres.
+    plane, through, error_deg, through_error_m : str, (float, float) or PlaneFit, optional
+        Alternatively, the plane as "DD/D" or (dip direction, dip), a point (3,) on it, and
+        the 95 % errors of both, degrees and metres.
+    thickness_m, thickness_error_m : float, optional
+        Thickness at which the plane is repeated, and its 95 % error.
 
     Returns
     -------
-    ExtendedPlane: ``beds`` (each ``bed``, its number upwards, 0 the plane itself, ``offset_m``,
-    ``traces``, ``length_m``, ``least_error95_m``, ``most_error95_m``), ``traces`` (each ``bed``,
-    ``points`` (n, 3) World, ``error95_m`` (n,) across the plane), ``bands`` (of the model's points,
-    (n,) each: ``bed`` nearest, ``distance_m``, ``error95_m``, ``inside``), ``max_error95_deg``.
+    ExtendedPlane
+        ``beds`` (each ``bed``, its number upwards, 0 the plane itself, ``offset_m``,
+        ``traces``, ``length_m``, ``least_error95_m``, ``most_error95_m``), ``traces`` (each
+        ``bed``, ``points`` (n, 3) World, ``error95_m`` (n,) across the plane), ``bands``
+        (of the model's points, (n,) each: ``bed`` nearest, ``distance_m``, ``error95_m``,
+        ``inside``), ``max_error95_deg``.
 
     Raises
     ------
-    vs.errors.GeometryError for a plane whose errors are not known, and where none meets the model;
-    vs.errors.UsageError for a thickness that is none.
+    vs.errors.GeometryError
+        For a plane without errors, and if no plane meets the model.
+    vs.errors.UsageError
+        For an invalid thickness.
 
-    The variance of a regression's prediction, s2 (1/n + u2/sum u2 + v2/sum v2), with as many points
-    as are independent along the trace; bands of Student's t. For planes on outcrops Quinn & Ehlmann
-    2019, doi 10.1029/2018EA000416.
+    Notes
+    -----
+    The variance of a regression's prediction, s2 (1/n + u2/sum u2 + v2/sum v2), with as many
+    points as are independent along the trace; bands of Student's t. For planes on outcrops
+    Quinn & Ehlmann 2019, doi 10.1029/2018EA000416.
 
     Examples
     --------
@@ -77,17 +86,17 @@ def extend(
     )
     with arguments_named(ExtendOptions):
         options.check_points(of, "of")
-        data, _, _ = placed(model, "model")
-        found = _extend(data, _belief(of, options), options)
-    warn(found.warnings)
-    return found
+        data, _, _ = load_placed(model, "model")
+        extension = _extend(data, _belief(of, options), options)
+    warn(extension.warnings)
+    return extension
 
 
 def _belief(of: Any, options: ExtendOptions) -> PlaneBelief:
     """Return the plane with its error. Raises UsageError, InputError, GeometryError."""
     if of is not None:
         array = points(of, "of")
-        with naming("of"):
+        with errors_named("of"):
             return belief_of_fit(fit_plane(array))
     assert options.error_deg is not None
     plane, through = plane_option(str(options.plane)), parse_through(str(options.through))

@@ -1,4 +1,4 @@
-"""What the program finds on a model: facets, and lines that follow a contact."""
+"""Extraction from models: facets, and lines that follow a contact."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from vomstudio.api.checking import (
     points,
     warn,
 )
-from vomstudio.api.comparisons import is_array, placed
+from vomstudio.api.comparisons import is_array, load_placed
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
-from vomstudio.api.models import model_of
-from vomstudio.api.reporting import Reported, told
+from vomstudio.api.models import to_model
+from vomstudio.api.reporting import Reported, to_progress
 from vomstudio.api.tables import frame
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
@@ -34,12 +34,21 @@ if TYPE_CHECKING:
 class Facets(FacetTable):
     """Facets of a model, with the names of the command.
 
-    facets : how many; table : DataFrame of the orientation table's columns and `wkt` (the border,
-        World), a row for each, its id the facet's label
-    coverage, near_planar_share : of the model's area, and of the exposed rock's; level_share : of
-        that rock's in facets that dip by less than 10 degrees; None where there is none
-    sets, discontinuities : as `vs.sets` tells them, where they were asked for
-    labels : {"facet": (n,), "set": (n,)} int32 of the model's points, -1 for none
+    Attributes
+    ----------
+    facets : int
+        Number of facets.
+    table : DataFrame
+        Columns of the orientation table and `wkt` (the border, World), one row per facet, whose
+        id is its label.
+    coverage, near_planar_share : float or None
+        Shares in the model's area, and in that of the exposed rock.
+    level_share : float or None
+        Share of that rock in facets that dip by less than 10 degrees.
+    sets, discontinuities
+        As `vs.sets` returns them, if requested.
+    labels : dict
+        {"facet": (n,), "set": (n,)} int32 of the model's points, -1 for none.
     """
 
     table: Any = field(default=None, metadata=HIDDEN)
@@ -58,7 +67,7 @@ def facets(
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> Facets:
-    """Find the planar pieces of an outcrop's face, and fit and judge each as a patch.
+    """Find planar facets of an outcrop, and fit and judge each as a patch.
 
     Parameters
     ----------
@@ -88,15 +97,22 @@ def facets(
 
     Returns
     -------
-    Facets: ``facets`` (how many), ``table`` (DataFrame, columns of the orientation table and
-    ``wkt``), ``coverage``, ``near_planar_share``, ``sets``, ``labels`` (int32 ``facet`` and ``set``
-    of the model's points, -1 for none). Areas of clouds are those of their borders.
+    Facets
+        ``facets`` (number), ``table`` (DataFrame, columns of the orientation table and
+        ``wkt``), ``coverage``, ``near_planar_share``, ``sets``, ``labels`` (int32 ``facet``
+        and ``set`` of the model's points, -1 for none). Areas of clouds are those of their
+        borders.
 
     Raises
     ------
-    vs.errors.UsageError for thresholds that are none; vs.errors.GeometryError for a model without a
-    surface; vs.errors.Cancelled.
+    vs.errors.UsageError
+        For invalid thresholds.
+    vs.errors.GeometryError
+        If the model has no surface.
+    vs.errors.Cancelled
 
+    Notes
+    -----
     Source: region growing as in Wang et al. (2017), Computers & Geosciences 103, 100; the 30 %
     rule after Tavani et al., section 4.1.3; "dse" after Riquelme et al. (2014), Computers &
     Geosciences 68, 38.
@@ -116,7 +132,7 @@ def facets(
     from vomstudio.extraction.facet_options import FacetOptions
     from vomstudio.extraction.facet_search import search
 
-    report = told(progress, cancel)
+    report = to_progress(progress, cancel)
     options = options_from_arguments(
         FacetOptions,
         angle_deg=angle_deg,
@@ -127,20 +143,20 @@ def facets(
         propose_sets=propose_sets,
         preset=preset,
     )
-    data, crs, _ = placed(model, "model")
+    data, crs, _ = load_placed(model, "model")
     name = getattr(getattr(model, "path", None), "name", None) or ""
-    found = search(data, options, model=name, frame=crs or "local", progress=report)
-    warn(found.warnings)
-    return _as_facets(found)
+    result = search(data, options, model=name, frame=crs or "local", progress=report)
+    warn(result.warnings)
+    return _to_facets(result)
 
 
-def _as_facets(found: FacetTable) -> Facets:
+def _to_facets(result: FacetTable) -> Facets:
     from vomstudio.project.tables.orientation_table import COLUMNS
 
-    table = frame(found.rows, COLUMNS)
-    for column in found.more:
-        table[column] = [row[column] for row in found.rows]
-    return Facets(**vars(found), table=table)
+    table = frame(result.rows, COLUMNS)
+    for column in result.more:
+        table[column] = [row[column] for row in result.rows]
+    return Facets(**vars(result), table=table)
 
 
 def follow(
@@ -154,44 +170,61 @@ def follow(
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> FollowedTrace:
-    """A line that follows a contact over a model, from way-point to way-point; or in the pixels of
-    a photo of it, from where lines of sight bring it to the model.
+    """Follow a contact over a model, or in a photo of it, from way-point to way-point.
+
+    A path in a photo is projected onto the model.
 
     Parameters
     ----------
-    model : Mesh, PointCloud, a model of a project, the path of a file, or an array (n, 3) of points
-        in World, metres
-    through : (w, 3) way-points in World, at least two, in their order; with ``photo`` also (w, 2)
-        columns and rows of it, the middle of its top-left pixel at (0.5, 0.5)
-    cost : "colour" (like the colours at the way-points; the default), "dark", "light", "gradient"
-        (edges of lightness), "curvature" (edges of the surface), "auto" (the one of these whose
-        plane has the smallest stated error, or, if none is good, whose path the others confirm
-        most; see ``tried``), the name of a field, whose low values are followed, or "onnx". In a
-        photo one of the first four, "auto" or "onnx"
-    photo : path of a photo of the model, at its full resolution; the others that show the place and
-        are found beside it have a say
-    cameras : file of the photos' poses and lenses in the frame of the model's file (cameras.json,
-        COLMAP, Metashape XML ...); None takes those beside the model
-    onnx_model : for the cost "onnx": the file of a network, as in `vs.propose_traces`
-    progress : called with (stage, steps done, all steps or None), or a Progress
-    cancel : a vs.CancelToken that stops the work before it searches
+    model : Mesh, PointCloud, model of a project, path, or (n, 3) array
+        Model in World, metres.
+    through : (3,) array
+        (w, 3) way-points in World, at least two, in their order; with ``photo`` also (w, 2)
+        columns and rows of it, the middle of its top-left pixel at (0.5, 0.5).
+    cost : str, optional
+        "colour" (like the colours at the way-points; the default), "dark", "light",
+        "gradient" (edges of lightness), "curvature" (edges of the surface), "auto" (the one
+        of these whose plane has the smallest stated error, or, if none is good, whose path
+        the others confirm most; see ``tried``), the name of a field, whose low values are
+        followed, or "onnx". In a photo one of the first four, "auto" or "onnx".
+    photo : str or Path, optional
+        Path of a photo of the model, at its full resolution; other photos beside it that
+        show the place are compared.
+    cameras : str or Path, optional
+        File of the photos' poses and lenses in the frame of the model's file (cameras.json,
+        COLMAP, Metashape XML ...); by default those beside the model.
+    onnx_model : str or Path, optional
+        For the cost "onnx": the file of a network, as in `vs.propose_traces`.
+    progress : callable or Progress, optional
+        Called with (stage, steps done, all steps or None).
+    cancel : vs.CancelToken, optional
+        Stops the work.
 
     Returns
     -------
-    An object with the names of the command: ``points`` (n, 3) every vertex of the path, World, m;
-    ``length_m``; ``snap_m``, how far the farthest way-point lies from the path; ``plane``, a dict
-    of the orientation table's columns, None where there is none; ``warnings``. With ``photo`` also
-    ``pixels`` (n, 2), ``voters`` (names of the other photos), ``seen`` and ``agreeing`` (n,): how
-    many of them could judge a vertex, and how many show the same there; ``agreeing_share``.
+    FollowedTrace
+        Result with the names of the command: ``points`` (n, 3) every vertex of the path,
+        World, m; ``length_m``; ``snap_m``, maximum distance of a way-point from the path;
+        ``plane``, a dict of the orientation table's columns, None if undefined;
+        ``warnings``. With ``photo`` also ``pixels`` (n, 2), ``voters`` (names of the other
+        photos), ``seen`` and ``agreeing`` (n,): number of photos that could check a vertex,
+        and that confirm it; ``agreeing_share``.
 
     Raises
     ------
-    vs.errors.GeometryError for a way-point beyond ten resolutions of the model, and where it does
-    not hang together between two, or the photo does not show it; vs.errors.UsageError for a cost
-    that it does not have; vs.errors.InputError for cameras or photos that cannot be read.
+    vs.errors.GeometryError
+        For a way-point farther than ten resolutions from the model, and if the model is not
+        connected between two, or the photo does not show it.
+    vs.errors.UsageError
+        For a cost that is not available.
+    vs.errors.InputError
+        For cameras or photos that cannot be read.
 
+    Notes
+    -----
     Source: least-cost paths as in Thiele et al. (2017), Solid Earth 8, 1241; Dijkstra (1959);
-    traces of photos on models after Seers & Hodgetts (2016), Journal of Structural Geology 82, 1.
+    traces of photos on models after Seers & Hodgetts (2016), Journal of Structural Geology 82,
+    1.
 
     Examples
     --------
@@ -217,7 +250,7 @@ def follow(
     from vomstudio.extraction.proposals.edge_pictures import DRAWN, wearing_edges
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.io.models.opening import resolution
-    from vomstudio.studio.jobs.edge_detection import edges_by
+    from vomstudio.studio.jobs.edge_detection import open_edge_finder
 
     options = options_from_arguments(
         FollowOptions,
@@ -226,11 +259,14 @@ def follow(
         cameras=path_text(cameras, "cameras"),
         onnx_model=path_text(onnx_model, "onnx_model"),
     )
-    report = told(progress, cancel)
-    source_model = model if is_array(model) else model_of(model)
+    report = to_progress(progress, cancel)
+    source_model = model if is_array(model) else to_model(model)
     report.stage(tr("Following the contact"))
-    with edges_by(options.onnx_model, report, cancel) as edges, arguments_named(FollowOptions):
-        data, crs, _ = placed(source_model, "model")
+    with (
+        open_edge_finder(options.onnx_model, report, cancel) as edges,
+        arguments_named(FollowOptions),
+    ):
+        data, crs, _ = load_placed(source_model, "model")
         spacing = resolution(data)
         arguments: dict[str, Any] = {
             "cost": options.used_cost if edges is None else DRAWN,

@@ -1,4 +1,4 @@
-"""A project's features as DataFrames with shapes, and as a plotter draws them."""
+"""Features of a project as DataFrames with geometry, and for plots."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ _WHITE = "#ffffff"
 def orientations(
     records: Records, measurements: Measurements, nature: Literal["plane", "line"]
 ) -> Any:
-    """Rows of the orientation table of one nature, with points in the column `geometry`."""
+    """Return the orientation table of planes or lines, with points in the column `geometry`."""
     import pandas
     import shapely
 
     table = project_table(records, measurements)
     rows = [row for row in table.rows if row["element"] == nature]
-    made = frame(rows, (*COLUMNS, *table.more))
+    dataframe = frame(rows, (*COLUMNS, *table.more))
     places = [
         None if row["x"] is None else shapely.Point(row["x"], row["y"], row["z"]) for row in rows
     ]
-    made["geometry"] = pandas.Series(places, dtype=object)
-    made.attrs["crs"], made.attrs["north"] = table.crs, table.north
-    made.attrs["registrations"] = list(table.registrations)
-    return made
+    dataframe["geometry"] = pandas.Series(places, dtype=object)
+    dataframe.attrs["crs"], dataframe.attrs["north"] = table.crs, table.north
+    dataframe.attrs["registrations"] = list(table.registrations)
+    return dataframe
 
 
 def shapes(
@@ -51,20 +51,20 @@ def shapes(
     measurements: Measurements,
     name: Literal["traces", "patches", "stations", "contacts", "lithologies"],
 ) -> Any:
-    """One layer of points, lines or rings, as the GeoPackage has it."""
+    """Return a layer of points, lines or rings, as in the GeoPackage."""
     import pandas
 
     table = project_table(records, measurements)
-    found = [la for la in project_layers(records, table, measurements) if la.name == name]
+    layers = [la for la in project_layers(records, table, measurements) if la.name == name]
     columns: dict[str, Any] = {column: [] for column in _columns(name)}
     geometry: list[Any] = []
-    if found:
-        columns |= found[0].columns
-        geometry = _geometry(found[0])
-    made = pandas.DataFrame(columns)
-    made["geometry"] = pandas.Series(geometry, dtype=object)
-    made.attrs["crs"], made.attrs["north"] = table.crs, table.north
-    return made
+    if layers:
+        columns |= layers[0].columns
+        geometry = _geometry(layers[0])
+    dataframe = pandas.DataFrame(columns)
+    dataframe["geometry"] = pandas.Series(geometry, dtype=object)
+    dataframe.attrs["crs"], dataframe.attrs["north"] = table.crs, table.north
+    return dataframe
 
 
 def _columns(name: str) -> list[str]:
@@ -82,11 +82,11 @@ def _geometry(layer: Layer) -> list[Any]:
 
 
 def drawings(records: Records, measurements: Measurements) -> list[DrawnFeature]:
-    """All features that have a place, as a plotter draws them."""
+    """Return all features with a position for a plot."""
     features = [r for r in records.values() if isinstance(r, Feature)]
     measured = measurements.of(records, [feature.id for feature in features])
-    drawn = [_drawing(feature, records, measured) for feature in features]
-    return [each for each in drawn if each is not None]
+    drawn_features = [_drawing(feature, records, measured) for feature in features]
+    return [each for each in drawn_features if each is not None]
 
 
 def _drawing(
@@ -94,17 +94,17 @@ def _drawing(
 ) -> DrawnFeature | None:
     from vomstudio.rendering.plots.plotting import DrawnFeature
 
-    own, kind = measured[feature.id], kind_of(feature)
-    sketch = kind.sketch(Subject(feature, own, records), measured.get)
+    measurement, kind = measured[feature.id], kind_of(feature)
+    sketch = kind.sketch(Subject(feature, measurement, records), measured.get)
     if sketch is None:
         return None
-    said = _attitude(own) if sketch.label is None else sketch.label
+    label = _attitude(measurement) if sketch.label is None else sketch.label
     return DrawnFeature(
         feature.id,
         np.asarray(sketch.line, np.float64),
-        disc_of_fit(own.fit),
+        disc_of_fit(measurement.fit),
         np.asarray(sketch.anchor, np.float64),
-        f"{feature.name}  {said}".strip(),
+        f"{feature.name}  {label}".strip(),
         color_of(feature, records) or _WHITE,
     )
 

@@ -9,19 +9,19 @@ from typing import Any
 import numpy as np
 
 from vomstudio.api.checking import (
-    angles_of,
-    flag,
+    check_flag,
     is_path,
-    items_of,
-    joined,
-    maybe_path,
+    join_numbers,
     numbers,
-    path_of,
+    optional_path,
+    optional_text,
+    parse_angles,
     plane_text,
     refuse_rows,
     requires_type,
+    to_list,
+    to_path,
     warn,
-    words_of,
     wrong_shape,
 )
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
@@ -52,47 +52,66 @@ def fractures(
     unit: str | None = None,
     to_crs: str | None = None,
 ) -> FractureNetwork:
-    """Number, length, nodes and spacing of the fractures of a trace map.
+    """Compute number, length, nodes and spacing of the fractures of a trace map.
 
     Parameters
     ----------
-    traces : path of a GeoPackage, GeoJSON, shapefile or DXF; or the lines themselves, arrays (k, 2)
-        of x East and y North in metres, or (k, 3) with heights, or shapely lines; or a
-        GeoDataFrame in metres. Three-dimensional lines are analysed on their plane of best fit,
-        with the warning ``lines.not-planar``
-    area : in which traces were mapped: path of a layer of polygons, a shapely polygon, or its
-        corners (k, 2) or (k, 3)
-    circle : (x, y, radius) in metres, in place of an area; (x, y, z, radius) on a plane
-    scanline : path of a layer of lines, a shapely line, or its corners (k, 2) or (k, 3), in place
-        of an area
-    snap_m : maximum distance of an end from the trace on which it abuts, metres
-    by : attribute of the file that names sets, or the set of each trace
-    strikes : ranges of strike (from, to), degrees, clockwise, each a set
-    terzaghi_cap : maximum Terzaghi weight, None for none
-    layer : of the traces, where their file has several
-    plane : on which lines with heights are analysed: "DD/D", (dip direction, dip) or a PlaneFit;
-        (0, 0) is the map
-    plot, force : picture to write (.svg, .pdf, .png), and whether it may replace one
-    crs, up, unit, to_crs : frame of the traces, as in `vs.read`. GeoJSON without a ``crs`` is in
-        degrees by its standard and is converted
+    traces : path, sequence of arrays, or GeoDataFrame
+        Path of a GeoPackage, GeoJSON, shapefile or DXF; or the lines themselves, arrays (k,
+        2) of x East and y North in metres, or (k, 3) with heights, or shapely lines; or a
+        GeoDataFrame in metres. Three-dimensional lines are analysed on their plane of best
+        fit, with the warning ``lines.not-planar``.
+    area : path, polygon or (k, 2) array, optional
+        Mapped area: path of a layer of polygons, a shapely polygon, or its corners (k, 2)
+        or (k, 3).
+    circle : (float, ...), optional
+        (x, y, radius) in metres, in place of an area; (x, y, z, radius) on a plane.
+    scanline : path, line or (k, 2) array, optional
+        Path of a layer of lines, a shapely line, or its corners (k, 2) or (k, 3), in place
+        of an area.
+    snap_m : float, optional
+        Maximum distance of an end from the trace on which it abuts, metres.
+    by : str or sequence of str, optional
+        Attribute of the file that names sets, or the set of each trace.
+    strikes : sequence of (float, float), optional
+        Ranges of strike (from, to), degrees, clockwise, each a set.
+    terzaghi_cap : float, optional
+        Maximum Terzaghi weight, None for none.
+    layer : str, optional
+        Layer of the traces, if their file has several.
+    plane : str, (float, float) or PlaneFit, optional
+        Plane on which lines with heights are analysed: "DD/D", (dip direction, dip) or a
+        PlaneFit; (0, 0) is the map.
+    plot, force : str or Path, optional
+        Picture to write (.svg, .pdf, .png), and whether it may replace one.
+    crs, up, unit, to_crs : str, optional
+        Frame of the traces, as in `vs.read`. GeoJSON without a ``crs`` is in degrees by its
+        standard and is converted.
 
     Returns
     -------
-    FractureNetwork: ``traces``, ``pieces``, ``area_m2``, ``P10_1_per_m``, ``P20_1_per_m2``,
-    ``P20_nodes_1_per_m2``, ``P21_1_per_m``, their 95 % intervals (``P21_95_1_per_m``, ...),
-    ``dispersion``, ``nodes`` (``I``, ``Y``, ``X``), ``mended``, ``length``
-    (``mean_m``, ``naive_mean_m``, ``censored_share``, ``distribution``, ``parameters``, ...),
-    ``sets``, ``P21_by_size``, ``scanline``, ``plane`` (of three-dimensional lines: ``dip_deg``,
-    ``scatter_m``, ``azimuths_from``, ...); None is what cannot be stated.
+    FractureNetwork
+        ``traces``, ``pieces``, ``area_m2``, ``P10_1_per_m``, ``P20_1_per_m2``,
+        ``P20_nodes_1_per_m2``, ``P21_1_per_m``, their 95 % intervals (``P21_95_1_per_m``,
+        ...), ``dispersion``, ``nodes`` (``I``, ``Y``, ``X``), ``mended``, ``length``
+        (``mean_m``, ``naive_mean_m``, ``censored_share``, ``distribution``, ``parameters``,
+        ...), ``sets``, ``P21_by_size``, ``scanline``, ``plane`` (of three-dimensional
+        lines: ``dip_deg``, ``scatter_m``, ``azimuths_from``, ...); None if undefined.
 
     Raises
     ------
-    vs.errors.InputError for files that cannot be read or are in degrees; vs.errors.GeometryError
-    for an area outside the map, lines that define no plane, and an area or scanline seen edge-on;
-    vs.errors.UsageError for more than one of area, circle, scanline.
+    vs.errors.InputError
+        For files that cannot be read or are in degrees.
+    vs.errors.GeometryError
+        For an area outside the map, lines that do not define a plane, and an area or
+        scanline seen edge-on.
+    vs.errors.UsageError
+        For more than one of area, circle, scanline.
 
-    Nodes after Sanderson & Nixon (2015), lengths in a window after Laslett (1982) and Pahl (1981),
-    circles after Mauldon et al. (2001), weights along scanlines after Terzaghi (1965).
+    Notes
+    -----
+    Nodes after Sanderson & Nixon (2015), lengths in a window after Laslett (1982) and Pahl
+    (1981), circles after Mauldon et al. (2001), weights along scanlines after Terzaghi (1965).
 
     Examples
     --------
@@ -102,11 +121,11 @@ def fractures(
     >>> found.P21_1_per_m, found.nodes.Y, found.nodes.X
     (0.875, 2, 1)
     """
-    picture, replace = maybe_path(plot, "plot"), flag(force, "force")
+    picture, replace = optional_path(plot, "plot"), check_flag(force, "force")
     options = options_from_arguments(
         FractureOptions,
         area=_file(area, "area"),
-        circle=None if circle is None else joined(numbers(circle, "circle")),
+        circle=None if circle is None else join_numbers(numbers(circle, "circle")),
         scanline=_file(scanline, "scanline"),
         snap_m=snap_m,
         by=by if isinstance(by, str) else None,
@@ -116,7 +135,7 @@ def fractures(
         plane=None if plane is None else plane_text(plane, "plane"),
     )
     order = FractureOrder(
-        None if _file(traces, "traces") is None else path_of(traces, "traces"),
+        None if _file(traces, "traces") is None else to_path(traces, "traces"),
         options,
         frame_options(crs, up, unit, to_crs),
     )
@@ -149,28 +168,28 @@ def _draw(mapped: Mapped, plot: Path, force: bool) -> None:
         write_fractures(temporary, mapped, format=format_)
 
 
-def _ranges(given: Any) -> str | None:
+def _ranges(value: Any) -> str | None:
     """Return ranges of strikes as the command takes them, None without ranges."""
-    pairs = [angles_of(pair, "strikes", 2) for pair in items_of(given, "strikes")]
-    return ",".join(joined(pair, "-") for pair in pairs) or None
+    pairs = [parse_angles(pair, "strikes", 2) for pair in to_list(value, "strikes")]
+    return ",".join(join_numbers(pair, "-") for pair in pairs) or None
 
 
 def _sets_of(by: Any) -> list[str] | None:
     """Return the set of each trace, None if `by` is an attribute name."""
     if by is None or isinstance(by, str):
         return None
-    return [str(name) for name in items_of(by, "by")]
+    return [str(name) for name in to_list(by, "by")]
 
 
-def _layer(given: Any, traces: Any) -> str | None:
-    if given is not None and not is_path(traces):
+def _layer(value: Any, traces: Any) -> str | None:
+    if value is not None and not is_path(traces):
         raise requires_type("layer", "traces", "str, pathlib.Path")
-    return words_of(given, "layer")
+    return optional_text(value, "layer")
 
 
-def _file(given: Any, name: str) -> str | None:
+def _file(value: Any, name: str) -> str | None:
     """Return the path of a file as a text, None for anything else."""
-    return str(path_of(given, name)) if is_path(given) else None
+    return str(to_path(value, name)) if is_path(value) else None
 
 
 def _areas(area: Any) -> ObjectArray:
@@ -185,7 +204,7 @@ def _shapes(shapes: Any, name: str) -> ObjectArray:
     """Return lines as shapely geometries. Raises InputError."""
     import shapely
 
-    lines = items_of(getattr(shapes, "geometry", shapes), name)
+    lines = to_list(getattr(shapes, "geometry", shapes), name)
     geometries = [
         line if hasattr(line, "geom_type") else shapely.LineString(_corners(line, name, 2))
         for line in lines
@@ -195,8 +214,8 @@ def _shapes(shapes: Any, name: str) -> ObjectArray:
     return array
 
 
-def _corners(given: Any, name: str, least: int) -> FloatArray:
-    xy = numbers(given, name)
+def _corners(value: Any, name: str, least: int) -> FloatArray:
+    xy = numbers(value, name)
     if xy.ndim != 2 or xy.shape[1] not in (2, 3) or len(xy) < least:
         raise wrong_shape(xy, f"(n, 2), (n, 3), n >= {least}", name)
     refuse_rows(np.asarray(~np.isfinite(xy).all(axis=1)), name)

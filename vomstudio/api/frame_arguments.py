@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Literal
 
-from vomstudio.api.checking import one_of, words_of
+from vomstudio.api.checking import check_choice, optional_text
 from vomstudio.core.errors import VomError
 from vomstudio.core.options import declarations
 from vomstudio.geometry.units import METRES
@@ -27,11 +27,11 @@ def frame_options(
         For a value that is not one of the choices, naming the argument.
     """
     if up is not None:
-        one_of(up, ("y", "z"), "up")
+        check_choice(up, ("y", "z"), "up")
     if unit is not None:
-        one_of(unit, METRES, "unit")
+        check_choice(unit, METRES, "unit")
     return FrameOptions(
-        crs=words_of(crs, "crs"), up=up, unit=unit, to_crs=words_of(to_crs, "to_crs")
+        crs=optional_text(crs, "crs"), up=up, unit=unit, to_crs=optional_text(to_crs, "to_crs")
     )
 
 

@@ -1,13 +1,13 @@
-"""How well a plane could be measured on a model."""
+"""Expected quality of planes on a model."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from vomstudio.api.checking import attitude_of, warn
-from vomstudio.api.comparisons import placed
+from vomstudio.api.checking import to_plane, warn
+from vomstudio.api.comparisons import load_placed
 from vomstudio.api.declared_options import options_from_arguments
-from vomstudio.api.reporting import Reported, told
+from vomstudio.api.reporting import Reported, to_progress
 from vomstudio.core.progress import CancelToken
 from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.products.surface.measurable_map import MeasurableMap, measurable_map
@@ -26,37 +26,53 @@ def measurable(
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> MeasurableMap:
-    """How well a plane of this attitude could be measured at each place of a model.
+    """Map how well a plane of this attitude could be measured on a model.
 
     Parameters
     ----------
-    model : a Mesh, PointCloud, a model of a project, the path of a file, or an array (n, 3) of
-        points in World, metres
-    plane : (dip direction, dip) in degrees, or "DD/D"
-    length_m : of a trace, m; None takes 100 resolutions of the model
-    noise_m : standard deviation of a trace's vertices across their plane, m; None takes half a
-        photo's pixel, which is a twentieth of the resolution
-    points : vertices of a trace; None takes one for each resolution of its length
-    resolution_m : of the model, m; None takes what is found around each place
-    angle_deg : maximum angle between the plane and a face that exposes it as a patch
-    registration_error_deg : 95 % error of the plane caused by the registration; 0 if omitted
-    progress : called with (stage, steps done, all steps or None), or a Progress
-    cancel : a vs.CancelToken that stops the work
+    model : Mesh, PointCloud, model of a project, path, or (n, 3) array
+        Model in World, metres.
+    plane : str, (float, float) or PlaneFit
+        (dip direction, dip) in degrees, or "DD/D".
+    length_m : float, optional
+        Length of a trace, metres; by default 100 resolutions of the model.
+    noise_m : float, optional
+        Standard deviation of a trace's vertices across their plane, m; by default half a
+        pixel of a photo, a twentieth of the resolution.
+    points : int, optional
+        Vertices of a trace; by default one per resolution of its length.
+    resolution_m : float, optional
+        Resolution of the model, metres; by default measured around each place.
+    angle_deg : float, optional
+        Maximum angle between the plane and a face that exposes it as a patch.
+    registration_error_deg : float, optional
+        95 % error of the plane caused by the registration; 0 if omitted.
+    progress : callable or Progress, optional
+        Called with (stage, steps done, all steps or None).
+    cancel : vs.CancelToken, optional
+        Stops the work.
 
     Returns
     -------
-    MeasurableMap: ``shares`` of the area by class (good, doubtful, poor, none), ``trace_shares``,
-    ``exposed_share``, ``patches``, ``best`` (World, m), ``median_deg``, ``tenth_deg``,
-    ``as_fields()``: float32 of each point or vertex, ``expected_error95_deg``,
-    ``trace_error95_deg``, ``patch_error95_deg``, degrees, and ``measurable``, 0 none to 3 good.
+    MeasurableMap
+        ``shares`` of the area by class (good, doubtful, poor, none), ``trace_shares``,
+        ``exposed_share``, ``patches``, ``best`` (World, m), ``median_deg``, ``tenth_deg``,
+        ``as_fields()``: float32 of each point or vertex, ``expected_error95_deg``,
+        ``trace_error95_deg``, ``patch_error95_deg``, degrees, and ``measurable``, 0 none to
+        3 good.
 
     Raises
     ------
-    vs.errors.UsageError for figures that are none; vs.errors.GeometryError for a model without a
-    surface, or a length that is no trace on it; vs.errors.Cancelled.
+    vs.errors.UsageError
+        For invalid values.
+    vs.errors.GeometryError
+        If the model has no surface, or a length too short for a trace.
+    vs.errors.Cancelled
 
-    Source: the covariance of the line in which the plane cuts the surface, judged as a picked trace
-    is; Tavani et al., sections 4.1.2 and 4.1.3 and exercise 6.
+    Notes
+    -----
+    Source: covariance of the intersection of plane and surface, judged like a picked trace;
+    Tavani et al., sections 4.1.2 and 4.1.3 and exercise 6.
 
     Examples
     --------
@@ -79,7 +95,7 @@ def measurable(
         angle_deg=angle_deg,
         registration_error_deg=registration_error_deg,
     )
-    data, _, _ = placed(model, "model")
-    found = measurable_map(data, attitude_of(plane, "plane"), options, told(progress, cancel))
-    warn(found.warnings)
-    return found
+    data, _, _ = load_placed(model, "model")
+    result = measurable_map(data, to_plane(plane, "plane"), options, to_progress(progress, cancel))
+    warn(result.warnings)
+    return result

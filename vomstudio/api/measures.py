@@ -1,4 +1,4 @@
-"""True measures: displacements of faults, planes through three points, logs along a line."""
+"""True measures: displacements of faults, three-point planes, logs along a line."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ from dataclasses import replace
 from typing import Any
 
 from vomstudio.api.checking import (
-    angles_of,
-    attitude_of,
     is_path,
     numbers,
+    parse_angles,
     plane_text,
     refuse_rows,
+    to_plane,
     warn,
     wrong_shape,
 )
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
 from vomstudio.api.frame_arguments import UpAxis, frame_arguments_named, frame_options
-from vomstudio.api.tables import text_of
+from vomstudio.api.tables import to_text_table
 from vomstudio.geology.beds.bed_log import BedLog, bed_log
 from vomstudio.geology.beds.log_options import LogOptions
 from vomstudio.geology.faults.displacement_options import DisplacementOptions, ThreePointOptions
@@ -45,36 +45,51 @@ def displacement(
     unit: str | None = None,
     to_crs: str | None = None,
 ) -> Displacements:
-    """How far the hanging wall of a fault moved, of pairs of points on both sides.
+    """Compute fault displacements from pairs of points on both sides.
 
     Parameters
     ----------
-    pairs : (n, 6) World, metres: x, y, z on the hanging wall, then on the footwall; or a DataFrame
-        or file with the columns ``hanging_x`` ... ``footwall_z`` and, if wanted, ``name``
-    fault : (dip direction, dip), degrees
-    bed : (dip direction, dip) where the points are cut-offs of a bed; None where each pair was one
-        point (piercing points)
-    rake_deg, slip : of the slip lineation on the fault, or its (trend, plunge); an axis
-    sigma_m : standard deviation of each coordinate; None for 0
-    fault_error_deg, bed_error_deg : half-angles of the 95 % cones of the two normals
-    rake_error_deg : 95 % of the rake
-    crs, up, unit, to_crs : frame of the coordinates, as in `vs.read`; a file's comments and its
-        `.prj` count; other units and systems are converted or refused
+    pairs : (n, 6) array, DataFrame or path
+        (n, 6) World, metres: x, y, z on the hanging wall, then on the footwall; or a
+        DataFrame or file with the columns ``hanging_x`` ... ``footwall_z`` and optionally
+        ``name``.
+    fault : (float, float)
+        (dip direction, dip), degrees.
+    bed : (float, float), optional
+        (dip direction, dip) of the bed whose cutoffs the points are; None for piercing
+        points.
+    rake_deg, slip : float, optional
+        Rake of the slip lineation on the fault, or its (trend, plunge), as an axis.
+    sigma_m : float, optional
+        Standard deviation of each coordinate, metres; 0 by default.
+    fault_error_deg, bed_error_deg : float, optional
+        Half-angles of the 95 % cones of the two normals.
+    rake_error_deg : float, optional
+        95 % of the rake.
+    crs, up, unit, to_crs : str, optional
+        Frame of the coordinates, as in `vs.read`; comments and `.prj` of a file are read;
+        other units and systems are converted or rejected.
 
     Returns
     -------
-    Displacements: ``what`` ("net slip", or "separation" where the slip is unknown), ``n``,
-    ``pairs`` (each with ``displacement`` or ``separations``), means and standard deviations of net
-    slip, throw and heave in metres, ``skipped``, ``warnings``.
+    Displacements
+        ``what`` ("net slip", or "separation" if the slip is unknown), ``n``, ``pairs``
+        (each with ``displacement`` or ``separations``), means and standard deviations of
+        net slip, throw and heave in metres, ``skipped``, ``warnings``.
 
     Raises
     ------
-    vs.errors.UsageError for a slip without a bed, both ``rake_deg`` and ``slip``, and negative
-    errors; vs.errors.GeometryError where no pair has a result; vs.errors.InputError for a table
-    without these columns.
+    vs.errors.UsageError
+        For a slip without a bed, both ``rake_deg`` and ``slip``, and negative errors.
+    vs.errors.GeometryError
+        If no pair has a result.
+    vs.errors.InputError
+        For a table without these columns.
 
-    Piercing points give the net slip, cut-offs give it along a known slip and separations without
-    one (Hill 1959, Journal of Geology 67, 641-653).
+    Notes
+    -----
+    Piercing points give the net slip, cut-offs give it along a known slip and separations
+    without one (Hill 1959, Journal of Geology 67, 641-653).
 
     Examples
     --------
@@ -90,19 +105,21 @@ def displacement(
         fault=plane_text(fault, "fault"),
         bed=None if bed is None else plane_text(bed, "bed"),
         rake_deg=rake_deg,
-        slip=None if slip is None else exact_line(Line(*angles_of(slip, "slip", 2))),
+        slip=None if slip is None else exact_line(Line(*parse_angles(slip, "slip", 2))),
         sigma_m=sigma_m,
         fault_error_deg=fault_error_deg,
         bed_error_deg=bed_error_deg,
         rake_error_deg=rake_error_deg,
     )
     with frame_arguments_named():
-        read = read_pairs(_table(pairs, 6, "pairs"), frame_options(crs, up, unit, to_crs))
+        point_table = read_pairs(_table(pairs, 6, "pairs"), frame_options(crs, up, unit, to_crs))
     with arguments_named(DisplacementOptions):
-        found = displacements(read.names, read.points[:, :3], read.points[:, 3:], options)
-    found = replace(found, warnings=(*read.warnings, *found.warnings))
-    warn(found.warnings)
-    return found
+        result = displacements(
+            point_table.names, point_table.points[:, :3], point_table.points[:, 3:], options
+        )
+    result = replace(result, warnings=(*point_table.warnings, *result.warnings))
+    warn(result.warnings)
+    return result
 
 
 def threepoint(
@@ -114,31 +131,41 @@ def threepoint(
     unit: str | None = None,
     to_crs: str | None = None,
 ) -> ThreePoints:
-    """The plane through three points or more, with the errors that follow from theirs.
+    """Fit a plane to three or more points, with the errors that follow from theirs.
 
     Parameters
     ----------
-    points : (n, 3) World, metres, or a DataFrame or file with rows of x, y, z; n at least 3
-    sigma_m : standard deviation of each coordinate; without it more than three points tell it by
-        their misfit
-    crs, up, unit, to_crs : frame of the coordinates, as in `vs.read`; a file's comments and its
-        `.prj` count; other units and systems are converted or refused
+    points : (n, 3) array or DataFrame
+        (n, 3) World, metres, or a DataFrame or file with rows of x, y, z; n at least 3.
+    sigma_m : float, optional
+        Standard deviation of each coordinate; by default estimated from the residuals of
+        more than three points.
+    crs, up, unit, to_crs : str, optional
+        Frame of the coordinates, as in `vs.read`; comments and `.prj` of a file are read;
+        other units and systems are converted or rejected.
 
     Returns
     -------
-    ThreePoints: ``dip_direction_deg``, ``dip_deg``, ``strike_rhr_deg``, ``dip_error_deg`` and
-    ``dip_direction_error_deg`` (95 %, each by itself), ``max_confidence95_deg`` (half-angle of the
-    joint 95 % cone in the worst direction), ``n``, ``rms_m`` of the points about the plane (None of
-    three), ``sigma_m`` behind the errors, ``warnings``, ``dropped_lines``; None where nothing is
-    known of errors.
+    ThreePoints
+        ``dip_direction_deg``, ``dip_deg``, ``strike_rhr_deg``, ``dip_error_deg`` and
+        ``dip_direction_error_deg`` (95 %, each separately), ``max_confidence95_deg``
+        (half-angle of the joint 95 % cone in the worst direction), ``n``, ``rms_m`` of the
+        points about the plane (None of three), ``sigma_m`` behind the errors, ``warnings``,
+        ``dropped_lines``; None if the errors are unknown.
 
     Raises
     ------
-    vs.errors.GeometryError for points on one line, or fewer than three;
-    vs.errors.UsageError for a negative sigma; vs.errors.InputError for a table without places.
+    vs.errors.GeometryError
+        For points on one line, or fewer than three.
+    vs.errors.UsageError
+        For a negative sigma.
+    vs.errors.InputError
+        For a table without coordinates.
 
-    The plane of least squares, which of three points goes through all; its errors are those of all
-    planes that the points allow.
+    Notes
+    -----
+    Least-squares plane, which passes through three points exactly; its errors are those of all
+    planes compatible with the points.
 
     Examples
     --------
@@ -150,12 +177,12 @@ def threepoint(
     options = options_from_arguments(ThreePointOptions, sigma_m=sigma_m)
     frame = frame_options(crs, up, unit, to_crs)
     with frame_arguments_named():
-        read = read_boundaries(_table(points, 3, "points"), frame)
-    found = plane_of_three_points(read.points, options.sigma_m).of_table(
-        read.dropped, read.warnings
+        point_table = read_boundaries(_table(points, 3, "points"), frame)
+    result = plane_of_three_points(point_table.points, options.sigma_m).of_table(
+        point_table.dropped, point_table.warnings
     )
-    warn(found.warnings)
-    return found
+    warn(result.warnings)
+    return result
 
 
 def log(
@@ -170,31 +197,45 @@ def log(
     unit: str | None = None,
     to_crs: str | None = None,
 ) -> BedLog:
-    """Boundaries of beds along a line, and the true thickness between them.
+    """Compute bed boundaries along a line, and the true thickness between them.
 
     Parameters
     ----------
-    table : (n, 3) World, metres, a point on each boundary, or a DataFrame or file with x, y, z
-        and, if wanted, ``name``, ``lithology`` and ``notes`` of the bed that begins there
-    bed : (dip direction, dip) of the beds, degrees
-    sigma_m : standard deviation of each coordinate; None for 0
-    bed_error_deg : half-angle of the 95 % cone of the bedding's normal; None for 0
-    overturned : younger beds lie below
-    crs, up, unit, to_crs : frame of the coordinates, as in `vs.read`; a file's comments and its
-        `.prj` count; other units and systems are converted or refused
+    table : DataFrame, path, or (dip direction, dip)
+        (n, 3) World, metres, a point on each boundary, or a DataFrame or file with x, y, z
+        and optionally ``name``, ``lithology`` and ``notes`` of the bed above.
+    bed : (float, float)
+        (dip direction, dip) of the beds, degrees.
+    sigma_m : float, optional
+        Standard deviation of each coordinate, metres; 0 by default.
+    bed_error_deg : float, optional
+        Half-angle of the 95 % cone of the bedding's normal; None for 0.
+    overturned : bool, optional
+        Whether younger beds are below.
+    crs, up, unit, to_crs : str, optional
+        Frame of the coordinates, as in `vs.read`; comments and `.prj` of a file are read;
+        other units and systems are converted or rejected.
 
     Returns
     -------
-    BedLog: ``n``, ``intervals`` from the oldest up (``number``, ``base``, ``top``, ``base_m``,
-    ``top_m``, ``thickness_m`` with ``value`` and ``error95``, ``lithology``, ``strabospot``: its
-    fields in StraboSpot's forms, ``notes``), ``total_m``, ``reordered``, ``warnings``.
+    BedLog
+        ``n``, ``intervals`` from the oldest up (``number``, ``base``, ``top``, ``base_m``,
+        ``top_m``, ``thickness_m`` with ``value`` and ``error95``, ``lithology``,
+        ``strabospot``: its fields in StraboSpot's forms, ``notes``), ``total_m``,
+        ``reordered``, ``warnings``.
 
     Raises
     ------
-    vs.errors.GeometryError for fewer than two boundaries; vs.errors.UsageError for negative
-    errors; vs.errors.InputError for a table without places.
+    vs.errors.GeometryError
+        For fewer than two boundaries.
+    vs.errors.UsageError
+        For negative errors.
+    vs.errors.InputError
+        For a table without coordinates.
 
-    Thickness is what of the way between two points runs across the bedding (Ragan 2009, Structural
+    Notes
+    -----
+    Thickness is the distance between two points across the bedding (Ragan 2009, Structural
     Geology, chapter 2), its error to first order.
 
     Examples
@@ -211,26 +252,26 @@ def log(
     )
     frame = frame_options(crs, up, unit, to_crs)
     with frame_arguments_named():
-        read = read_boundaries(_table(table, 3, "table"), frame)
-    found = bed_log(
-        read.points,
-        attitude_of(bed, "bed"),
-        names=read.names,
-        lithologies=read.lithologies,
-        notes=read.notes,
+        point_table = read_boundaries(_table(table, 3, "table"), frame)
+    result = bed_log(
+        point_table.points,
+        to_plane(bed, "bed"),
+        names=point_table.names,
+        lithologies=point_table.lithologies,
+        notes=point_table.notes,
         sigma_m=options.sigma_m or 0.0,
         bed_error_deg=options.bed_error_deg or 0.0,
         overturned=options.overturned,
     )
-    found = replace(found, warnings=(*read.warnings, *found.warnings))
-    warn(found.warnings)
-    return found
+    result = replace(result, warnings=(*point_table.warnings, *result.warnings))
+    warn(result.warnings)
+    return result
 
 
-def _table(given: Any, width: int, name: str) -> Any:
+def _table(value: Any, width: int, name: str) -> Any:
     """Return a DataFrame, a file or an array (n, width) as a table of texts. Raises InputError."""
-    if hasattr(given, "columns") or is_path(given):
-        return text_of(given, name)
+    if hasattr(value, "columns") or is_path(value):
+        return to_text_table(value, name)
     from pandas import DataFrame
 
     names = (
@@ -238,8 +279,8 @@ def _table(given: Any, width: int, name: str) -> Any:
         if width == 3
         else ("hanging_x", "hanging_y", "hanging_z", "footwall_x", "footwall_y", "footwall_z")
     )
-    array = numbers(given, name)
+    array = numbers(value, name)
     if array.ndim != 2 or array.shape[1] != width:
         raise wrong_shape(array, f"(n, {width})", name)
     refuse_rows(no_places(array[:, :3]) | no_places(array[:, -3:]), name)
-    return text_of(DataFrame(array, columns=list(names)), name)
+    return to_text_table(DataFrame(array, columns=list(names)), name)

@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from vomstudio.api.checking import (
-    flag,
+    check_flag,
     is_path,
-    maybe_path,
-    path_of,
+    optional_path,
+    to_path,
     warn,
     wrong_type,
 )
 from vomstudio.api.frame_arguments import frame_arguments_named, frame_options
-from vomstudio.api.reporting import Reported, told
+from vomstudio.api.reporting import Reported, to_progress
 from vomstudio.core.arrays import ByteArray, Float32Array, FloatArray, GenericArray, Int32Array
 from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
@@ -41,12 +41,21 @@ if TYPE_CHECKING:
 class Source:
     """Source of a model.
 
-    path : its file; crs : "EPSG:n" or WKT, None for a local frame; unit_m : unit of the CRS, metres
-    placed, metric : whether its north and its unit are known or declared
-    placing_error_m : position error of the whole model, one sigma along any direction; None if not
-        known
-    to_world : (4, 4) from the frame of the file
-    registration : registration of the model, None for a stated frame
+    Parameters
+    ----------
+    path : Path
+    crs : str or None
+        "EPSG:n" or WKT, None for a local frame.
+    unit_m : float
+        Unit of the CRS, metres.
+    placed, metric : bool
+        Whether its north and its unit are known or declared.
+    placing_error_m : float or None
+        Position error of the whole model, one standard deviation along any direction.
+    to_world : (4, 4) float64
+        Matrix from the frame of the file.
+    registration : Registration or None
+        Registration of the model, None for a stated frame.
     """
 
     path: Path
@@ -70,14 +79,14 @@ class Source:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class _Model:
-    """Common base of meshes and clouds."""
+    """Common base class of meshes and clouds."""
 
     _data: Any
     _source: Source = field(repr=False)
 
     @property
     def path(self) -> Path:
-        """The file that it was read from."""
+        """File from which it was read."""
         return self._source.path
 
     @property
@@ -92,23 +101,26 @@ class _Model:
 
     @property
     def bounds(self) -> FloatArray:
-        """(2, 3) lowest and highest corner, World, metres."""
+        """Lowest and highest corner (2, 3), World, metres."""
         return np.array(self._data.bounds)
 
     @property
     def fields(self) -> Mapping[str, GenericArray]:
-        """Other values of the points (intensity, classification ...) by name, each (n,)."""
+        """Other values (n,) of the points (intensity, classification ...) by name."""
         return self._data.fields  # type: ignore[no-any-return]
 
     @property
     def colours(self) -> ByteArray | None:
-        """(n, 3) uint8 red, green, blue of the points, or None."""
+        """Red, green and blue (n, 3) uint8 of the points, or None."""
         return self._data.colors  # type: ignore[no-any-return]
 
     @property
     def rotation_error_deg(self) -> RotationError | None:
-        """Errors of the registration, one sigma: ``about_up``, ``about_east``, ``about_north``,
-        degrees; None for a model that was not registered, or whose errors are not known."""
+        """Standard deviations of the registration: ``about_up``, ``about_east``,
+        ``about_north``.
+
+        In degrees; None if the model was not registered, or its errors are unknown.
+        """
         from vomstudio.registration.results import RotationError
 
         registration = self._source.registration
@@ -120,7 +132,7 @@ class _Model:
 
     @property
     def scale_error_95(self) -> float | None:
-        """Error of the scale by the registration, 95 %, as a share; None as before."""
+        """Relative error (95 %) of the scale by the registration, None if unknown."""
         registration = self._source.registration
         if registration is None or registration.scale_error is None:
             return None
@@ -128,12 +140,11 @@ class _Model:
 
     @cached_property
     def resolution_m(self) -> float | None:
-        """Mean length of a mesh's edges, or mean distance of a cloud's points from the nearest
-        other, metres; None where there is none."""
+        """Mean edge length of a mesh, or mean spacing of a cloud, metres; None if undefined."""
         from vomstudio.io.models.opening import resolution
 
-        found = resolution(self._data)
-        return found if np.isfinite(found) else None
+        spacing = resolution(self._data)
+        return spacing if np.isfinite(spacing) else None
 
     def save(self, path: str | Path, *, force: bool = False) -> Path:
         """Write the model with textures, fields and CRS in the format of the suffix of `path`.
@@ -169,13 +180,13 @@ class _Model:
         from vomstudio.io.models.model_copy import companions
         from vomstudio.io.models.writing import write_model
 
-        path = path_of(path, "path")
-        force = flag(force, "force")
+        path = to_path(path, "path")
+        force = check_flag(force, "force")
         data, registration = self._data, self._source.registration
         if registration is not None and self._source.to_world is not None:
             registration = change_file_frame(registration, self._source.to_world)
         if self._source.unit_m != 1.0 and self.crs is not None:
-            data = moved(data, np.diag([*[1.0 / self._source.unit_m] * 3, 1.0]))
+            data = transform_data(data, np.diag([*[1.0 / self._source.unit_m] * 3, 1.0]))
         inputs = [self.path, *companions(self.path)] if self.path.is_file() else []
         axes = Axes(self._source.metric, self._source.placed)
         warn(
@@ -192,12 +203,15 @@ class _Model:
         return path
 
     def plot(self) -> Any:
-        """A PyVista plotter that shows it: a window of pyvistaqt in a program that runs Qt, else
-        one that draws off screen, whose `show` puts a still picture into a notebook and whose
-        `screenshot` gives the pixels. Coordinates are World less ``field_data["origin"]``."""
-        from vomstudio.api.plots import plotted
+        """Return a PyVista plotter that shows the model.
 
-        return plotted([self._data])
+        It is a window of pyvistaqt in a program that runs Qt, otherwise an off-screen plotter,
+        whose `show` returns a static picture in a notebook and whose `screenshot` returns the
+        pixels. Coordinates are World minus ``field_data["origin"]``.
+        """
+        from vomstudio.api.plots import create_plotter
+
+        return create_plotter([self._data])
 
     def _figures(self) -> dict[str, Any]:
         low, high = self.bounds.tolist()
@@ -218,13 +232,23 @@ class _Model:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Mesh(_Model):
-    """A triangle mesh in World (x East, y North, z Up, metres), as `vs.read` gives it.
+    """Triangle mesh in World (x East, y North, z Up, metres), see `vs.read`.
 
-    points : (n, 3) float64; a vertex with two texture coordinates stands twice
-    faces : (m, 3) int32, rows into `points`, grouped by material
-    materials : their names; textures : files of their pictures
-    uv : (n, 2) float32 texture coordinates, origin at the lower left, or None
+    Attributes
+    ----------
+    points
+        (n, 3) float64; a vertex with two texture coordinates occurs twice.
+    faces
+        (m, 3) int32, rows into `points`, grouped by material.
+    materials
+        Names of the materials.
+    textures
+        Their texture files.
+    uv
+        (n, 2) float32 texture coordinates, origin at the lower left, or None.
 
+    Examples
+    --------
     >>> import vomstudio as vs
     >>> cliff = vs.read(vs.sample("sample.obj"))
     >>> low, high = cliff.bounds
@@ -236,28 +260,28 @@ class Mesh(_Model):
 
     @property
     def points(self) -> FloatArray:
-        """(n, 3) float64, World, metres."""
+        """Vertices (n, 3) float64, World, metres."""
         return self._data.vertices  # type: ignore[no-any-return]
 
     @property
     def faces(self) -> Int32Array:
-        """(m, 3) int32, rows into `points`."""
+        """Faces (m, 3) int32, rows of `points`."""
         return self._data.faces  # type: ignore[no-any-return]
 
     @property
     def materials(self) -> tuple[str, ...]:
-        """Names, in the order in which the faces wear them."""
+        """Names of the materials, in the order of the faces."""
         return tuple(material.name for material in self._data.materials)
 
     @property
     def textures(self) -> tuple[Path, ...]:
-        """Files of the pictures, each once."""
+        """Texture files, each once."""
         files = (material.texture for material in self._data.materials)
         return tuple(dict.fromkeys(file for file in files if file is not None))
 
     @property
     def uv(self) -> Float32Array | None:
-        """(n, 2) float32 texture coordinates, or None."""
+        """Texture coordinates (n, 2) float32, or None."""
         return self._data.uv  # type: ignore[no-any-return]
 
     def to_pyvista(self) -> Any:
@@ -290,11 +314,21 @@ class Mesh(_Model):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PointCloud(_Model):
-    """A point cloud in World (x East, y North, z Up, metres), as `vs.read` gives it.
+    """Point cloud in World (x East, y North, z Up, metres), see `vs.read`.
 
-    points : (n, 3) float64; colours : (n, 3) uint8 or None; normals : (n, 3) float32 or None
-    fields : other values by name, each (n,)
+    Attributes
+    ----------
+    points
+        (n, 3) float64.
+    colours
+        (n, 3) uint8 or None.
+    normals
+        (n, 3) float32 or None.
+    fields
+        Other values by name, each (n,).
 
+    Examples
+    --------
     >>> import tempfile, pathlib
     >>> import numpy as np
     >>> import vomstudio as vs
@@ -306,17 +340,19 @@ class PointCloud(_Model):
 
     @property
     def points(self) -> FloatArray:
-        """(n, 3) float64, World, metres."""
+        """Points (n, 3) float64, World, metres."""
         return self._data.points  # type: ignore[no-any-return]
 
     @property
     def normals(self) -> Float32Array | None:
-        """(n, 3) float32 unit vectors, or None."""
+        """Normals (n, 3) float32, unit vectors, or None."""
         return self._data.normals  # type: ignore[no-any-return]
 
     def to_pyvista(self) -> Any:
-        """A pyvista.PolyData with colours, normals and fields. Points are World less an integer
-        origin, which stands in ``field_data["origin"]`` (3,)."""
+        """Return a pyvista.PolyData with colours, normals and fields.
+
+        Points are World minus an integer origin, which ``field_data["origin"]`` (3,) contains.
+        """
         from vomstudio.rendering.plots.datasets import cloud_dataset, local_origin
 
         return cloud_dataset(self._data, local_origin(self.bounds))
@@ -345,27 +381,37 @@ def read(
 
     Parameters
     ----------
-    path : the file
-    crs : projected CRS of x and y, such as "EPSG:32633"; None for that stated by the file
-    up : axis of the file that points up; None for the default of its format
-    unit : unit of its coordinates: m, cm, mm, km, ft or us-ft
-    to_crs : convert the coordinates to this projected CRS in metres
-    project : folder of a project that contains this file, whose registration or declared frame is
-        used instead of crs, up and unit; a window may have the project open
-    progress : called with (stage, steps done, all steps or None), or a Progress
+    path : str or Path
+        File of the model.
+    crs : str, optional
+        Projected CRS of x and y, such as "EPSG:32633"; None for that stated by the file.
+    up : {"y", "z"}, optional
+        Axis of the file that points up; None for the default of its format.
+    unit : str, optional
+        Unit of its coordinates: m, cm, mm, km, ft or us-ft.
+    to_crs : str, optional
+        Convert the coordinates to this projected CRS in metres.
+    project : str or Path, optional
+        Folder of a project that contains this file, whose registration or declared frame is
+        used instead of crs, up and unit; a window may have the project open.
+    progress : callable or Progress, optional
+        Called with (stage, steps done, all steps or None).
 
     Returns
     -------
-    Mesh or PointCloud in World. If the file does not state its frame, local metres with z up and y
-    to the north are assumed, with a Python warning and in ``.warnings``. A registration beside the
-    file (``NAME.registration.json``, or ``reconstruction.json`` of a
-    reconstruction) places it and gives ``rotation_error_deg`` and ``scale_error_95``.
+    Mesh or PointCloud
+        Mesh or PointCloud in World. If the file does not state its frame, local metres with
+        z up and y to the north are assumed, with a Python warning and in ``.warnings``. A
+        registration beside the file (``NAME.registration.json``, or ``reconstruction.json``
+        of a reconstruction) places it and gives ``rotation_error_deg`` and
+        ``scale_error_95``.
 
     Raises
     ------
-    vs.errors.InputError for a file that is missing, damaged or of no known format;
-    vs.errors.UsageError for a CRS, axis or unit that cannot be, and for a project without this
-    model.
+    vs.errors.InputError
+        For a file that is missing, damaged or of an unknown format.
+    vs.errors.UsageError
+        For an invalid CRS, axis or unit, and for a project without this model.
 
     Examples
     --------
@@ -376,9 +422,9 @@ def read(
     """
     from vomstudio.studio.world_models import check_place
 
-    file, folder = path_of(path, "path"), maybe_path(project, "project")
+    file, folder = to_path(path, "path"), optional_path(project, "project")
     options = frame_options(crs, up, unit, to_crs)
-    report = told(progress)
+    report = to_progress(progress)
     if folder is None:
         with frame_arguments_named():
             model = _read(file, options, report)
@@ -389,16 +435,16 @@ def read(
     return model
 
 
-def model_of(given: Any, name: str = "model") -> Mesh | PointCloud:
-    """Return a model, read from a project model or a path if necessary. name : argument name"""
-    if isinstance(given, Mesh | PointCloud):
-        return given
-    if hasattr(given, "read") and hasattr(given, "id"):
-        model: Mesh | PointCloud = given.read()
+def to_model(value: Any, name: str = "model") -> Mesh | PointCloud:
+    """Return a model, read from a project model or a path if necessary."""
+    if isinstance(value, Mesh | PointCloud):
+        return value
+    if hasattr(value, "read") and hasattr(value, "id"):
+        model: Mesh | PointCloud = value.read()
         return model
-    if not is_path(given):
-        raise wrong_type(given, "Mesh, PointCloud, str, pathlib.Path", name)
-    model = _read(path_of(given, name), DEFAULT_FRAME, None)
+    if not is_path(value):
+        raise wrong_type(value, "Mesh, PointCloud, str, pathlib.Path", name)
+    model = _read(to_path(value, name), DEFAULT_FRAME, None)
     warn(model.warnings, 4, notes=True)
     return model
 
@@ -424,11 +470,11 @@ def _read(path: Path, options: FrameOptions, progress: Progress | None) -> Mesh 
         loaded.content_hash,
         placing_error_m(loaded.path),
     )
-    model = in_world(loaded.data, established.to_world(), source)
-    return model if registration is None else registered(model, registration)
+    model = to_public_model(loaded.data, established.to_world(), source)
+    return model if registration is None else set_registration(model, registration)
 
 
-def registered(model: Mesh | PointCloud, registration: Registration) -> Mesh | PointCloud:
+def set_registration(model: Mesh | PointCloud, registration: Registration) -> Mesh | PointCloud:
     """Return a model with its registration."""
     error = registration.placing_error_m(model.bounds)
     source = replace(model._source, placing_error_m=error, registration=registration)
@@ -437,14 +483,14 @@ def registered(model: Mesh | PointCloud, registration: Registration) -> Mesh | P
 
 def _read_of_project(path: Path, project: Path, progress: Progress | None) -> Mesh | PointCloud:
     from vomstudio.io.models.opening import read_model
-    from vomstudio.studio.world_models import model_in
+    from vomstudio.studio.world_models import find_project_model
 
     loaded = read_model(path, progress)
-    return as_recorded(loaded, model_in(project, loaded))
+    return place_as_recorded(loaded, find_project_model(project, loaded))
 
 
-def as_recorded(loaded: LoadedModel, record: Model) -> Mesh | PointCloud:
-    """Place a model as its record in a project states."""
+def place_as_recorded(loaded: LoadedModel, record: Model) -> Mesh | PointCloud:
+    """Return a model with the placement of its record."""
     frame = record.frame
     scale = frame.unit_m if frame.crs is not None and record.registration is None else 1.0
     source = Source(
@@ -456,20 +502,20 @@ def as_recorded(loaded: LoadedModel, record: Model) -> Mesh | PointCloud:
         frame.has_metres,
         loaded.content_hash,
     )
-    model = in_world(loaded.data, np.array(record.to_world), source)
-    return model if record.registration is None else registered(model, record.registration)
+    model = to_public_model(loaded.data, np.array(record.to_world), source)
+    return model if record.registration is None else set_registration(model, record.registration)
 
 
-def in_world(
+def to_public_model(
     data: meshes.Mesh | clouds.PointCloud, to_world: Any, source: Source
 ) -> Mesh | PointCloud:
-    """Return the data of a file as a public model in World. to_world : (4, 4)"""
+    """Return the data of a file as a public model in World, by a matrix (4, 4)."""
     kind = Mesh if isinstance(data, meshes.Mesh) else PointCloud
     matrix = np.asarray(to_world, np.float64)
-    return kind(moved(data, matrix), replace(source, to_world=matrix))
+    return kind(transform_data(data, matrix), replace(source, to_world=matrix))
 
 
-def moved(
+def transform_data(
     data: meshes.Mesh | clouds.PointCloud, matrix: FloatArray
 ) -> meshes.Mesh | clouds.PointCloud:
     """Transform data by a similarity (4, 4)."""

@@ -1,4 +1,4 @@
-"""Stereonets to go on drawing on, and rose diagrams."""
+"""Stereonets and rose diagrams."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 from vomstudio.api.checking import (
-    column_of,
-    items_of,
-    joined,
+    column_name,
+    join_angles,
+    join_numbers,
     plane_text,
     required_number,
-    slashed,
+    to_list,
     wrong_type,
 )
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
-from vomstudio.api.tables import Azimuth, rows_of
+from vomstudio.api.tables import Azimuth, to_orientation_table
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.rose_options import RoseOptions
@@ -63,45 +63,74 @@ def stereonet(
 
     Parameters
     ----------
-    table, azimuth : as in `stats`
-    ax : axes of mplstereonet to draw on; None for new ones in a new figure of pyplot
-    contour : density of all poles and lines: "kamb", "exponential_kamb", "linear_kamb" (in standard
-        deviations of a uniform scatter; Kamb 1959, Vollmer 1995) or "schmidt" (% of the data in 1 %
-        of the area)
-    by : column that groups the rows into sets, each with its colour and symbol; None for ``set``,
-        else ``kind``
-    projection : "area" (Schmidt) or "angle" (Wulff), of new axes
-    levels : levels of the contours, in their unit; None for round numbers below the highest density
-    filled : fill the contours; None for yes, unless ``each_set``
-    each_set : contour each set separately, in its colour
-    kamb_sigma : smoothness of Kamb's methods, 0.5 to 10: standard deviations expected of a uniform
-        scatter
-    untilt : (dip direction, dip) of the plane that is rotated to horizontal, with everything else
-    rotate : (trend, plunge, angle): after that, rotate everything about this axis, by the
-        right-hand rule about its downward end
-    intersections : also the lines of intersection of each pair of at most 300 planes
-    planes, cones, slip_lines : also great circles of (dip direction, dip), small circles of (trend,
-        plunge, half-angle), planes with a line of (dip direction, dip, rake)
-    girdles : the great circle that fits each set that is a girdle
-    maxima : a cross where each set, or all as contoured, is densest
-    errors : the 95 % ellipse of each plane, by the error columns of the table
-    averages : mean of each set in words, with n and method
-    fold : the fold axis of the bedding, its 95 % ellipse and its great circle
-    quality, only_set : planes of the fold axis, as in `fold`
-    size_mm : (width, height) of a new figure; None for that of pyplot's notebooks
-    font, font_size_pt, symbol_size_pt, line_width_pt, grey : letters, symbols, lines and colours
+    table, azimuth : DataFrame, path, or (dip direction, dip)
+        As in `stats`.
+    ax : StereonetAxes, optional
+        Axes of mplstereonet; by default new ones in a new figure of pyplot.
+    contour : {"kamb", "exponential_kamb", "linear_kamb", "schmidt"}, optional
+        Density of all poles and lines: "kamb", "exponential_kamb", "linear_kamb" (in
+        standard deviations of a uniform scatter; Kamb 1959, Vollmer 1995) or "schmidt" (%
+        of the data in 1 % of the area).
+    by : str, optional
+        Column that groups the rows into sets, each with its colour and symbol; None for
+        ``set``, else ``kind``.
+    projection : {"area", "angle"}, optional
+        "area" (Schmidt) or "angle" (Wulff), of new axes.
+    levels : sequence of float, optional
+        Levels of the contours, in their unit; by default round numbers below the highest
+        density.
+    filled : bool, optional
+        Whether to fill the contours; by default unless ``each_set``.
+    each_set : bool, optional
+        Contour each set separately, in its colour.
+    kamb_sigma : float, optional
+        Smoothness of Kamb's methods, 0.5 to 10: standard deviations expected of a uniform
+        scatter.
+    untilt : AnglePair, optional
+        (dip direction, dip) of the plane that is rotated to horizontal, with everything
+        else.
+    rotate : AngleTriple, optional
+        (trend, plunge, angle): after that, rotate everything about this axis, by the
+        right-hand rule about its downward end.
+    intersections : bool, optional
+        Whether to draw the lines of intersection of each pair of at most 300 planes.
+    planes, cones, slip_lines : sequence of AnglePair, optional
+        Great circles of (dip direction, dip), small circles of (trend, plunge, half-angle),
+        planes with a line of (dip direction, dip, rake).
+    girdles : bool, optional
+        Whether to draw the great circle of each girdle.
+    maxima : bool, optional
+        Whether to mark the maximum density of each set, or of all data as contoured.
+    errors : bool, optional
+        Whether to draw the 95 % ellipse of each plane, by the error columns of the table.
+    averages : bool, optional
+        Whether to state the mean of each set, with n and method.
+    fold : bool, optional
+        Whether to draw the fold axis of the bedding, its 95 % ellipse and great circle.
+    quality, only_set : {"good", "doubtful"}, optional
+        Planes of the fold axis, as in `fold`.
+    size_mm : (float, float), optional
+        (width, height) of a new figure; by default that of pyplot.
+    font, font_size_pt, symbol_size_pt, line_width_pt, grey : str, optional
+        Letters, symbols, lines and colours.
 
     Returns
     -------
-    The axes, of mplstereonet: go on with its ``ax.pole``, ``ax.plane``, ``ax.line``, or matplotlib.
-    Great circles are left out with more than 40 planes.
+    object
+        Axes of mplstereonet, with its methods ``ax.pole``, ``ax.plane``, ``ax.line``. Great
+        circles are omitted with more than 40 planes.
 
     Raises
     ------
-    vs.errors.InputError for another ``contour`` or ``projection``, axes of another library, invalid
-    angles and unknown options; vs.errors.UsageError for a column that does not exist,
-    for ``errors`` of a table without error columns, and for invalid levels, circles or sizes.
+    vs.errors.InputError
+        For another ``contour`` or ``projection``, axes of another library, invalid angles
+        and unknown options.
+    vs.errors.UsageError
+        For a column that does not exist, for ``errors`` of a table without error columns,
+        and for invalid levels, circles or sizes.
 
+    Notes
+    -----
     Girdles after Woodcock (1977), averages after Fisher (1953) or by the orientation tensor.
 
     Examples
@@ -118,7 +147,7 @@ def stereonet(
 
     options = options_from_arguments(
         StereonetOptions,
-        by=column_of(by),
+        by=column_name(by),
         projection=projection,
         contour=contour,
         levels=None if levels is None else _levels_text(levels),
@@ -126,7 +155,7 @@ def stereonet(
         each_set=each_set,
         kamb_sigma=kamb_sigma,
         untilt=None if untilt is None else plane_text(untilt, "untilt"),
-        rotate=None if rotate is None else slashed(rotate, "rotate", 3),
+        rotate=None if rotate is None else join_angles(rotate, "rotate", 3),
         intersections=intersections,
         planes=_texts(planes, "planes", 2),
         cones=_texts(cones, "cones", 3),
@@ -151,12 +180,12 @@ def stereonet(
     with arguments_named(StereonetFigure):
         style = FigureStyle.from_options(figure)
     with arguments_named(StereonetOptions):
-        wishes = wishes_of(options)
+        contents = wishes_of(options)
     if ax is not None and not stereonet_axes.are_axes(ax):
         raise wrong_type(ax, "mplstereonet.StereonetAxes", "ax")
     if ax is not None and size_mm is not None:
         raise UsageError(Finding("option.conflict", option="size_mm", other="ax"), field="size_mm")
-    rows = rows_of(table, azimuth)
+    rows = to_orientation_table(table, azimuth)
     net = net_of_table(
         rows,
         options.by,
@@ -165,7 +194,7 @@ def stereonet(
         contouring=contouring_of(options),
     )
     with arguments_named(StereonetOptions):
-        net = wishes.net(net, rows)
+        net = contents.net(net, rows)
     if ax is None:
         size = None if size_mm is None else style.size_mm
         ax = stereonet_axes.new_axes(projection, size, len(stereonet_axes.lines_below(net)))
@@ -175,12 +204,12 @@ def stereonet(
 
 def _texts(values: Any, name: str, count: int) -> tuple[str, ...]:
     """Return angles as the command takes them. Raises InputError."""
-    return tuple(slashed(each, name, count) for each in items_of(values, name))
+    return tuple(join_angles(each, name, count) for each in to_list(values, name))
 
 
 def _levels_text(levels: Any) -> str:
     """Return levels as the command takes them. Raises InputError."""
-    return joined([required_number(each, "levels") for each in items_of(levels, "levels")])
+    return join_numbers([required_number(each, "levels") for each in to_list(levels, "levels")])
 
 
 def _size_text(size: Any) -> str:
@@ -202,17 +231,23 @@ def rose(
     scale: Literal["area", "length"] = "area",
     azimuth: Azimuth | None = None,
 ) -> Any:
-    """Draw rose diagrams of strikes, dip directions or trends, or histograms of dips or plunges,
-    one for each set.
+    """Draw rose diagrams of azimuths, or histograms of dips or plunges, by set.
 
     Parameters
     ----------
-    table, azimuth : as in `stats`
-    of : which angle; None for strikes, of lines alone trends. Strikes count at both ends
-    by : column that names the set of each row; None for ``set``, else ``kind``
-    bin_deg : width of the bins, which must divide 180 degrees evenly, of a histogram 90
-    weight : column that each row counts by, such as the length; None for one each
-    scale : "area" or "length", the measure of a petal that is proportional to its share
+    table, azimuth : DataFrame, path, or (dip direction, dip)
+        As in `stats`.
+    of : {"strike", "dip-direction", "trend", "dip", "plunge"}, optional
+        Angle; by default the strike, or the trend if there are only lines. Strikes count at
+        both ends.
+    by : str, optional
+        Column that names the set of each row; None for ``set``, else ``kind``.
+    bin_deg : float, optional
+        Width of the bins, which must divide 180 degrees evenly, of a histogram 90.
+    weight : str, optional
+        Column that each row counts by, such as the length; 1 by default.
+    scale : {"area", "length"}, optional
+        "area" or "length", the measure of a petal that is proportional to its share.
 
     Returns
     -------
@@ -220,12 +255,17 @@ def rose(
 
     Raises
     ------
-    vs.errors.UsageError for bins that do not divide 180 and a column that is not there or has no
-    numbers; vs.errors.GeometryError if no row has such an azimuth; vs.errors.InputError as
-    `stats`.
+    vs.errors.UsageError
+        For bins that do not divide 180, and for a column that is missing or has no numbers.
+    vs.errors.GeometryError
+        If no row has such an azimuth.
+    vs.errors.InputError
+        As `stats`.
 
-    The mean in each title is the circular one (Mardia & Jupp 2000, 2.2.1), of strikes by doubled
-    angles (Krumbein 1939).
+    Notes
+    -----
+    The mean in each title is the circular one (Mardia & Jupp 2000, 2.2.1), of strikes by
+    doubled angles (Krumbein 1939).
 
     Examples
     --------
@@ -242,12 +282,12 @@ def rose(
     options = options_from_arguments(
         RoseOptions,
         of=of,
-        by=column_of(by),
+        by=column_name(by),
         bin_deg=bin_deg,
-        weight=column_of(weight, "weight"),
+        weight=column_name(weight, "weight"),
         scale=scale,
     )
-    rows = rows_of(table, azimuth)
+    rows = to_orientation_table(table, azimuth)
     with arguments_named(RoseOptions):
         roses = roses_of_table(
             rows,

@@ -1,4 +1,4 @@
-"""Scale-true pictures of a model along any direction."""
+"""Orthographic pictures of a model along any direction."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.api.checking import flag, maybe_path, naming, path_of, warn
+from vomstudio.api.checking import check_flag, errors_named, optional_path, to_path, warn
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
-from vomstudio.api.models import Mesh, PointCloud, model_of
+from vomstudio.api.models import Mesh, PointCloud, to_model
 from vomstudio.api.planes import plane_text
-from vomstudio.api.reporting import Reported, told
+from vomstudio.api.reporting import Reported, to_progress
 from vomstudio.api.sets import fold as fold_of
 from vomstudio.core.arrays import ByteArray, Float32Array
 from vomstudio.core.findings import Finding
@@ -36,20 +36,40 @@ from vomstudio.products.ortho.requests import (
 class Orthophoto(OrthophotoFigures):
     """Orthographic picture of a model with the World coordinates of its pixels.
 
-    image : (h, w, 4) uint8 red, green, blue, opacity; depth : (h, w) float32, metres along the view
-        from the plane through ``reference_point``, growing away from the viewer; NaN where no
-        surface is visible
-    width, height : pixels; gsd_m : metres per pixel; coverage : share that shows the model
-    trend_deg, plunge_deg : direction of the view; the plunge is negative upward
-    right, down, direction : (3,) unit vectors of World in the picture and along the view
-    sense, sense_reason : which of the two opposite views is shown, and why
-    reference_point : (3,) World, where the depth is 0
-    pixel_to_world : (4, 4), (column, row, depth, 1) to World; (0, 0) is the outer corner of the
-        top left pixel, its centre (0.5, 0.5)
-    crs : CRS of a view straight down or up; None for any other view
-    fold : fold axis along which the view looks, or None; warnings : findings
+    Attributes
+    ----------
+    image
+        (h, w, 4) uint8 red, green, blue, opacity.
+    depth
+        (h, w) float32, metres along the view from the plane through ``reference_point``,
+        growing away from the viewer; NaN if no surface is visible.
+    width, height
+        Pixels.
+    gsd_m
+        Metres per pixel.
+    coverage
+        Share that shows the model.
+    trend_deg, plunge_deg
+        Direction of the view; the plunge is negative upward.
+    right, down, direction
+        (3,) unit vectors of World in the picture and along the view.
+    sense, sense_reason
+        Selected one of the two opposite views, and the reason.
+    reference_point
+        (3,) World, where the depth is 0.
+    pixel_to_world
+        (4, 4), (column, row, depth, 1) to World; (0, 0) is the outer corner of the top left
+        pixel, its centre (0.5, 0.5).
+    crs
+        CRS of a view straight down or up; None for any other view.
+    fold
+        Fold axis along which the view looks, or None.
+    warnings
+        Findings.
 
-    The point of World in the middle of a pixel, here at the height of the reference point:
+    Examples
+    --------
+    The World point in the middle of a pixel, at the depth of the reference point:
 
     >>> import vomstudio as vs
     >>> seen = vs.orthophoto(vs.sample("sample.obj"), trend_deg=0, plunge_deg=0, gsd_m=0.5)
@@ -69,26 +89,41 @@ class Orthophoto(OrthophotoFigures):
     def save(
         self, path: str | Path, *, sheet: str | Path | None = None, force: bool = False
     ) -> tuple[Path, ...]:
-        """Write NAME.tif with NAME_depth.tif, NAME.json and, for a map, NAME.tfw: the files of the
-        command. sheet : a picture for people as well (.png, .jpg, .pdf), with scale and north.
+        """Write NAME.tif with NAME_depth.tif, NAME.json and, for a map, NAME.tfw.
 
-        Returns the files. Raises vs.errors.UsageError for another ending than .tif,
-        vs.errors.TargetError where one is there already (force replaces it) or cannot be written.
+        Parameters
+        ----------
+        sheet : str or Path, optional
+            Additional picture (.png, .jpg, .pdf) with scale and north.
+        force : bool
+            Whether to replace existing files.
+
+        Returns
+        -------
+        tuple of Path
+            Written files.
+
+        Raises
+        ------
+        vs.errors.UsageError
+            For a suffix other than .tif.
+        vs.errors.TargetError
+            If a file exists or cannot be written.
         """
-        file, shown = path_of(path, "path"), maybe_path(sheet, "sheet")
-        with naming("path", "--output"):
-            made = write_orthophoto(
+        file, sheet_path = to_path(path, "path"), optional_path(sheet, "sheet")
+        with errors_named("path", "--output"):
+            written = write_orthophoto(
                 self._model._data,
                 self._request.plan,
                 file,
                 crs=self._model._source.world_crs,
                 model=str(self._model.path),
                 content_hash=self._model._source.content_hash,
-                sheet=shown,
-                force=flag(force, "force"),
+                sheet=sheet_path,
+                force=check_flag(force, "force"),
                 drawn=self._picture,
             )
-        files = (made.image, made.depth, made.sidecar, made.world_file, made.sheet)
+        files = (written.image, written.depth, written.sidecar, written.world_file, written.sheet)
         return tuple(file for file in files if file is not None)
 
     def _named(self) -> dict[str, Any]:
@@ -119,31 +154,44 @@ def orthophoto(
     flip: bool = False,
     progress: Reported = None,
 ) -> Orthophoto:
-    """A scale-true picture of a model along a direction, in memory.
+    """Create an orthographic picture of a model along a direction, in memory.
 
     Parameters
     ----------
-    model : Mesh, PointCloud, a model of a project, or the path of a file
-    trend_deg, plunge_deg : the way the viewer looks; a plunge of 90 is straight down
-    plane : or look against the upward normal of this plane: "DD/D", (dip direction, dip) or a
-        PlaneFit
-    fold : or along the fold axis of these planes: a table as for `fold`, or what `fold` has found;
-        down-plunge unless that is the inside of the cliff
-    gsd_m : metres per pixel; None takes the resolution of the texture or cloud
-    flip : look from the other side
-    progress : called with (stage, steps done, all steps or None), or a Progress
+    model : Mesh, PointCloud, model of a project, path, or (n, 3) array
+        Model in World, metres.
+    trend_deg, plunge_deg : float, optional
+        View direction; a plunge of 90 is straight down.
+    plane : str, (float, float) or PlaneFit, optional
+        Alternatively, view against the upward normal of this plane: "DD/D", (dip direction,
+        dip) or a PlaneFit.
+    fold : DataFrame, path or TableFold, optional
+        Alternatively, view along the fold axis of these planes: a table as for `fold`, or
+        its result; down-plunge unless that is from inside the cliff.
+    gsd_m : float, optional
+        Metres per pixel; by default the resolution of the texture or cloud.
+    flip : bool, optional
+        Whether to view from the opposite side.
+    progress : callable or Progress, optional
+        Called with (stage, steps done, all steps or None).
 
     Returns
     -------
-    Orthophoto: ``image``, ``depth``, ``pixel_to_world``, ``coverage`` and the other figures of the
-    command; ``.save(path)`` writes its files.
+    Orthophoto
+        ``image``, ``depth``, ``pixel_to_world``, ``coverage`` and the other figures of the
+        command; ``.save(path)`` writes its files.
 
     Raises
     ------
-    vs.errors.UsageError unless exactly one direction is given, for a plunge beyond 90 degrees, and
-    where the picture would be too large; vs.errors.InputError for a model without a surface.
+    vs.errors.UsageError
+        Unless exactly one direction is given, for a plunge beyond 90 degrees, and if the
+        picture would be too large.
+    vs.errors.InputError
+        If the model has no surface.
 
-    Rays are cast along parallel lines; the nearest surface is seen.
+    Notes
+    -----
+    Parallel rays are cast; the nearest surface is visible.
 
     Examples
     --------
@@ -157,19 +205,19 @@ def orthophoto(
         trend_deg=trend_deg,
         plunge_deg=plunge_deg,
         plane=plane_text(plane),
-        # A table or its fold here, and a file of the command.
+        # A table or its fold here, but a file on the command line.
         fold=None if fold is None else "fold",
         gsd_m=gsd_m,
         flip=flip,
     )
-    report = told(progress)
+    report = to_progress(progress)
     table = fold
     if fold is not None and not isinstance(fold, TableFold):
-        with naming("fold", "table"):
+        with errors_named("fold", "table"):
             table = fold_of(fold)
     with arguments_named(OrthoOptions):
         direction = direction_of(options, table)
-    data = model_of(model)
+    data = to_model(model)
     source = data._source
     request = request_picture(
         data._data,

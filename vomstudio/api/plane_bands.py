@@ -1,12 +1,12 @@
-"""What straight traces determine: the band of planes that contain them."""
+"""Straight traces: the band of planes that contain them."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from vomstudio.api.checking import naming, positive
+from vomstudio.api.checking import errors_named, positive
 from vomstudio.api.checking import points as checked
-from vomstudio.api.tables import rows_of
+from vomstudio.api.tables import to_orientation_table
 from vomstudio.core.errors import GeometryError
 from vomstudio.core.findings import Finding
 from vomstudio.geology.band_figures import BandFigures, band_figures, table_priors
@@ -17,28 +17,38 @@ from vomstudio.geometry.planes import fit_plane
 def plane_band(
     points: Any, *, sets: Any = None, resolution_m: float | None = None
 ) -> BandFigures | None:
-    """The band of planes that a straight trace allows, and which sets it may belong to.
+    """Return the planes that a straight trace allows, and the sets it may belong to.
 
     Parameters
     ----------
-    points : (n, 3) of a trace, in their order, World, metres, or a DataFrame with x, y, z
-    sets : a table of planes as `vs.stats` takes it, with a column ``set``; None for no comparison
-    resolution_m : of the model, which can tilt the trace's line
+    points : (n, 3) array or DataFrame
+        (n, 3) points of a trace, in order, World, metres, or a DataFrame with x, y, z.
+    sets : DataFrame or path, optional
+        A table of planes as `vs.stats` takes it, with a column ``set``; None for no
+        comparison.
+    resolution_m : float, optional
+        Resolution of the model, which can tilt the trace's line.
 
     Returns
     -------
-    None where the points determine a plane (95 % within 15 degrees), or not even a line. Else
-    BandFigures: ``trend_deg``, ``plunge_deg`` of the line in every plane, ``half_width95_deg``
-    by how much planes may miss it, ``turn95_deg`` how far they turn about it (90: any),
-    ``lowest_dip_deg``, ``highest_dip_deg``; ``sets``, the most probable first, each with ``p``,
-    ``compatible``, ``probability`` and the plane if the trace is of it (``dip_direction_deg``,
-    ``dip_deg``, ``max_confidence95_deg``, ``min_confidence95_deg``); ``none_probability``.
+    BandFigures or None
+        None where the points determine a plane (95 % within 15 degrees), or not even a
+        line. Else BandFigures: ``trend_deg``, ``plunge_deg`` of the line in every plane,
+        ``half_width95_deg`` by which planes may deviate from it, ``turn95_deg`` how far
+        they turn about it (90: any), ``lowest_dip_deg``, ``highest_dip_deg``; ``sets``, the
+        most probable first, each with ``p``, ``compatible``, ``probability`` and the plane
+        if the trace is of it (``dip_direction_deg``, ``dip_deg``, ``max_confidence95_deg``,
+        ``min_confidence95_deg``); ``none_probability``.
 
     Raises
     ------
-    vs.errors.InputError for points or a table that are none; vs.errors.GeometryError where no plane
-    can be fitted at all, or no set has three planes.
+    vs.errors.InputError
+        For invalid points or an invalid table.
+    vs.errors.GeometryError
+        If no plane can be fitted, or no set has three planes.
 
+    Notes
+    -----
     The band is the joint 95 % region of the normal (F test). A set counts by its share of the
     planes, and scatters by Fisher's law; the plane is the mean of what both allow (Bayes).
 
@@ -54,31 +64,39 @@ def plane_band(
     (20, 20, 90)
     """
     band = _band(points, resolution_m, "points")
-    priors = [] if sets is None else table_priors(rows_of(sets, name="sets"))
+    priors = [] if sets is None else table_priors(to_orientation_table(sets, name="sets"))
     return None if band is None else band_figures(band, priors)
 
 
 def plane_of_crossing(
     first: Any, second: Any, *, resolution_m: float | None = None
 ) -> CrossingPlane:
-    """The plane that contains two straight traces that cross, if they are of one plane.
+    """Fit the plane that contains two crossing straight traces, if they are coplanar.
 
     Parameters
     ----------
-    first, second : (n, 3) points of each in their order, World, metres
-    resolution_m : of the model, which can tilt the traces' lines
+    first, second : (n, 3) array
+        (n, 3) points of each in order, World, metres.
+    resolution_m : float, optional
+        Resolution of the model, which can tilt the traces' lines.
 
     Returns
     -------
-    CrossingPlane: ``dip_direction_deg``, ``dip_deg``, ``max_confidence95_deg``,
-    ``min_confidence95_deg`` (semi-axes of the joint region of the normal), ``crossing_deg``, the
-    angle between the traces. Whether they are of one plane: `vs.fit_parallel`.
+    CrossingPlane
+        ``dip_direction_deg``, ``dip_deg``, ``max_confidence95_deg``,
+        ``min_confidence95_deg`` (semi-axes of the joint region of the normal),
+        ``crossing_deg``, the angle between the traces. See `vs.fit_parallel` for whether
+        they are of one plane.
 
     Raises
     ------
-    vs.errors.GeometryError for a trace that is not straight, and for traces within 10 degrees of
-    each other; vs.errors.InputError for points that are none.
+    vs.errors.GeometryError
+        For a trace that is not straight, and for traces within 10 degrees of each other.
+    vs.errors.InputError
+        For invalid points.
 
+    Notes
+    -----
     The normal is the cross product of the lines; its covariance follows from theirs.
 
     Examples
@@ -93,7 +111,7 @@ def plane_of_crossing(
     (90, 40)
     """
     bands = [
-        _band(given, resolution_m, name) for given, name in ((first, "first"), (second, "second"))
+        _band(value, resolution_m, name) for value, name in ((first, "first"), (second, "second"))
     ]
     for name, band in zip(("first", "second"), bands, strict=True):
         if band is None:
@@ -107,5 +125,5 @@ def plane_of_crossing(
 def _band(points: Any, resolution_m: float | None, name: str) -> PlaneBand | None:
     resolution_m = positive(resolution_m, "resolution_m")
     array = checked(points, name)
-    with naming(name):
+    with errors_named(name):
         return band_of(fit_plane(array), resolution_m=resolution_m)

@@ -10,13 +10,13 @@ from typing import Any, Literal
 import numpy as np
 
 from vomstudio.api.checking import (
-    attitude_of,
     coordinate_names,
-    items_of,
     numbers,
     points,
     positive,
     requires_type,
+    to_list,
+    to_plane,
     warn,
     wrong_type,
 )
@@ -44,7 +44,7 @@ Profile = Literal["error", "textbook"]
 
 @dataclass(frozen=True, repr=False)
 class OrientationFigures(Result):
-    """The columns of the orientation table, None where a figure is undefined or does not apply."""
+    """Columns of the orientation table, None if undefined or not applicable."""
 
     id: Any
     name: str | None
@@ -115,7 +115,7 @@ class OrientationFigures(Result):
 
     @property
     def centroid(self) -> FloatArray | None:
-        """(3,) centre of the points; None for what has no place."""
+        """Centre (3,) of the points, None without a position."""
         if self.x is None or self.y is None or self.z is None:
             return None
         return np.array([self.x, self.y, self.z])
@@ -126,32 +126,60 @@ class OrientationFigures(Result):
 
 @dataclass(frozen=True, repr=False)
 class PlaneFit(OrientationFigures):
-    """One plane and how well it is known; attributes are the columns of the orientation table.
+    """Plane with its errors; attributes are the columns of the orientation table.
 
     Angles in degrees, lengths in metres, coordinates in the frame of the points (World: x East, y
-    North, z Up). None where a figure is undefined or does not apply, as those of lines do.
+    North, z Up). None if a value is undefined or not applicable.
 
-    dip_direction_deg, dip_deg, strike_rhr_deg, pole_trend_deg, pole_plunge_deg : the attitude
-    undefined : the plane is horizontal: no dip direction, no strike, no trend of the pole
-    x, y, z : centre of the points; normal_x, normal_y, normal_z : upward unit normal
-    n_points, extent_m, area_m2, rms_m : how many points, their length, area and scatter
-    lambda1, lambda2, lambda3, coplanarity, collinearity, M, K : shape of the points
-    max_angular_error_deg, min_angular_error_deg : hyperbolic error (Quinn & Ehlmann 2019)
-    max_confidence95_deg, min_confidence95_deg, error_rake_deg : joint 95 % region of the normal
-    dip_error_deg, dip_direction_error_deg : the same along and across the dip
-    registration_error_deg, total95_deg : of the model's rotation, and together with the fit's
-    normal_cov_ee, ... normal_cov_uu : covariance of the normal (east, north, up), radians squared
-    resolution_m, extent_over_resolution : of the model
-    bend_deg : of a face that bends as a whole, from edge to edge; attitude_scale : "local" or
-    "regional", whether the plane is the attitude of this place alone
-    quality, quality_reason, reason_codes, quality_notes : good, doubtful or poor, why, the codes of
-        these reasons with spaces between, and what lowers no verdict
-    profile : by whose limits the verdict was given; method : "pca" or "regression"
-    id, name, kind, set, overturned, model, frame, notes : of a feature of a project
-    element : "plane"
+    Attributes
+    ----------
+    dip_direction_deg, dip_deg, strike_rhr_deg, pole_trend_deg, pole_plunge_deg
+        Attitude of the plane.
+    undefined
+        Whether the plane is horizontal, without dip direction, strike and trend of the
+        pole.
+    x, y, z
+        Centre of the points.
+    normal_x, normal_y, normal_z
+        Upward unit normal.
+    n_points, extent_m, area_m2, rms_m
+        Number of points, their length, area and scatter.
+    lambda1, lambda2, lambda3, coplanarity, collinearity, M, K
+        Shape of the points.
+    max_angular_error_deg, min_angular_error_deg
+        Hyperbolic error (Quinn & Ehlmann 2019).
+    max_confidence95_deg, min_confidence95_deg, error_rake_deg
+        Joint 95 % region of the normal.
+    dip_error_deg, dip_direction_error_deg
+        The same along and across the dip.
+    registration_error_deg, total95_deg
+        Error of the model's rotation, and combined with that of the fit.
+    normal_cov_ee, ... normal_cov_uu
+        Covariance of the normal (east, north, up), radians squared.
+    resolution_m, extent_over_resolution
+        Resolution of the model, and the extent in multiples of it.
+    bend_deg
+        Bend of a face as a whole, from edge to edge.
+    attitude_scale
+        "local" or "regional", whether the plane is only the local attitude.
+    quality, quality_reason, reason_codes, quality_notes
+        Verdict (good, doubtful or poor), its reasons, their codes separated by spaces, and
+        notes without effect on the verdict.
+    profile
+        Profile of the verdict.
+    method
+        "pca" or "regression".
+    id, name, kind, set, overturned, model, frame, notes
+        Attributes of a feature of a project.
+    element
+        "plane".
 
+    Notes
+    -----
     Source of the figures: `vs.fit_plane`.
 
+    Examples
+    --------
     >>> import vomstudio as vs
     >>> flat = vs.fit_plane([[0, 0, 1], [4, 0, 1], [0, 4, 1], [3, 3, 1]])
     >>> flat.undefined, flat.dip_direction_deg, flat.dip_deg, flat.normal.tolist()
@@ -166,12 +194,12 @@ class PlaneFit(OrientationFigures):
 
     @property
     def normal(self) -> FloatArray:
-        """(3,) upward unit normal."""
+        """Upward unit normal (3,)."""
         return np.array([self.normal_x, self.normal_y, self.normal_z])
 
     @property
     def normal_covariance(self) -> FloatArray | None:
-        """(3, 3) covariance of the normal, radians squared; None if its error is not known."""
+        """Covariance (3, 3) of the normal, radians squared; None if its error is unknown."""
         ee, en, eu = self.normal_cov_ee, self.normal_cov_en, self.normal_cov_eu
         nn, nu, uu = self.normal_cov_nn, self.normal_cov_nu, self.normal_cov_uu
         if ee is None:
@@ -186,18 +214,34 @@ class PlaneFit(OrientationFigures):
 
 @dataclass(frozen=True, repr=False)
 class LineFit(OrientationFigures):
-    """One line (lineation, fold axis); attributes are the columns of the orientation table, None
-    where a figure is undefined or does not apply, as those of planes do.
+    """Line (lineation, fold axis); attributes are the columns of the orientation table.
 
-    trend_deg, plunge_deg : degrees, plunge downward; undefined : vertical, without a trend
-    rake_deg : in the plane that bears it, 0 to 180 from the right-hand-rule strike; slip_rake_deg :
-        of the movement of the hanging wall, -180 to 180, positive where reverse (Aki & Richards);
-        None where the sense of slip is not known or does not tell the direction
-    slip_sense, slip_confidence : as noted
-    on_plane, on_plane_dip_direction_deg, on_plane_dip_deg : the plane that bears it
-    element : "line"
-    The others as in `PlaneFit`. `vs.Project.fit` gives one of a feature that is a line.
+    None if a value is undefined or not applicable.
 
+    Attributes
+    ----------
+    trend_deg, plunge_deg
+        Degrees, plunge positive downward.
+    undefined
+        Whether the line is vertical, without a trend.
+    rake_deg
+        Rake in its plane, 0 to 180 from the right-hand-rule strike.
+    slip_rake_deg
+        Rake of the movement of the hanging wall, -180 to 180, positive if reverse (Aki &
+        Richards); None if the sense of slip is unknown or does not determine the direction.
+    slip_sense, slip_confidence
+        As recorded.
+    on_plane, on_plane_dip_direction_deg, on_plane_dip_deg
+        Plane that contains it.
+    element
+        "line".
+
+    Notes
+    -----
+    Other attributes as in `PlaneFit`; see `vs.Project.fit`.
+
+    Examples
+    --------
     >>> from dataclasses import fields
     >>> import vomstudio as vs
     >>> [field.name for field in fields(vs.LineFit)][10:12]
@@ -213,20 +257,20 @@ class LineFit(OrientationFigures):
 
 
 _AZIMUTHS = ("dip_direction_deg", "strike_rhr_deg", "pole_trend_deg", "trend_deg")
-"""Of what is horizontal or vertical a table has them by convention, with the flag `undefined`."""
+"""Azimuths of horizontal or vertical features are conventional values with the flag `undefined`."""
 
 
-def plane_of_row(row: Mapping[str, Any]) -> PlaneFit:
+def to_plane_fit(row: Mapping[str, Any]) -> PlaneFit:
     return PlaneFit(**_figures(row))
 
 
-def line_of_row(row: Mapping[str, Any]) -> LineFit:
+def to_line_fit(row: Mapping[str, Any]) -> LineFit:
     return LineFit(**_figures(row))
 
 
 def _figures(row: Mapping[str, Any]) -> dict[str, Any]:
-    found = {field.name: row[field.name] for field in fields(OrientationFigures)}
-    return found | dict.fromkeys(_AZIMUTHS) if row["undefined"] else found
+    values = {field.name: row[field.name] for field in fields(OrientationFigures)}
+    return values | dict.fromkeys(_AZIMUTHS) if row["undefined"] else values
 
 
 def fit_plane(
@@ -237,17 +281,22 @@ def fit_plane(
     resolution_m: float | None = None,
     profile: Profile = "error",
 ) -> PlaneFit:
-    """The plane through points, its errors, and whether it is worth keeping.
+    """Fit a plane to points, with its errors and a verdict.
 
     Parameters
     ----------
-    points : (n, 3) x, y, z in metres, n >= 3, in the order in which they follow the trace; or a
-        DataFrame with columns x, y, z
-    method : "pca" minimises distances from the plane (moment of inertia), "regression" those along
-        one coordinate
-    axis : that coordinate; "auto" takes the one nearest the normal
-    resolution_m : of the model that the points were picked on: with it the extent is judged, too
-    profile : how the verdict is given: "error", by what the plane may be off
+    points : (n, 3) array or DataFrame
+        (n, 3) x, y, z in metres, n >= 3, in the order in which they follow the trace; or a
+        DataFrame with columns x, y, z.
+    method : {"pca", "regression"}, optional
+        "pca" minimises distances from the plane (moment of inertia), "regression" those
+        along one coordinate.
+    axis : {"auto", "x", "y", "z"}, optional
+        That coordinate; "auto" selects the one nearest the normal.
+    resolution_m : float, optional
+        Resolution of the model on which the points were picked, to judge the extent too.
+    profile : {"error", "textbook"}, optional
+        Profile of the verdict: "error" judges by the error of the plane.
 
     Returns
     -------
@@ -255,11 +304,15 @@ def fit_plane(
 
     Raises
     ------
-    vs.errors.InputError for an array of another shape, text, or coordinates that are not finite;
-    vs.errors.GeometryError for fewer than three points, or points that are identical or on a line.
+    vs.errors.InputError
+        For an array of another shape, text, or coordinates that are not finite.
+    vs.errors.GeometryError
+        For fewer than three points, or points that are identical or on a line.
 
-    Source: Tavani, Corradetti, Mercuri & Seers, "Virtual outcrop models of geological structures",
-    section 4.1, equations 19 to 21; hyperbolic error after Quinn & Ehlmann (2019).
+    Notes
+    -----
+    Source: Tavani, Corradetti, Mercuri & Seers, "Virtual outcrop models of geological
+    structures", section 4.1, equations 19 to 21; hyperbolic error after Quinn & Ehlmann (2019).
 
     Examples
     --------
@@ -274,12 +327,12 @@ def fit_plane(
     'good'
     """
     array = _points(points)
-    alone = _Groups([None], array, np.array([0, len(array)]))
+    single_group = _Groups([None], array, np.array([0, len(array)]))
     options = options_from_arguments(FitOptions, method=method, axis=axis, profile=profile)
-    done = _fitted(alone, options, resolution_m)
-    if not done.rows:
-        raise GeometryError(done.skipped[0]["reason"])
-    return plane_of_row(done.rows[0])
+    fitted = _fitted(single_group, options, resolution_m)
+    if not fitted.rows:
+        raise GeometryError(fitted.skipped[0]["reason"])
+    return to_plane_fit(fitted.rows[0])
 
 
 def fit_planes(
@@ -291,25 +344,32 @@ def fit_planes(
     resolution_m: float | None = None,
     profile: Profile = "error",
 ) -> Any:
-    """Planes through many groups of points at once.
+    """Fit planes to many groups of points at once.
 
     Parameters
     ----------
-    groups : ``{id: points}``, each (n, 3) as in `fit_plane`, or a DataFrame with columns x, y, z
-    by : of a DataFrame, the column whose values tell the planes apart
-    method, axis, resolution_m, profile : as in `fit_plane`
+    groups : dict of id to (n, 3) array, or DataFrame
+        ``{id: points}``, each (n, 3) as in `fit_plane`, or a DataFrame with columns x, y,
+        z.
+    by : str, optional
+        Column of a DataFrame that groups the points.
+    method, axis, resolution_m, profile : {"pca", "regression"}, optional
+        As in `fit_plane`.
 
     Returns
     -------
-    DataFrame, one row a plane, with the columns of the orientation table in degrees and metres, in
-    the order of the groups. Groups without a plane are left out: ``.attrs["skipped"]`` lists
-    ``{"id", "reason"}``, and a Python warning says so. Rows of a DataFrame whose coordinates are
-    not finite are left out likewise.
+    DataFrame
+        One row per plane, with the columns of the orientation table in degrees and metres,
+        in the order of the groups. Groups without a plane are left out:
+        ``.attrs["skipped"]`` lists ``{"id", "reason"}``, with a Python warning. Rows of a
+        DataFrame with coordinates that are not finite are left out likewise.
 
     Raises
     ------
-    vs.errors.InputError as `fit_plane`, and for a column that is not there;
-    vs.errors.GeometryError where no group has a plane.
+    vs.errors.InputError
+        As `fit_plane`, and for a missing column.
+    vs.errors.GeometryError
+        If no group has a plane.
 
     Examples
     --------
@@ -320,53 +380,63 @@ def fit_planes(
     >>> planes[["id", "dip_direction_deg", "dip_deg", "quality"]].round(1).head(1).values.tolist()
     [['B01', 315.2, 38.2, 'good']]
     """
-    given = groups_of(groups, by)
+    point_groups = to_groups(groups, by)
     options = options_from_arguments(FitOptions, method=method, axis=axis, profile=profile)
-    done = _fitted(given, options, resolution_m)
-    if not done.rows:
-        first = done.skipped[0]
+    fitted = _fitted(point_groups, options, resolution_m)
+    if not fitted.rows:
+        first_skipped = fitted.skipped[0]
         raise GeometryError(
-            Finding("plane.none-fitted", count=len(done.skipped), reason=first["reason"]),
-            field=str(first["id"]),
+            Finding("plane.none-fitted", count=len(fitted.skipped), reason=first_skipped["reason"]),
+            field=str(first_skipped["id"]),
         )
-    messages = [*given.messages]
+    messages = [*point_groups.messages]
     messages += [
         Finding("feature.left-out", feature=str(item["id"]), reason=item["reason"])
-        for item in done.skipped
+        for item in fitted.skipped
     ]
-    if given.dropped:
-        messages.append(Finding("array.rows-left-out", count=given.dropped))
+    if point_groups.dropped:
+        messages.append(Finding("array.rows-left-out", count=point_groups.dropped))
     warn(messages)
-    made = frame(done.rows)
-    made.attrs["skipped"] = done.skipped
-    made.attrs["warnings"] = messages
-    return made
+    dataframe = frame(fitted.rows)
+    dataframe.attrs["skipped"] = fitted.skipped
+    dataframe.attrs["warnings"] = messages
+    return dataframe
 
 
 def fit_parallel(
     groups: Any, *, by: Any = None, same: Sequence[tuple[Any, Any]] = ()
 ) -> ParallelBeds:
-    """Parallel planes through several traces together, and whether two of them are of one bed.
+    """Fit parallel planes to several traces, and test which are of one bed.
 
     Parameters
     ----------
-    groups, by : as in `fit_planes`, the points of each in the order of its trace
-    same : pairs of ids to be held against lying in one plane; none for each with the next upwards
+    groups, by : dict of id to (n, 3) array, or DataFrame
+        As in `fit_planes`, points of each in order along the trace.
+    same : sequence of (Any, Any), optional
+        Pairs of ids to test for lying in one plane; by default each with the next upwards.
 
     Returns
     -------
-    ParallelBeds: ``dip_direction_deg``, ``dip_deg``, ``max_confidence95_deg``,
-    ``min_confidence95_deg`` (joint, None where no trace has over three points), ``p_parallel``,
-    ``beds`` upwards along the normal (``id``, ``n``, ``distance_m``, ``error95_m``, ``rms_m``) and
-    ``same`` (``first``, ``second``, ``distance_m``, ``error95_m``, ``p``).
+    ParallelBeds
+        ``dip_direction_deg``, ``dip_deg``, ``max_confidence95_deg``,
+        ``min_confidence95_deg`` (joint, None where no trace has over three points),
+        ``p_parallel``, ``beds`` upwards along the normal (``id``, ``n``, ``distance_m``,
+        ``error95_m``, ``rms_m``) and ``same`` (``first``, ``second``, ``distance_m``,
+        ``error95_m``, ``p``).
 
     Raises
     ------
-    vs.errors.InputError as `fit_planes`; vs.errors.UsageError for a pair that is not among the
-    groups; vs.errors.GeometryError for fewer than two groups, or straight ones that run one way.
+    vs.errors.InputError
+        As `fit_planes`.
+    vs.errors.UsageError
+        For a pair that is not among the groups.
+    vs.errors.GeometryError
+        For fewer than two groups, or straight traces with the same direction.
 
-    The normal is that of the scatter of all points about the middles of their own traces (Quinn &
-    Ehlmann 2019, Earth and Space Science 6). Distances are held against each other by Student's t.
+    Notes
+    -----
+    The normal is that of the scatter of all points about the middles of their own traces (Quinn
+    & Ehlmann 2019, Earth and Space Science 6). Distances are tested by Student's t.
 
     Examples
     --------
@@ -378,32 +448,40 @@ def fit_parallel(
     >>> len(found.beds), found.p_parallel > 0.05, found.max_confidence95_deg < 1
     (2, True, True)
     """
-    given = groups_of(groups, by)
-    names = [str(name) for name in given.ids]
-    pairs = [_pair(each, names) for each in items_of(same, "same")]
-    found = parallel_beds(names, given.points, given.offsets, pairs=pairs)
-    warn([*given.messages, *found.warnings])
-    return found
+    point_groups = to_groups(groups, by)
+    names = [str(name) for name in point_groups.ids]
+    pairs = [_pair(each, names) for each in to_list(same, "same")]
+    beds = parallel_beds(names, point_groups.points, point_groups.offsets, pairs=pairs)
+    warn([*point_groups.messages, *beds.warnings])
+    return beds
 
 
 def _pair(value: Any, names: list[str]) -> tuple[str, str]:
-    pair = [value] if isinstance(value, str) else [str(id) for id in items_of(value, "same")]
+    pair = [value] if isinstance(value, str) else [str(id) for id in to_list(value, "same")]
     if len(pair) != 2 or not set(pair) <= set(names):
         finding = Finding("trace.not-a-pair", value=pair, first=names[0], second=names[-1])
         raise UsageError(finding, field="same")
     return pair[0], pair[1]
 
 
-def _points(given: Any) -> FloatArray:
-    return points(given)
+def _points(value: Any) -> FloatArray:
+    return points(value)
 
 
 @dataclass(frozen=True, eq=False)
 class _Groups:
     """Groups of points.
 
-    offsets : first row of each group in `points`, and the end; dropped : number of rows without
-    coordinates or group; words : attributes of the groups; messages : messages about the points
+    Parameters
+    ----------
+    offsets : int array
+        First row of each group in `points`, and the end.
+    dropped : int
+        Number of rows without coordinates or group.
+    words : Words
+        Attributes of the groups.
+    messages : sequence of Finding
+        Messages about the points.
     """
 
     ids: list[Any]
@@ -428,18 +506,18 @@ def _fitted(groups: _Groups, options: FitOptions, resolution_m: float | None) ->
     )
 
 
-def groups_of(given: Any, by: Any) -> _Groups:
-    if isinstance(given, Mapping):
+def to_groups(value: Any, by: Any) -> _Groups:
+    if isinstance(value, Mapping):
         if by is not None:
             raise requires_type("by", "groups", "pandas.DataFrame")
-        if not given:
+        if not value:
             raise InputError(Finding("argument.empty"), field="groups")
-        arrays = [points(each, f"points of {name}") for name, each in given.items()]
+        arrays = [points(each, f"points of {name}") for name, each in value.items()]
         offsets = np.concatenate([[0], np.cumsum([len(a) for a in arrays])])
-        return _Groups(list(given), np.concatenate(arrays), offsets.astype(np.int64))
-    if not (hasattr(given, "columns") and hasattr(given, "groupby")):
-        raise wrong_type(given, "{id: points}, pandas.DataFrame", "groups")
-    columns = list(given.columns)
+        return _Groups(list(value), np.concatenate(arrays), offsets.astype(np.int64))
+    if not (hasattr(value, "columns") and hasattr(value, "groupby")):
+        raise wrong_type(value, "{id: points}, pandas.DataFrame", "groups")
+    columns = list(value.columns)
     if by is None:
         raise UsageError(Finding("option.missing"), field="by")
     if not isinstance(by, Hashable):
@@ -447,16 +525,16 @@ def groups_of(given: Any, by: Any) -> _Groups:
     if by not in columns:
         raise UsageError(Finding("table.unknown-column", column=by, columns=columns), field="by")
     placed = points_to_world(
-        numbers(given[coordinate_names(columns, "groups")], "groups"),
+        numbers(value[coordinate_names(columns, "groups")], "groups"),
         file=Path("groups"),
-        comments=(f"CRS: {dataframe_crs(given) or 'local'}",),
+        comments=(f"CRS: {dataframe_crs(value) or 'local'}",),
     )
     array = placed.points
-    names = given[by]
+    names = value[by]
     keep = np.isfinite(array).all(axis=1) & ~np.asarray(names.isna(), bool)
     if not keep.any():
         raise InputError(
-            Finding("table.no-valid-rows", count=len(given), needed=tr("coordinates")),
+            Finding("table.no-valid-rows", count=len(value), needed=tr("coordinates")),
             field="groups",
         )
     codes, ids = names[keep].factorize()
@@ -464,16 +542,16 @@ def groups_of(given: Any, by: Any) -> _Groups:
     order = np.argsort(codes, kind="stable")
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
     attributes = {
-        c: given[c].fillna("").astype(str).tolist() for c in COLUMNS if c != by and c in columns
+        c: value[c].fillna("").astype(str).tolist() for c in COLUMNS if c != by and c in columns
     }
     words, word_messages = group_words(attributes, names.tolist(), keep.tolist())
     findings: list[Finding] = [*placed.findings, *word_messages]
     return _Groups(list(ids), array[keep][order], offsets, int((~keep).sum()), words, findings)
 
 
-def plane_text(given: Any) -> str | None:
+def plane_text(value: Any) -> str | None:
     """Return a plane as "DD/D", given so, as two angles or as a PlaneFit. Raises InputError."""
-    if given is None or isinstance(given, str):
-        return given
-    plane = attitude_of(given, "plane")
+    if value is None or isinstance(value, str):
+        return value
+    plane = to_plane(value, "plane")
     return f"{plane.dip_direction_deg!r}/{plane.dip_deg!r}"

@@ -1,4 +1,4 @@
-"""Plotters, wherever the code runs."""
+"""Plotters for scripts, notebooks and programs with Qt."""
 
 from __future__ import annotations
 
@@ -13,11 +13,13 @@ if TYPE_CHECKING:
     from vomstudio.rendering.plots.plotting import DrawnFeature
 
 
-def plotted(models: Sequence[Mesh | PointCloud], features: Sequence[DrawnFeature] = ()) -> Any:
-    """A plotter that shows them: a window in a running Qt, else a still picture."""
+def create_plotter(
+    models: Sequence[Mesh | PointCloud], features: Sequence[DrawnFeature] = ()
+) -> Any:
+    """Return a plotter with models and features: a window in a running Qt, else off screen."""
     from vomstudio.rendering.plots.plotting import draw, off_screen_plotter
 
-    app = running_qt()
+    app = find_application()
     if app is None:
         return draw(off_screen_plotter(), models, features)
     from vomstudio.rendering.qt.background_plot import window_plotter
@@ -25,7 +27,7 @@ def plotted(models: Sequence[Mesh | PointCloud], features: Sequence[DrawnFeature
     return draw(window_plotter(app), models, features)
 
 
-def running_qt() -> Any:
-    """The QApplication of this process, None where there is none; Qt is not imported for that."""
+def find_application() -> Any:
+    """Return the QApplication of this process, or None, without importing Qt."""
     widgets = sys.modules.get("PySide6.QtWidgets")
     return None if widgets is None else widgets.QApplication.instance()

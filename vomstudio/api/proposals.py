@@ -1,4 +1,4 @@
-"""Lines that the program proposes on a model, for somebody to look at."""
+"""Proposals of lines on a model, to be reviewed."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from vomstudio.api.checking import path_text
-from vomstudio.api.comparisons import is_array, placed
+from vomstudio.api.comparisons import is_array, load_placed
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
-from vomstudio.api.models import model_of
-from vomstudio.api.reporting import Reported, told
+from vomstudio.api.models import to_model
+from vomstudio.api.reporting import Reported, to_progress
 from vomstudio.core.progress import CancelToken
 from vomstudio.extraction.proposals.traces import ProposedTraces
 from vomstudio.extraction.trace_options import ProposalOptions
@@ -25,36 +25,51 @@ def propose_traces(
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> ProposedTraces:
-    """Propose lines on a model that stand out of its noise, the least doubtful first. They are
-    proposals: check each of them.
+    """Propose lines on a model that exceed its noise, the most reliable first.
+
+    They are proposals: check each of them.
 
     Parameters
     ----------
-    model : Mesh, PointCloud, a model of a project, the path of a file, or an array (n, 3) of points
-        in World, metres
-    cost : "gradient" (edges of lightness; the default), "dark", "light", "curvature" (edges and
-        furrows of the surface), or the name of a field, whose low values are searched for;
-        "onnx" for the edges of a network
-    min_length_m : minimum length of a line, m; None for twenty resolutions of the model
-    max_lines : maximum number of lines
-    onnx_model : for the cost "onnx": the file of a network that takes a picture, (1, 3, h, w) red,
-        green and blue from 0 to 1, and gives the probability of an edge at each pixel, (1, 1, h, w)
-    progress : called with (stage, steps done, all steps or None), or a Progress
-    cancel : a vs.CancelToken that stops the work
+    model : Mesh, PointCloud, model of a project, path, or (n, 3) array
+        Model in World, metres.
+    cost : str, optional
+        "gradient" (edges of lightness; the default), "dark", "light", "curvature" (edges
+        and furrows of the surface), or the name of a field, whose low values are searched
+        for; "onnx" for the edges of a network.
+    min_length_m : float, optional
+        Minimum length of a line, metres; by default twenty resolutions of the model.
+    max_lines : int, optional
+        Maximum number of lines.
+    onnx_model : str or Path, optional
+        For the cost "onnx": the file of a network that takes a picture, (1, 3, h, w) red,
+        green and blue from 0 to 1, and gives the probability of an edge at each pixel, (1,
+        1, h, w).
+    progress : callable or Progress, optional
+        Called with (stage, steps done, all steps or None).
+    cancel : vs.CancelToken, optional
+        Stops the work.
 
     Returns
     -------
-    An object with the names of the command: ``proposals``, each with ``line`` (its name),
-    ``points`` (n, 3) World, m, ``length_m``, ``evidence`` (its mean, in standard deviations of the
-    surface's own noise), ``doubt`` (the chance, 0.02 to 1, that noise alone makes a line as strong
-    somewhere on the surface), ``plane`` (a dict of the orientation table's columns, None where
-    there is none) and ``band``; and ``cost``, ``least_length_m``, ``surrogates``.
+    ProposedTraces
+        Result with the names of the command: ``proposals``, each with ``line`` (its name),
+        ``points`` (n, 3) World, m, ``length_m``, ``evidence`` (mean, in standard deviations
+        of the surface's noise), ``doubt`` (probability, 0.02 to 1, that noise alone
+        produces a line as strong somewhere on the surface), ``plane`` (a dict of the
+        orientation table's columns, None if undefined) and ``band``; and ``cost``,
+        ``least_length_m``, ``surrogates``.
 
     Raises
     ------
-    vs.errors.UsageError for a cost that the model does not have, a length or number that is none;
-    vs.errors.GeometryError where there is no surface; vs.errors.Cancelled.
+    vs.errors.UsageError
+        For a cost that is not available, and an invalid length or number.
+    vs.errors.GeometryError
+        If the model has no surface.
+    vs.errors.Cancelled
 
+    Notes
+    -----
     Source: surrogates as in Theiler et al. (1992), Physica D 58, 77; paths of Dijkstra (1959).
 
     Examples
@@ -81,7 +96,7 @@ def propose_traces(
     from vomstudio.extraction.proposals.edge_pictures import wearing_edges
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.io.models.opening import resolution
-    from vomstudio.studio.jobs.edge_detection import edges_by
+    from vomstudio.studio.jobs.edge_detection import open_edge_finder
 
     options = options_from_arguments(
         ProposalOptions,
@@ -90,9 +105,12 @@ def propose_traces(
         max_lines=max_lines,
         onnx_model=path_text(onnx_model, "onnx_model"),
     )
-    report = told(progress, cancel)
-    with edges_by(options.onnx_model, report, cancel) as edges, arguments_named(ProposalOptions):
-        data, crs, _ = placed(model if is_array(model) else model_of(model), "model")
+    report = to_progress(progress, cancel)
+    with (
+        open_edge_finder(options.onnx_model, report, cancel) as edges,
+        arguments_named(ProposalOptions),
+    ):
+        data, crs, _ = load_placed(model if is_array(model) else to_model(model), "model")
         spacing = resolution(data)
         return proposing.propose_traces(
             SurfaceGraph(data if edges is None else wearing_edges(data, spacing, *edges)),

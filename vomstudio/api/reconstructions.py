@@ -1,4 +1,4 @@
-"""Photos to a model."""
+"""Reconstruction of a model from photos."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from pathlib import Path
 from typing import Literal
 
 from vomstudio.api.checking import (
-    joined,
+    join_numbers,
     numbers,
-    path_of,
+    optional_text,
     path_text,
+    to_path,
     warn,
-    words_of,
 )
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
-from vomstudio.api.reporting import Reported, told
+from vomstudio.api.reporting import Reported, to_progress
 from vomstudio.core.progress import CancelToken
 from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
 from vomstudio.studio.jobs.reconstruction_tasks import Reconstruction
@@ -38,34 +38,52 @@ def reconstruct(
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> Reconstruction:
-    """Align photos and make a dense cloud, a mesh and its texture, in a process of its own.
+    """Align photos and create a dense cloud, a mesh and its texture, in another process.
 
     Parameters
     ----------
-    photos : folder of photos
-    folder : for the model; with the same one it goes on where it was stopped
-    quality : how much of the photos' resolution is used
-    gcp, marks : tables of control points and of their marks in the photos; None for those in or
-        beside the folder of the photos, "none" for ``gcp`` to do without
-    crs : of the model, in metres, such as "EPSG:32615"
-    scheduler : address of a Dask cluster; None for this machine
-    threads : of this machine, None for all; seed : of what is random
-    device : for the depth maps; "auto" takes the GPU where the installed COLMAP can use one
-    region : (6,) x0, y0, z0, x1, y1, z1, lowest and highest corner of the box of which a model
-        is made and nothing else, in the frame of the model
-    progress : called with (stage, steps done, all steps or None), or a Progress
-    cancel : a vs.CancelToken whose ``cancel()``, called from another thread, stops the work
+    photos : str or Path
+        Folder of photos.
+    folder : str or Path
+        Folder for the model; a stopped reconstruction continues in the same folder.
+    quality : {"preview", "low", "medium", "high"}, optional
+        Resolution at which the photos are used.
+    gcp, marks : str or Path, optional
+        Tables of control points and of their marks in the photos; by default those in or
+        beside the folder of the photos; "none" for ``gcp`` uses none.
+    crs : str, optional
+        CRS of the model, in metres, such as "EPSG:32615".
+    scheduler : str, optional
+        Address of a Dask cluster, by default this computer.
+    threads : int, optional
+        Number of threads on this computer, by default all.
+    seed : int, optional
+        Seed of random numbers.
+    device : {"auto", "cpu", "cuda"}, optional
+        Device for the depth maps; "auto" selects the GPU if the installed COLMAP supports
+        it.
+    region : sequence of float, optional
+        (6,) x0, y0, z0, x1, y1, z1, lowest and highest corner of the part to reconstruct,
+        in the frame of the model.
+    progress : callable or Progress, optional
+        Called with (stage, steps done, all steps or None).
+    cancel : vs.CancelToken, optional
+        Stops the work.
 
     Returns
     -------
-    Reconstruction with the names of the command: ``photos``, ``registered``, ``unregistered``,
-    ``reprojection_error_px``, ``mesh``, ``dense``, ``cameras``, ``frame``, ``seconds`` ...
+    Reconstruction
+        ``photos``, ``registered``, ``unregistered``, ``reprojection_error_px``, ``mesh``,
+        ``dense``, ``cameras``, ``frame``, ``seconds`` ...
 
     Raises
     ------
-    vs.errors.Cancelled after Ctrl+C, an interrupted kernel, or ``cancel``; what is finished is
-    kept. vs.errors.InputError, vs.errors.UsageError as the command. vs.errors.WorkerError where
-    the process died. A kernel that is closed or killed ends that process.
+    vs.errors.Cancelled
+        After Ctrl+C, an interrupted kernel, or ``cancel``; completed stages remain.
+    vs.errors.InputError, vs.errors.UsageError
+        As the command.
+    vs.errors.WorkerError
+        If the process died. A kernel that is closed or killed ends that process.
 
     Examples
     --------
@@ -77,26 +95,26 @@ def reconstruct(
     Traceback (most recent call last):
     vomstudio.core.errors.InputError: ...none: This is not a folder of photos. Choose another.
     """
-    from vomstudio.studio.jobs.reconstruction_requests import order_reconstruction
+    from vomstudio.studio.jobs.reconstruction_requests import reconstruction_request
     from vomstudio.studio.jobs.reconstruction_tasks import RECONSTRUCT
     from vomstudio.studio.jobs.run_job import run_job
 
-    report = told(progress, cancel)
+    report = to_progress(progress, cancel)
     options = options_from_arguments(
         ReconstructOptions,
         quality=quality,
         gcp=path_text(gcp, "gcp"),
         marks=path_text(marks, "marks"),
-        crs=words_of(crs, "crs"),
-        scheduler=words_of(scheduler, "scheduler"),
+        crs=optional_text(crs, "crs"),
+        scheduler=optional_text(scheduler, "scheduler"),
         threads=threads,
         seed=seed,
         device=device,
-        region=None if region is None else joined(numbers(region, "region")),
+        region=None if region is None else join_numbers(numbers(region, "region")),
     )
     with arguments_named(ReconstructOptions):
-        order, findings = order_reconstruction(
-            path_of(photos, "photos"), path_of(folder, "folder"), options
+        order, findings = reconstruction_request(
+            to_path(photos, "photos"), to_path(folder, "folder"), options
         )
     result = run_job(RECONSTRUCT, order, report, cancel)
     result = replace(result, warnings=(*findings, *result.warnings))

@@ -1,4 +1,4 @@
-"""A model placed by pairs of points, or by whatever else is known of its place."""
+"""Registration of a model by points or other observations."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ import numpy as np
 
 from vomstudio.api.checking import (
     is_path,
-    items_of,
     numbers,
-    path_of,
+    optional_text,
     path_text,
     points,
     refuse_other_lengths,
     refuse_rows,
     requires_type,
+    to_list,
+    to_path,
     warn,
-    words_of,
     wrong_shape,
 )
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
-from vomstudio.api.reporting import Reported, told
+from vomstudio.api.reporting import Reported, to_progress
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
@@ -69,56 +69,84 @@ def register(
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> Placed:
-    """The similarity (scale, rotation, shift; never a mirror) from a model to World by points that
-    are known in both, or, of the file of a model, by whatever is known of its place.
+    """Register a model to World by points or other observations.
+
+    The registration is a similarity (scale, rotation and shift, without reflection).
 
     Parameters
     ----------
-    model_points : (n, 3) in the model's own frame and unit; or the path of a model, which is
-        registered by the observations below, as by the command ``register``; "-" for the placement
-        alone
-    world_points : (n, 3) the same points in World, metres
-    sigma_m : (n, 3) one-sigma errors of ``world_points``, metres; None takes them as equal and
-        estimates them from the residuals
-    click_sigma_m : one-sigma error of each coordinate of ``model_points``, metres, which counts
-        beside ``sigma_m``; None for half the resolution of the model of a path, and for 0 of
-        arrays
-    check : (n,) True for points that judge the result and take no part in it
-    keep_scale : the scale of the model is right as it is: it is only turned and shifted
-    robust : leave out what cannot be right beside the others, and name it
-    cameras, attitudes : tables, ``geo.txt``, or a folder of photos; True for the photos beside the
-        model. ``model_cameras`` : the model's own cameras; None for those beside it
-    pairs, gcp, marks, horizon, orientations, scale_bars : paths of tables
-    scale, bearing : rows of seven numbers: two places on the model (model frame), and the metres
-        between them or the azimuth from the first to the second, degrees; an eighth is its
-        one-sigma error. ``level``, ``plumb`` : rows of six: two places at one height, or one above
-        the other; a seventh is the one-sigma error of the line, degrees
-    reference, stable : the model to which it is fitted, and the part of that which has not moved
-    north : reference of azimuths for which a table does not state it; ``date`` (YYYY-MM-DD),
-        ``declination_deg``, ``north_sigma_deg`` : of compass readings
-    crs : projected CRS of the registered model, "EPSG:n"
-    without : labels of points, readings, photos or lines that are left out
-    progress : called with (stage, steps done, all steps or None), or a Progress
-    cancel : a vs.CancelToken that stops the work
+    model_points : (n, 3) array or path
+        Points in the model's frame and unit; or the path of a model, which is
+        registered by the observations below as by the command ``register``; "-" returns
+        only the placement.
+    world_points : (n, 3) array, optional
+        The same points in World, metres.
+    sigma_m : (n, 3) array, optional
+        One-sigma errors of ``world_points``, metres; by default equal errors,
+        estimated from the residuals.
+    click_sigma_m : float, optional
+        One-sigma error of each coordinate of ``model_points``, metres, in addition to
+        ``sigma_m``; by default half the resolution of a model file, 0 for arrays.
+    check : (n,) bool, optional
+        True for check points, which do not affect the result.
+    keep_scale : bool, optional
+        Whether the scale of the model is fixed, so that only rotation and shift are
+        estimated.
+    robust : bool, optional
+        Whether to exclude outliers, and report them.
+    cameras, attitudes : str or Path or bool, optional
+        Tables, ``geo.txt``, or a folder of photos; True for the photos beside the model.
+    model_cameras : str or Path, optional
+        The model's own cameras; by default those beside it.
+    pairs, gcp, marks, horizon, orientations, scale_bars : str or Path, optional
+        Paths of tables.
+    scale, bearing : rows of numbers, optional
+        Rows of seven numbers: two places on the model (model frame), and the metres between
+        them or the azimuth from the first to the second, degrees; an eighth is its
+        one-sigma error.
+    level, plumb : rows of numbers, optional
+        Rows of six: two places at one height, or one above the other; a seventh is the
+        one-sigma error of the line, degrees.
+    reference, stable : str or Path, optional
+        Model to which it is fitted, and the stable part of that.
+    north : {"grid", "true", "magnetic"}, optional
+        Reference of azimuths for which a table does not state it; ``date`` (YYYY-MM-DD),.
+    declination_deg, north_sigma_deg : float, optional
+        Options of compass readings.
+    crs : str, optional
+        Projected CRS of the registered model, "EPSG:n".
+    without : sequence of str) or st, optional
+        Labels of excluded points, readings, photos or lines.
+    progress : callable or Progress, optional
+        Called with (stage, steps done, all steps or None).
+    cancel : vs.CancelToken, optional
+        Stops the work.
 
     Returns
     -------
-    Placed with the names of the command: ``matrix`` ((4, 4) float64, model to World), ``scale``,
-    ``control`` and ``check`` (``label``, ``dx``, ``dy``, ``dz``: fitted less given, ``error_m``),
-    ``rms_control_m``, ``rms_check_m``, ``rotation_error_deg`` (one sigma ``about_up``,
-    ``about_east``, ``about_north``), ``rotation_error_95_deg`` (the same three and the ``weakest``
-    axis), ``scale_error_95``, ``worth_adding`` (where one more point would help most), ``known``,
-    ``blunders`` (points too far off to be chance), ``click_sigma_m`` (metres), ``mark_scatter_px``
-    (of marks in photos), ``north_sigma_deg`` (common offset of compass readings, one sigma; None
-    without any) and ``warnings``. Called with (n, 3)
-    model points it gives them in World.
+    Placed
+        ``matrix`` ((4, 4) float64, model to World), ``scale``, ``control`` and ``check``
+        (``label``, ``dx``, ``dy``, ``dz``: fitted less given, ``error_m``),
+        ``rms_control_m``, ``rms_check_m``, ``rotation_error_deg`` (one sigma ``about_up``,
+        ``about_east``, ``about_north``), ``rotation_error_95_deg`` (the same three and the
+        ``weakest`` axis), ``scale_error_95``, ``worth_adding`` (where an additional point
+        would help most), ``known``, ``blunders`` (outliers), ``click_sigma_m`` (metres),
+        ``mark_scatter_px`` (of marks in photos), ``north_sigma_deg`` (common offset of
+        compass readings, one sigma; None without any) and ``warnings``. Called with (n, 3)
+        model points it gives them in World.
 
     Raises
     ------
-    vs.errors.InputError for arrays of other shapes, or points that are no pairs;
-    vs.errors.GeometryError for fewer than three control points, or control points on one line, and
-    for what cannot place a model; vs.errors.UsageError where nothing is given to place it by.
+    vs.errors.InputError
+        For arrays of other shapes, or unpaired points.
+    vs.errors.GeometryError
+        For fewer than three control points, or control points on one line, and for
+        observations that do not determine the placement.
+    vs.errors.UsageError
+        Without observations.
 
+    Notes
+    -----
     Source: Umeyama (1991), IEEE PAMI 13, 376; covariance of linear least squares; variances of
     groups by Rao's MINQUE; wrong points by deletion residuals (Cook & Weisberg 1982).
 
@@ -137,15 +165,15 @@ def register(
     A model of a file by the positions of its cameras would be
     ``vs.register("cliff.obj", cameras="geo.txt", crs="EPSG:32633")``.
     """
-    report = told(progress, cancel)
+    report = to_progress(progress, cancel)
     options = options_from_arguments(
         RegisterOptions,
         pairs=path_text(pairs, "pairs"),
         gcp=path_text(gcp, "gcp"),
         marks=path_text(marks, "marks"),
         model_cameras=path_text(model_cameras, "model_cameras"),
-        cameras=_beside(cameras, "cameras"),
-        attitudes=_beside(attitudes, "attitudes"),
+        cameras=_path_or_beside(cameras, "cameras"),
+        attitudes=_path_or_beside(attitudes, "attitudes"),
         horizon=path_text(horizon, "horizon"),
         orientations=path_text(orientations, "orientations"),
         scale_bars=path_text(scale_bars, "scale_bars"),
@@ -156,12 +184,12 @@ def register(
         reference=path_text(reference, "reference"),
         stable=path_text(stable, "stable"),
         north=north,
-        date=words_of(date, "date"),
+        date=optional_text(date, "date"),
         declination_deg=declination_deg,
         north_sigma_deg=north_sigma_deg,
         click_sigma_m=click_sigma_m,
-        crs=words_of(crs, "crs"),
-        without=tuple(str(words_of(each, "without")) for each in items_of(without, "without")),
+        crs=optional_text(crs, "crs"),
+        without=tuple(str(optional_text(each, "without")) for each in to_list(without, "without")),
         robust=robust,
         keep_scale=keep_scale,
     )
@@ -171,7 +199,7 @@ def register(
         for name, value in arrays.items():
             if value is not None:
                 raise requires_type(name, "model_points", "numpy.ndarray")
-        path = str(path_of(model_points, "model_points"))
+        path = str(to_path(model_points, "model_points"))
         with arguments_named(RegisterOptions):
             placement = register_model(path, options, report).placed
     else:
@@ -199,7 +227,7 @@ def _pairs(
     return model, world, sigma, judges
 
 
-def _beside(value: Any, name: str) -> str | None:
+def _path_or_beside(value: Any, name: str) -> str | None:
     """Return the path of a file or folder, and `BESIDE` for True. Raises InputError."""
     if isinstance(value, bool | np.bool_):
         return BESIDE if value else None
@@ -211,7 +239,7 @@ def _rows(value: Any, name: str, lengths: tuple[int, ...]) -> tuple[str, ...]:
     if value is None or (isinstance(value, Sized) and len(value) == 0):
         return ()
     array = numbers(value, name) if _is_flat(value) else None
-    rows = items_of(value, name) if array is None else [array]
+    rows = to_list(value, name) if array is None else [array]
     texts = []
     for row in rows:
         values = numbers(row, name).ravel()
@@ -224,7 +252,7 @@ def _rows(value: Any, name: str, lengths: tuple[int, ...]) -> tuple[str, ...]:
 
 
 def _is_flat(given: Any) -> bool:
-    """One row, not several: of rows of different lengths NumPy makes no array."""
+    """Return whether an input is a single row; NumPy cannot convert rows of different lengths."""
     try:
         return np.ndim(given) < 2
     except ValueError:

@@ -1,4 +1,4 @@
-"""How long work tells of its progress, and how it is stopped."""
+"""Progress and cancellation of long work."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ Reported = Callable[[str, int, int | None], Any] | Progress | None
 """Called with (stage, steps done, all steps or None), or an object with `stage` and `step`."""
 
 
-class _Told:
-    """A Progress that calls a function."""
+class _CallbackProgress:
+    """Progress that calls a function."""
 
     def __init__(self, call: Callable[[str, int, int | None], Any]) -> None:
         self._call = call
@@ -29,7 +29,7 @@ class _Told:
 
 
 class _Cancellable:
-    """A Progress that stops once a token is set."""
+    """Progress that raises Cancelled once a token is set."""
 
     def __init__(self, progress: Progress, token: CancelToken) -> None:
         self._progress, self._token = progress, token
@@ -48,22 +48,22 @@ def _takes_three(call: Callable[..., Any]) -> bool:
         inspect.signature(call).bind("", 0, None)
     except TypeError:
         return False
-    except ValueError:  # Nothing is known of what a builtin takes.
+    except ValueError:  # Builtins have no signature.
         pass
     return True
 
 
-def told(progress: Reported, cancel: CancelToken | None = None) -> Progress:
-    """The Progress for what the user handed over. Raises InputError."""
+def to_progress(progress: Reported, cancel: CancelToken | None = None) -> Progress:
+    """Convert the user's argument to a Progress. Raises InputError."""
     if cancel is not None and not isinstance(cancel, CancelToken):
         raise wrong_type(cancel, "vs.CancelToken", "cancel")
-    made: Progress
+    reporter: Progress
     if progress is None:
-        made = Silent()
+        reporter = Silent()
     elif hasattr(progress, "stage") and hasattr(progress, "step"):
-        made = progress
+        reporter = progress
     elif callable(progress) and _takes_three(progress):
-        made = _Told(progress)
+        reporter = _CallbackProgress(progress)
     else:
         raise wrong_type(progress, "function(stage, done, total)", "progress")
-    return made if cancel is None else _Cancellable(made, cancel)
+    return reporter if cancel is None else _Cancellable(reporter, cancel)

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from vomstudio.api.checking import flag, numbers, path_of, refuse_rows, wrong_shape
+from vomstudio.api.checking import check_flag, numbers, refuse_rows, to_path, wrong_shape
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
-from vomstudio.api.models import Mesh, PointCloud, model_of
+from vomstudio.api.models import Mesh, PointCloud, to_model
 from vomstudio.api.planes import plane_text
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.reprs import html_table, text_table
@@ -32,12 +32,18 @@ from vomstudio.products.section.writing import (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Section:
-    """Where a plane or a vertical curtain cuts a model.
+    """Intersection of a model with a plane or a vertical curtain.
 
-    polylines : each (n, 3) World; profiles : the same points, each (n, 2): distance along the
-        section and height in it (Z in a vertical one), metres
-    figures : as the command prints them, most of them attributes, too: length_m, slab_m, left_deg,
-        right_deg ...
+    Attributes
+    ----------
+    polylines
+        Each (n, 3) World.
+    profiles
+        The same points, each (n, 2): distance along the section and height in it (Z in a
+        vertical one), metres.
+    figures
+        As the command prints them, most of them attributes, too: length_m, slab_m,
+        left_deg, right_deg ...
 
     Examples
     --------
@@ -57,38 +63,42 @@ class Section:
 
     @property
     def length_m(self) -> float:
-        """Of all lines together."""
+        """Total length of all lines, metres."""
         return self.figures.length_m
 
     @property
     def slab_m(self) -> float | None:
-        """Thickness of the slab of a cloud's points; None for a mesh."""
+        """Thickness of the slab of a cloud's points, metres; None for a mesh."""
         return self.figures.slab_m
 
     @property
     def dip_direction_deg(self) -> float | None:
-        """Of the section's plane; None along a line with bends."""
+        """Dip direction of the section plane; None along a line with bends."""
         return self.figures.dip_direction_deg
 
     @property
     def dip_deg(self) -> float | None:
-        """Of the section's plane; None along a line with bends."""
+        """Dip of the section plane; None along a line with bends."""
         return self.figures.dip_deg
 
     @property
     def left_deg(self) -> float:
-        """Azimuth of its left end."""
+        """Azimuth of the left end, degrees."""
         return self.figures.left_deg
 
     @property
     def right_deg(self) -> float:
-        """Azimuth of its right end."""
+        """Azimuth of the right end, degrees."""
         return self.figures.right_deg
 
     def save(self, path: str | Path, *, force: bool = False) -> WrittenSection:
-        """Write .csv, .dxf or .svg, as the command does. Raises vs.errors.UsageError,
-        vs.errors.TargetError."""
-        file, replace = path_of(path, "path"), flag(force, "force")
+        """Write .csv, .dxf or .svg, as the command does.
+
+        Raises
+        ------
+        vs.errors.UsageError, vs.errors.TargetError
+        """
+        file, replace = to_path(path, "path"), check_flag(force, "force")
         source = self._model._source
         return write_section(
             file,
@@ -130,12 +140,16 @@ def section(
 
     Parameters
     ----------
-    model : Mesh, PointCloud, a model of a project, or the path of a file
-    plane, through : of the section: "DD/D", (dip direction, dip) or a PlaneFit, and a point (3,) of
-        World on it
-    section_line : or a line on the map, (n, 2) x, y of World
-    slab_m : of a cloud: thickness of the slab of points that stands for the cut; None takes four
-        times its points' mean distance
+    model : Mesh, PointCloud, model of a project, path, or (n, 3) array
+        Model in World, metres.
+    plane, through : str, (float, float) or PlaneFit, optional
+        Plane of the section, "DD/D", (dip direction, dip) or a PlaneFit, and a point (3,)
+        of World on it.
+    section_line : (n, 2) array, optional
+        Alternatively, a line on the map, (n, 2) x, y of World.
+    slab_m : float, optional
+        Thickness of the slab of a cloud's points along the section, metres; by default four
+        times their mean spacing.
 
     Returns
     -------
@@ -143,10 +157,14 @@ def section(
 
     Raises
     ------
-    vs.errors.UsageError unless a plane with a point, or a line, is given; vs.errors.InputError
-    where the section misses the model.
+    vs.errors.UsageError
+        Unless a plane with a point, or a line, is given.
+    vs.errors.InputError
+        If the section misses the model.
 
-    A mesh is cut exactly, triangle by triangle. Of a cloud the points of the slab are linked.
+    Notes
+    -----
+    A mesh is cut exactly, triangle by triangle. The points of a cloud in the slab are linked.
 
     Examples
     --------
@@ -161,7 +179,7 @@ def section(
         SectionOptions,
         plane=plane_text(plane),
         through=None if point is None else ",".join(map(repr, point.ravel().tolist())),
-        # An array here, and a file of the command.
+        # An array here, but a file on the command line.
         section_line=None if section_line is None else "section_line",
         slab_m=slab_m,
     )
@@ -174,7 +192,7 @@ def section(
                 raise wrong_shape(line, "(n, 2)", "section_line")
             refuse_rows(np.asarray(~np.isfinite(line).all(axis=1)), "section_line")
             curtain = curtain_of_line(line)
-        data = model_of(model)
+        data = to_model(model)
         cut = cut_model(data._data, curtain, options.slab_m)
     figures = figures_of(cut, curtain, (), 0)
     return Section(cut.world, cut.lines, figures, data, curtain, cut)

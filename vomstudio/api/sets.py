@@ -6,17 +6,17 @@ from collections.abc import Sequence
 from typing import Any, Literal
 
 from vomstudio.api.checking import (
-    attitude_of,
-    column_of,
+    column_name,
+    errors_named,
     is_path,
-    items_of,
-    naming,
-    path_of,
+    optional_text,
+    to_list,
+    to_path,
+    to_plane,
     warn,
-    words_of,
 )
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
-from vomstudio.api.tables import Azimuth, rows_of, text_of
+from vomstudio.api.tables import Azimuth, to_orientation_table, to_text_table
 from vomstudio.geology.coverage.repeat_options import RepeatOptions
 from vomstudio.geology.coverage.table_repeats import TableRepeats, table_repeats
 from vomstudio.geology.faults.table_slip import TableSlip, table_slip
@@ -39,37 +39,48 @@ def stats(
     weights: Literal["error"] | None = None,
     azimuth: Azimuth | None = None,
 ) -> TableStatistics:
-    """The statistics of sets of planes or lines.
+    """Compute the statistics of sets of planes or lines.
 
     Parameters
     ----------
-    table : DataFrame of orientations (any of the usual columns), the path of a file, or the two
-        arrays (dip direction, dip), (n,) each, degrees
-    by : name or number of the column that groups the rows; None for one set ``all``
-    directed : lines have a head and a tail and are not flipped; plunges may be negative
-    weights : "error" to weight each by its own 95 % error (``total95_deg``, else
-        ``max_confidence95_deg``) and the natural scatter of its set
-    azimuth : what a column called only ``azimuth`` means: "strike" or "dipdir"
+    table : DataFrame, path, or (dip direction, dip)
+        DataFrame of orientations (any of the usual columns), the path of a file, or the two
+        arrays (dip direction, dip), (n,) each, degrees.
+    by : str, optional
+        Name or number of the column that groups the rows; None for one set ``all``.
+    directed : bool, optional
+        Whether lines have a direction and are not flipped; plunges may be negative.
+    weights : {"error"}, optional
+        "error" to weight each by its own 95 % error (``total95_deg``, else
+        ``max_confidence95_deg``) and the natural scatter of its set.
+    azimuth : {"strike", "dipdir"}, optional
+        Meaning of a column named only ``azimuth``: "strike" or "dipdir".
 
     Returns
     -------
-    TableStatistics: ``n`` and ``sets``, by name a SetStatistics with ``n``, ``of``, ``axial``,
-    ``fisher`` (``trend_deg``, ``plunge_deg``, ``kappa``, ``alpha95_deg``, ``R``; None with
-    ``fisher_reason`` where the set is no cluster), ``tensor`` (``eigenvalues``, ``axes``),
-    ``woodcock`` (``K``, ``C``), ``vollmer`` (``P``, ``G``, ``R``), ``bingham`` (``k1``, ``k2``,
-    ``confidence95`` of the three axes, ``fit_p``), ``kent`` (of an elongated cluster), each None
-    with a reason where it is not defined, ``uniformity`` (``test``, ``statistic``, ``p``) and
-    ``weights``. ``fit_p`` is the chance of data as unlike the model as these.
+    TableStatistics
+        ``n`` and ``sets``, by name a SetStatistics with ``n``, ``of``, ``axial``,
+        ``fisher`` (``trend_deg``, ``plunge_deg``, ``kappa``, ``alpha95_deg``, ``R``; None
+        with ``fisher_reason`` if the set is not a cluster), ``tensor`` (``eigenvalues``,
+        ``axes``), ``woodcock`` (``K``, ``C``), ``vollmer`` (``P``, ``G``, ``R``),
+        ``bingham`` (``k1``, ``k2``, ``confidence95`` of the three axes, ``fit_p``),
+        ``kent`` (of an elongated cluster), each None with a reason if it is undefined,
+        ``uniformity`` (``test``, ``statistic``, ``p``) and ``weights``. ``fit_p`` is the
+        probability of data that fit the model as badly as these.
 
     Raises
     ------
-    vs.errors.InputError for angles that cannot be, arrays that are no pairs, and tables without
-    orientations; vs.errors.UsageError for a column that is not there.
+    vs.errors.InputError
+        For invalid angles, arrays of different lengths, and tables without orientations.
+    vs.errors.UsageError
+        For a missing column.
 
-    Axial data are described by the orientation tensor (Woodcock 1977; Vollmer 1990), clusters by
-    Fisher (1953) after flipping into the hemisphere of the tensor's first axis. Bingham (1974) and
-    Kent (1982) are fitted by maximum likelihood; goodness of fit is the smooth test (Boulerice &
-    Ducharme 1997), uniformity that of Bingham or Rayleigh (Mardia & Jupp 2000).
+    Notes
+    -----
+    Axial data are described by the orientation tensor (Woodcock 1977; Vollmer 1990), clusters
+    by Fisher (1953) after flipping into the hemisphere of the tensor's first axis. Bingham
+    (1974) and Kent (1982) are fitted by maximum likelihood; goodness of fit is the smooth test
+    (Boulerice & Ducharme 1997), uniformity that of Bingham or Rayleigh (Mardia & Jupp 2000).
 
     Examples
     --------
@@ -80,13 +91,13 @@ def stats(
     (274, 50)
     """
     options = options_from_arguments(
-        StatisticsOptions, by=column_of(by), directed=directed, weights=weights
+        StatisticsOptions, by=column_name(by), directed=directed, weights=weights
     )
-    rows = rows_of(table, azimuth)
+    rows = to_orientation_table(table, azimuth)
     with arguments_named(StatisticsOptions):
-        found = table_statistics(rows, options)
-    warn(found.warnings[len(rows.warnings) :])
-    return found
+        result = table_statistics(rows, options)
+    warn(result.warnings[len(rows.warnings) :])
+    return result
 
 
 def fold(
@@ -100,39 +111,53 @@ def fold(
     only_set: str | None = None,
     azimuth: Azimuth | None = None,
 ) -> TableFold:
-    """Pi-plane and fold axis of planes, and whether one view direction is valid for them.
+    """Compute pi-plane and fold axis, and test whether one view direction is valid for all.
 
     Parameters
     ----------
-    table, azimuth : as in `stats`; lines in it are left out
-    kind : use planes of this kind only; of a table with kinds bedding is taken without it
-    sets : the axis common to two or three of its sets, by their means
-    by : column that names the domains, such as hanging wall and footwall: each gets its own
-        axis, and whether one serves all is tested
-    waviness_deg : standard deviation of the poles of a cylindrical fold; None for the
-        limits of Ramsay & Huber (1987): nine tenths within 10 degrees
-    quality : worst verdict (column ``quality``) that is used; None for any
-    only_set : use planes of this set only
+    table, azimuth : DataFrame, path, or (dip direction, dip)
+        As in `stats`; lines in it are left out.
+    kind : str, optional
+        Use planes of this kind only; by default bedding, if the table has kinds.
+    sets : sequence of str, optional
+        Two or three sets whose common axis is computed from their means.
+    by : str, optional
+        Column that names the domains, such as hanging wall and footwall: each gets an axis,
+        and a test shows whether one is valid for all.
+    waviness_deg : float, optional
+        Standard deviation of the poles of a cylindrical fold; None for the limits of Ramsay
+        & Huber (1987): nine tenths within 10 degrees.
+    quality : {"good", "doubtful"}, optional
+        Worst verdict (column ``quality``) that is used; None for any.
+    only_set : str, optional
+        Use planes of this set only.
 
     Returns
     -------
-    TableFold: ``n``, ``used``, ``not_good`` (of those used; None without verdicts), ``left_out``,
-    ``beta`` (``trend_deg``, ``plunge_deg``, semi-axes of
-    its joint 95 % region), ``pi_plane``, ``eigenvalues``, ``rms_deg``, ``within90_deg``,
-    ``arc_deg``, ``cone`` (the best small circle), ``limbs`` (mean planes, interlimb angle and axial
-    plane with errors), ``leave_one_out`` (the plane that turns beta most), ``pairs`` (where
-    two sets meet), ``domains`` and ``one_axis``, ``valid`` (yes, conditional or no), ``verdict``
-    (cylindrical, conical, homoclinal, two axes, scattered or undetermined; of sets common axis or
-    two axes) and
-    ``reasons``.
+    TableFold
+        ``n``, ``used``, ``not_good`` (of those used; None without verdicts), ``left_out``,
+        ``beta`` (``trend_deg``, ``plunge_deg``, semi-axes of its joint 95 % region),
+        ``pi_plane``, ``eigenvalues``, ``rms_deg``, ``within90_deg``, ``arc_deg``, ``cone``
+        (the best small circle), ``limbs`` (mean planes, interlimb angle and axial plane
+        with errors), ``leave_one_out`` (the plane with the largest influence on beta),
+        ``pairs`` (intersections of two sets), ``domains`` and ``one_axis``, ``valid`` (yes,
+        conditional or no), ``verdict`` (cylindrical, conical, homoclinal, two axes,
+        scattered or undetermined; of sets common axis or two axes) and ``reasons``.
 
     Raises
     ------
-    vs.errors.GeometryError where the planes have no axis; vs.errors.UsageError for a kind or set
-    that is not there; vs.errors.InputError as `stats`.
+    vs.errors.GeometryError
+        If the planes have no axis.
+    vs.errors.UsageError
+        For a missing kind or set.
+    vs.errors.InputError
+        As `stats`.
 
-    Beta is the eigenvector of the smallest eigenvalue of the poles' orientation tensor (textbook
-    4.2, fig. 31), its confidence after Anderson (1963); cones after Gray, Geiser & Geiser (1980).
+    Notes
+    -----
+    Beta is the eigenvector of the smallest eigenvalue of the poles' orientation tensor
+    (textbook 4.2, fig. 31), its confidence after Anderson (1963); cones after Gray, Geiser &
+    Geiser (1980).
 
     Examples
     --------
@@ -143,20 +168,20 @@ def fold(
     >>> round(found.beta.trend_deg, 1), round(found.beta.plunge_deg, 1)
     (90.0, 20.0)
     """
-    rows = rows_of(table, azimuth)
+    rows = to_orientation_table(table, azimuth)
     options = options_from_arguments(
         FoldOptions,
         kind=kind,
-        sets=None if sets is None else ",".join(map(str, items_of(sets, "sets"))),
+        sets=None if sets is None else ",".join(map(str, to_list(sets, "sets"))),
         only_set=only_set,
         quality=quality,
-        by=column_of(by),
+        by=column_name(by),
         waviness_deg=waviness_deg,
     )
     with arguments_named(FoldOptions):
-        found = table_fold(rows, options)
-    warn(found.warnings[len(rows.warnings) :])
-    return found
+        result = table_fold(rows, options)
+    warn(result.warnings[len(rows.warnings) :])
+    return result
 
 
 def slope(
@@ -168,34 +193,46 @@ def slope(
     limits: Literal["curved", "straight"] = "curved",
     azimuth: Azimuth | None = None,
 ) -> TableSlope:
-    """Whether planes and their intersections let a rock slope fail: kinematic analysis.
+    """Analyse kinematically whether planes and their intersections let a rock slope fail.
 
     Parameters
     ----------
-    table, azimuth : as in `stats`; lines in it are left out
-    face : dip direction and dip of the slope, degrees: ``(135, 70)`` or ``"135/70"``
-    friction_deg : friction angle of the planes
-    lateral_deg : maximum angle of planes and direct toppling from the slope's direction; 90 for no
+    table, azimuth : DataFrame, path, or (dip direction, dip)
+        As in `stats`; lines in it are left out.
+    face : str or (float, float)
+        Dip direction and dip of the slope, degrees: ``(135, 70)`` or ``"135/70"``.
+    friction_deg : float
+        Friction angle of the planes.
+    lateral_deg : float, optional
+        Maximum angle of planes and direct toppling from the slope's direction; 90 for no
         limit. Wedges have none.
-    limits : of planes: "curved" (small circles about the slope's strike) or "straight" (of the dip
-        direction); those of direct toppling are of the trend
+    limits : {"curved", "straight"}, optional
+        Limits of planes: "curved" (small circles about the slope's strike) or "straight" (of the
+        dip direction); those of direct toppling are of the trend.
 
     Returns
     -------
-    TableSlope: ``planar``, ``wedge``, ``flexural_toppling`` and ``direct_toppling``, each with
-    ``critical``, ``of`` (planes; of wedge and direct toppling intersections of all pairs),
-    ``share`` = critical / of (None of nothing), ``probability`` (the share to be expected with each
-    plane's own error, from the columns of the orientation table, drawn with a fixed seed; None
-    where planes carry no error) and ``secondary``; ``ids`` of the critical planes, and
-    ``direct_toppling.bases``, planes on which blocks can topple.
+    TableSlope
+        ``planar``, ``wedge``, ``flexural_toppling`` and ``direct_toppling``, each with
+        ``critical``, ``of`` (planes; of wedge and direct toppling intersections of all
+        pairs), ``share`` = critical / of (None without planes), ``probability`` (expected
+        share with the error of each plane from the orientation table, simulated with a
+        fixed seed; None if the planes have no errors) and ``secondary``; ``ids`` of the
+        critical planes, and ``direct_toppling.bases``, planes on which blocks can topple.
 
     Raises
     ------
-    vs.errors.UsageError for a horizontal face and angles that cannot be; vs.errors.GeometryError
-    for a table without planes; vs.errors.InputError as `stats`.
+    vs.errors.UsageError
+        For a horizontal face and invalid angles.
+    vs.errors.GeometryError
+        For a table without planes.
+    vs.errors.InputError
+        As `stats`.
 
-    Planar sliding and wedges after Markland (Wyllie & Mah 2004), flexural toppling after Goodman
-    (1980), direct toppling after Hudson & Harrison (1997).
+    Notes
+    -----
+    Planar sliding and wedges after Markland (Wyllie & Mah 2004), flexural toppling after
+    Goodman (1980), direct toppling after Hudson & Harrison (1997).
 
     Examples
     --------
@@ -210,12 +247,12 @@ def slope(
     options = options_from_arguments(
         SlopeOptions, friction_deg=friction_deg, lateral_deg=lateral_deg, limits=limits
     )
-    with naming("face", "--face"):
-        slope = slope_face(attitude_of(face, "face"), options)
-    rows = rows_of(table, azimuth)
-    found = table_slope(rows, slope)
-    warn(found.warnings[len(rows.warnings) :])
-    return found
+    with errors_named("face", "--face"):
+        slope = slope_face(to_plane(face, "face"), options)
+    rows = to_orientation_table(table, azimuth)
+    result = table_slope(rows, slope)
+    warn(result.warnings[len(rows.warnings) :])
+    return result
 
 
 def repeats(
@@ -225,30 +262,39 @@ def repeats(
     interpreter: str | None = None,
     azimuth: Azimuth | None = None,
 ) -> TableRepeats:
-    """How far apart repeated picks of the same structures lie, beside the errors that they state.
+    """Compare the repeatability of picks with their stated errors.
 
     Parameters
     ----------
-    table, azimuth : as in `stats`, or the folder of a project; planes are compared with planes,
-        lines with lines
-    by : column whose word is the same for picks of the same structure; None for the column
-        ``repeat_of``, which holds the id of the pick that a row repeats
-    interpreter : column of who picked; None for ``interpreter``, where there is one
+    table, azimuth : DataFrame, path, or (dip direction, dip)
+        As in `stats`, or the folder of a project; planes are compared with planes, lines
+        with lines.
+    by : str, optional
+        Column that groups picks of the same structure; by default ``repeat_of``, the id of
+        the repeated pick.
+    interpreter : str, optional
+        Column of the interpreter, by default ``interpreter`` if present.
 
     Returns
     -------
-    TableRepeats: ``n``, ``structures`` and ``repeats``; ``spread`` (``sigma_deg`` of one pick along
-    one axis, ``error95_deg``, the half-angle that holds 95 % of picks, each with its 95 %
-    interval), ``stated95_deg`` of the same picks; ``test`` (``chi_square``, ``p``, the ``factor``
-    by which the stated errors would have to be multiplied, ``within95`` of ``n``),
-    ``stated_errors_hold`` (yes, no or undetermined) with ``reasons``; ``interpreters`` and
-    ``between`` (the F test of whether they differ); ``pairs`` and ``left_out``. None is what cannot
-    be stated.
+    TableRepeats
+        ``n``, ``structures`` and ``repeats``; ``spread`` (``sigma_deg`` of one pick along
+        one axis, ``error95_deg``, half-angle that contains 95 % of picks, each with its 95
+        % interval), ``stated95_deg`` of the same picks; ``test`` (``chi_square``, ``p``,
+        the ``factor`` by which the stated errors would have to be multiplied, ``within95``
+        of ``n``), ``stated_errors_hold`` (yes, no or undetermined) with ``reasons``;
+        ``interpreters`` and ``between`` (the F test of whether they differ); ``pairs`` and
+        ``left_out``. None if undefined.
 
     Raises
     ------
-    vs.errors.UsageError for a column that is not there; vs.errors.InputError as `stats`.
+    vs.errors.UsageError
+        For a missing column.
+    vs.errors.InputError
+        As `stats`.
 
+    Notes
+    -----
     Picks that are wrong by sigma along each axis differ from their repeats by sqrt(2) sigma
     (Dahlberg 1940); intervals are those of chi square. Errors of the model and its registration
     are the same in both picks and do not show.
@@ -263,38 +309,42 @@ def repeats(
     >>> found.repeats, round(found.spread.sigma_deg, 2), found.stated_errors_hold
     (2, 1.27, 'undetermined')
     """
-    if is_path(table) and is_project(path_of(table, "table")):
-        rows = read_picks_again(path_of(table, "table"))
+    if is_path(table) and is_project(to_path(table, "table")):
+        rows = read_picks_again(to_path(table, "table"))
     else:
-        rows = rows_of(table, azimuth, repeats=True)
+        rows = to_orientation_table(table, azimuth, repeats=True)
     options = options_from_arguments(
-        RepeatOptions, by=column_of(by), interpreter=words_of(interpreter, "interpreter")
+        RepeatOptions, by=column_name(by), interpreter=optional_text(interpreter, "interpreter")
     )
     return table_repeats(rows, options.by, options.interpreter)
 
 
 def slip(table: Any) -> TableSlip:
-    """P and T axes of faults with known slip, and what all of them say together.
+    """Compute P and T axes of faults with known slip, and the strain axes of all together.
 
     Parameters
     ----------
-    table : DataFrame, or the path of a file, with strike (right-hand rule) or dip direction and
-        dip of the faults, trend and plunge or rake of the striae, and the sense of slip; or the
-        columns of this program's lines on planes; or FaultKin's
+    table : DataFrame, path, or (dip direction, dip)
+        DataFrame, or the path of a file, with strike (right-hand rule) or dip direction and
+        dip of the faults, trend and plunge or rake of the striae, and the sense of slip; or
+        the columns of this program's lines on planes; or FaultKin's.
 
     Returns
     -------
-    TableSlip: ``n``; ``kinematic_axes`` with ``shortening``, ``intermediate`` and ``extension``
-    (each ``trend_deg``, ``plunge_deg``, ``value`` from -1 to 1, ``confidence95_deg`` by
-    resampling); ``right_dihedra`` with ``compression`` and ``extension`` (each ``trend_deg``,
-    ``plunge_deg``, ``share`` of the faults that allow it); ``faults``, each with ``P``, ``T`` and
-    ``slip``; ``dropped_lines``, ``warnings``.
+    TableSlip
+        ``n``; ``kinematic_axes`` with ``shortening``, ``intermediate`` and ``extension``
+        (each ``trend_deg``, ``plunge_deg``, ``value`` from -1 to 1, ``confidence95_deg`` by
+        resampling); ``right_dihedra`` with ``compression`` and ``extension`` (each
+        ``trend_deg``, ``plunge_deg``, ``share`` of the faults that allow it); ``faults``,
+        each with ``P``, ``T`` and ``slip``; ``dropped_lines``, ``warnings``.
 
     Raises
     ------
-    vs.errors.InputError for a table without these columns, angles that cannot be, and words that
-    are no sense of slip.
+    vs.errors.InputError
+        For a table without these columns, invalid angles, and unknown senses of slip.
 
+    Notes
+    -----
     Kinematic axes after Marrett & Allmendinger (1990), right dihedra after Angelier & Mechler
     (1977).
 
@@ -309,7 +359,7 @@ def slip(table: Any) -> TableSlip:
     >>> round(axes.shortening.plunge_deg), round(axes.extension.trend_deg)
     (90, 90)
     """
-    rows = extract_slips(text_of(table))
-    found = table_slip(rows)
-    warn(found.warnings)
-    return found
+    rows = extract_slips(to_text_table(table))
+    result = table_slip(rows)
+    warn(result.warnings)
+    return result

@@ -1,4 +1,4 @@
-"""A patch as a surface."""
+"""Deviation of a patch from its plane."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from vomstudio.api.checking import warn, wrong_type
-from vomstudio.api.comparisons import placed
+from vomstudio.api.comparisons import load_placed
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
-from vomstudio.api.reporting import Reported, told
+from vomstudio.api.reporting import Reported, to_progress
 from vomstudio.core.progress import CancelToken
 from vomstudio.products.surface.analysis import SurfaceFigures, analyse
 from vomstudio.products.surface.patch import around as within
@@ -26,31 +26,43 @@ def surface(
     progress: Reported = None,
     cancel: CancelToken | None = None,
 ) -> SurfaceFigures:
-    """How a patch departs from its plane, where the plane ceases to hold, and how rough it is.
+    """Measure how a patch departs from its plane, and how rough it is.
 
     Parameters
     ----------
-    model : the patch as a Mesh, PointCloud, a model of a project, the path of a file, or an array
-        (n, 3) of points in World, metres
-    around : ((x, y, z), radius) of the part of the model that is the patch, World, m
-    noise_m : standard deviation of the heights that is the model's own; None takes that of a
-        cloud's points about local planes, of a mesh a quarter of its mean edge
-    gsd_m : side of the map's cells; None takes the mean edge or spacing
-    progress : called with (stage, steps done, all steps or None), or a Progress
-    cancel : a vs.CancelToken that stops the work
+    model : Mesh, PointCloud, model of a project, path, or (n, 3) array
+        The patch as a Mesh, PointCloud, a model of a project, the path of a file, or an
+        array (n, 3) of points in World, metres.
+    around : ((float, float, float), float), optional
+        ((x, y, z), radius) centre and radius of the patch on the model, World, metres.
+    noise_m : float, optional
+        Standard deviation of the model's noise, metres; by default that of a cloud's points
+        about local planes, for a mesh a quarter of its mean edge.
+    gsd_m : float, optional
+        Side of the map's cells, metres; by default the mean edge or spacing.
+    progress : callable or Progress, optional
+        Called with (stage, steps done, all steps or None).
+    cancel : vs.CancelToken, optional
+        Stops the work.
 
     Returns
     -------
-    SurfaceFigures: ``plane`` (dict of the orientation table's columns), ``rms_m``, ``lowest_m``,
-    ``highest_m``, ``trim``, ``hurst``, ``smoothest`` (None with ``hurst_reason`` and
-    ``smoothest_reason``), ``deviations`` (rows, columns) in m, NaN where there is nothing, rows
-    down the dip, ``at_points`` (n,), ``profiles``, ``warnings``.
+    SurfaceFigures
+        ``plane`` (dict of the orientation table's columns), ``rms_m``, ``lowest_m``,
+        ``highest_m``, ``trim``, ``hurst``, ``smoothest`` (None with ``hurst_reason`` and
+        ``smoothest_reason``), ``deviations`` (rows, columns) in m, NaN if unknown, rows
+        down the dip, ``at_points`` (n,), ``profiles``, ``warnings``.
 
     Raises
     ------
-    vs.errors.GeometryError for a patch without a plane or with too few cells;
-    vs.errors.UsageError for lengths that are none; vs.errors.Cancelled.
+    vs.errors.GeometryError
+        For a patch without a plane or with too few cells.
+    vs.errors.UsageError
+        For invalid lengths.
+    vs.errors.Cancelled
 
+    Notes
+    -----
     Second differences by direction (Kent & Wood 1997; Chan & Wood 2000), jackknife errors;
     smoothest direction of faults after Renard et al. (2006).
 
@@ -73,26 +85,26 @@ def surface(
         noise_m=noise_m,
         gsd_m=gsd_m,
     )
-    data, crs, _ = placed(model, "model")
+    data, crs, _ = load_placed(model, "model")
     with arguments_named(SurfaceOptions):
         if options.around is not None:
             data = within(data, *parse_around(options.around))
-        found = analyse(
+        result = analyse(
             data,
             noise_m=options.noise_m,
             cell_m=options.gsd_m,
             model=getattr(getattr(model, "path", None), "name", None) or "",
             frame=crs or "local",
-            progress=told(progress, cancel),
+            progress=to_progress(progress, cancel),
         )
-    warn(found.warnings)
-    return found
+    warn(result.warnings)
+    return result
 
 
-def _around_text(given: Any) -> str:
+def _around_text(value: Any) -> str:
     """Return ((x, y, z), radius) as the option takes it. Raises UsageError."""
     try:
-        place, radius = given
+        place, radius = value
         return ",".join(map(repr, [*np.asarray(place, float).tolist(), float(radius)]))
     except (TypeError, ValueError) as error:
-        raise wrong_type(given, "((x, y, z), radius)", "around") from error
+        raise wrong_type(value, "((x, y, z), radius)", "around") from error

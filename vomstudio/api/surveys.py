@@ -1,4 +1,4 @@
-"""Photos before any model is made of them."""
+"""Photos before the reconstruction."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from vomstudio.api.checking import (
-    flag,
-    maybe_path,
-    naming,
-    path_of,
+    check_flag,
+    errors_named,
+    optional_path,
     required_text,
+    to_path,
     warn,
 )
 from vomstudio.api.declared_options import arguments_named, options_from_arguments
-from vomstudio.api.reporting import Reported, told
+from vomstudio.api.reporting import Reported, to_progress
 from vomstudio.core.findings import Finding
 from vomstudio.io.photos.reading import PhotoFolder
 from vomstudio.photogrammetry.survey.folder_check import FolderCheck
@@ -27,22 +27,27 @@ if TYPE_CHECKING:
 
 
 def read_photos(folder: str | Path, *, progress: Reported = None) -> PhotoFolder:
-    """What the photos of a folder say of themselves, without decoding them.
+    """Read the metadata of the photos in a folder, without decoding them.
 
     Parameters
     ----------
-    folder : JPEG, TIFF and PNG photos, down to three levels
-    progress : called with (stage, steps done, all steps or None), or a Progress
+    folder : str or Path
+        JPEG, TIFF and PNG photos, down to three levels.
+    progress : callable or Progress, optional
+        Called with (stage, steps done, all steps or None).
 
     Returns
     -------
-    PhotoFolder: ``photos`` (of each ``name``, ``width``, ``height``, ``camera``, ``focal_mm``,
-    ``focal_px``, ``latitude_deg``, ``longitude_deg``, ``altitude_m`` with its reference, ``mask``
-    ..., None where it says nothing), ``skipped`` (name and reason), ``warnings``, ``cameras()``.
+    PhotoFolder
+        ``photos`` (of each ``name``, ``width``, ``height``, ``camera``, ``focal_mm``,
+        ``focal_px``, ``latitude_deg``, ``longitude_deg``, ``altitude_m`` with its
+        reference, ``mask`` ..., None if not stated), ``skipped`` (name and reason),
+        ``warnings``, ``cameras()``.
 
     Raises
     ------
-    vs.errors.InputError where there is no folder, or no photo in it that can be used.
+    vs.errors.InputError
+        If the folder does not exist or contains no usable photo.
 
     Examples
     --------
@@ -53,34 +58,42 @@ def read_photos(folder: str | Path, *, progress: Reported = None) -> PhotoFolder
     """
     from vomstudio.io.photos import reading
 
-    found = reading.read_photos(path_of(folder, "folder"), told(progress))
-    left_out = [Finding("photo.left-out", photo=name, reason=why) for name, why in found.skipped]
-    warn([*found.warnings, *left_out])
-    return found
+    survey = reading.read_photos(to_path(folder, "folder"), to_progress(progress))
+    left_out = [Finding("photo.left-out", photo=name, reason=why) for name, why in survey.skipped]
+    warn([*survey.warnings, *left_out])
+    return survey
 
 
 def check(
     folder: str | Path, *, distance_m: float | None = None, progress: Reported = None
 ) -> FolderCheck:
-    """What a set of photos is worth before it is aligned, and what to shoot next time.
+    """Check a set of photos before alignment, and recommend what to shoot next time.
 
     Parameters
     ----------
-    folder : of photos
-    distance_m : from the camera to the rock, where it is known
-    progress : called with (stage, steps done, all steps or None), or a Progress
+    folder : str or Path
+        Folder of photos.
+    distance_m : float, optional
+        Distance from the camera to the rock, if known.
+    progress : callable or Progress, optional
+        Called with (stage, steps done, all steps or None).
 
     Returns
     -------
-    FolderCheck: ``photos`` (``name``, ``gsd_m``, ``blur`` in pixels, ``views`` ...), ``findings``
-    (``code``, ``severity``, ``photos``, ``text``, ``value``), ``plane_error`` (``size_m``,
-    ``error95_deg``), ``verdict``, ``next_time``.
+    FolderCheck
+        ``photos`` (``name``, ``gsd_m``, ``blur`` in pixels, ``views`` ...), ``findings``
+        (``code``, ``severity``, ``photos``, ``text``, ``value``), ``plane_error``
+        (``size_m``, ``error95_deg``), ``verdict``, ``next_time``.
 
     Raises
     ------
-    vs.errors.InputError where there are no photos; vs.errors.UsageError for a distance that is
-    none.
+    vs.errors.InputError
+        If there are no photos.
+    vs.errors.UsageError
+        For an invalid distance.
 
+    Notes
+    -----
     Rules after the textbook, sections 2.4 and 3.2; each finding names its number.
 
     Examples
@@ -95,7 +108,7 @@ def check(
     from vomstudio.photogrammetry.survey.folder_check import check_folder
 
     options = options_from_arguments(CheckOptions, distance_m=distance_m)
-    checked, _ = check_folder(path_of(folder, "folder"), options.distance_m, told(progress))
+    checked, _ = check_folder(to_path(folder, "folder"), options.distance_m, to_progress(progress))
     return checked
 
 
@@ -116,30 +129,47 @@ def plan(
     sheet: str | Path | None = None,
     force: bool = False,
 ) -> SurveyPlan:
-    """A photo survey before going out: positions, views and control points.
+    """Plan a photo survey: positions, views and control points.
 
     Parameters
     ----------
-    camera : its name, the path of a photo taken with it, or "23.5x15.6,35,6000x4000" (sensor and
-        focal length in mm, pixels)
-    width_m, height_m : of the outcrop
-    distance_m, gsd_m, plane_m : one of: distance from camera to rock; size of a pixel on the rock;
-        size of the smallest plane to be measured; all in metres
-    overlap : 0.6 to 0.95; manner : on foot, by drone before a cliff, or by drone over flat ground
-    aperture : f-number where it can be set; None: 8; focal_mm : where the camera's name lacks it
-    receiver_m, control_m : 1-sigma errors of the camera's receiver (3) and of control points (0.02)
-    sheet : a field sheet to print as well (.pdf, .svg, .html); force : replace it
+    camera : str or Path
+        Name, path of a photo taken with it, or "23.5x15.6,35,6000x4000" (sensor and focal
+        length in mm, pixels).
+    width_m, height_m : float
+        Size of the outcrop, metres.
+    distance_m, gsd_m, plane_m : float, optional
+        Exactly one of distance from camera to rock, size of a pixel on the rock, and size
+        of the smallest plane to measure; metres.
+    overlap : float, optional
+        0.6 to 0.95.
+    manner : {"handheld", "drone", "terrain"}, optional
+        On foot, by drone in front of a cliff, or by drone over flat terrain.
+    aperture : float, optional
+        F-number if it can be set, 8 by default.
+    focal_mm : float, optional
+        Focal length, if the camera's name lacks it.
+    receiver_m, control_m : float, optional
+        1-sigma errors of the camera's receiver (3) and of control points (0.02).
+    sheet : str or Path, optional
+        Additional field sheet to print (.pdf, .svg, .html).
+    force : bool, optional
+        Whether to replace an existing file.
 
     Returns
     -------
-    SurveyPlan: ``gsd_m``, ``footprint_m``, ``spacing_m``, ``photos``, ``smallest_plane_m``,
-    ``plane_error`` (each ``size_m``, ``error95_deg``), ``depth_of_field_m``, ``stations``,
-    ``control_points``, ``registration``, ``warnings``.
+    SurveyPlan
+        ``gsd_m``, ``footprint_m``, ``spacing_m``, ``photos``, ``smallest_plane_m``,
+        ``plane_error`` (each ``size_m``, ``error95_deg``), ``depth_of_field_m``,
+        ``stations``, ``control_points``, ``registration``, ``warnings``.
 
     Raises
     ------
-    vs.errors.UsageError for a camera that is not known and lengths that cannot be.
+    vs.errors.UsageError
+        For an unknown camera and invalid lengths.
 
+    Notes
+    -----
     Ground sampling distance by equation 18 of the textbook; the smallest plane is 1000 of it.
 
     Examples
@@ -171,8 +201,8 @@ def plan(
         receiver_m=receiver_m,
         control_m=control_m,
     )
-    page, replace = maybe_path(sheet, "sheet"), flag(force, "force")
-    with naming("sheet", "--output"):
+    page, replace = optional_path(sheet, "sheet"), check_flag(force, "force")
+    with errors_named("sheet", "--output"):
         if page is not None:
             check_format(page)
             check_target(page, force=replace)

@@ -1,4 +1,4 @@
-"""Tables of orientations as DataFrames, and the other way round."""
+"""Conversion between tables of orientations and DataFrames."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Any, Literal
 import numpy as np
 
 from vomstudio.api.checking import (
+    check_choice,
     is_path,
     looks_like_radians,
-    one_of,
     pairs,
-    path_of,
+    to_path,
     warn,
     wrong_type,
 )
@@ -32,7 +32,7 @@ from vomstudio.project.tables.orientation_table import COLUMNS, Row, line_row, o
 from vomstudio.project.tables.registration_comments import registration_lines
 
 FORMS = {figure.name: figure.form for figure in catalogue.ORIENTATION}
-_IN_MEMORY = "the table"
+TABLE_IN_MEMORY = "the table"
 _ANGLES = (
     "dip direction",
     "strike",
@@ -50,28 +50,35 @@ Azimuth = Literal["strike", "dipdir"]
 
 
 def read_orientations(path: str | Path, *, azimuth: Azimuth | None = None) -> Any:
-    """Planes and lines of a text table, whatever its delimiter and convention.
+    """Read planes and lines from a text table of any delimiter and convention.
 
     Parameters
     ----------
-    path : CSV or text with a dip direction and dip, a right-hand-rule strike and dip (with or
-        without a quadrant), the trend and plunge of poles or lines, or the columns of this program
-    azimuth : what a column called only ``azimuth``, or the first of a table without header, means:
-        "strike" or "dipdir"
+    path : str or Path
+        CSV or text with a dip direction and dip, a right-hand-rule strike and dip (with or
+        without a quadrant), the trend and plunge of poles or lines, or the columns of this
+        program.
+    azimuth : {"strike", "dipdir"}, optional
+        Meaning of a column named only ``azimuth``, or of the first column without a header:
+        "strike" or "dipdir".
 
     Returns
     -------
-    DataFrame with the columns of the orientation table, angles in degrees, one row for each plane
-    or line; columns of the file that the table does not have follow. ``.attrs["convention"]`` says
-    how the columns were understood, ``.attrs["dropped_lines"]`` which lines had no angles,
-    ``.attrs["warnings"]`` what was noticed, each of which is a Python warning as well,
-    ``.attrs["registrations"]`` the covariance of each registration's rotation where the file states
-    it.
+    DataFrame
+        DataFrame with the columns of the orientation table, angles in degrees, one row for
+        each plane or line; other columns of the file follow. ``.attrs["convention"]``
+        states the interpretation of the columns, ``.attrs["dropped_lines"]`` the lines
+        without angles, ``.attrs["warnings"]`` the warnings, also issued as Python warnings,
+        ``.attrs["registrations"]`` the covariance of each registration's rotation if the
+        file states it.
 
     Raises
     ------
-    vs.errors.InputError, which names file, line and column, for angles that cannot be (a dip over
-    90) and tables that are none; vs.errors.UsageError where the meaning of an azimuth must be told.
+    vs.errors.InputError
+        For invalid angles (a dip over 90), with file, line and column, and for files
+        without a table.
+    vs.errors.UsageError
+        If the meaning of an azimuth must be stated.
 
     Examples
     --------
@@ -86,22 +93,22 @@ def read_orientations(path: str | Path, *, azimuth: Azimuth | None = None) -> An
     "planes as strike (right-hand rule)/dip ('strike', 'dip')"
     """
     table = orientation_reading.read_orientations(
-        path_of(path, "path"), meaning_of(azimuth), repeats=True
+        to_path(path, "path"), check_azimuth(azimuth), repeats=True
     )
-    messages = _noticed(table)
+    messages = _table_findings(table)
     warn(messages)
     return frame_of_table(table, messages)
 
 
-def meaning_of(azimuth: Any) -> Azimuth | None:
+def check_azimuth(azimuth: Any) -> Azimuth | None:
     """Check the meaning of an azimuth. Raises InputError."""
     if azimuth is None:
         return None
-    one_of(azimuth, ("strike", "dipdir"), "azimuth")
+    check_choice(azimuth, ("strike", "dipdir"), "azimuth")
     return azimuth  # type: ignore[no-any-return]
 
 
-def rows_of(
+def to_orientation_table(
     table: Any,
     azimuth: Azimuth | None = None,
     depth: int = 4,
@@ -111,27 +118,38 @@ def rows_of(
 ) -> OrientationTable:
     """Return planes and lines of a DataFrame, a file, or two arrays (dip direction, dip).
 
-    Issues the warnings of the table as Python warnings. depth : stack depth of this call below the
-    user's line; name : argument name; repeats : whether rows that repeat a pick are included
-    Raises InputError and UsageError.
+    Warnings of the table are issued as Python warnings.
+
+    Parameters
+    ----------
+    depth : int
+        Stack depth of this call below the user's line.
+    name : str
+        Name of the argument.
+    repeats : bool
+        Whether rows that repeat a pick are included.
+
+    Raises
+    ------
+    InputError, UsageError
     """
-    azimuth = meaning_of(azimuth)
+    azimuth = check_azimuth(azimuth)
     if is_path(table):
-        path = path_of(table, name)
+        path = to_path(table, name)
         rows = orientation_reading.read_orientations(path, azimuth, repeats=repeats)
     elif hasattr(table, "columns") and hasattr(table, "itertuples"):
-        names, cells = _cells_of(_without_claims(table), name)
+        names, cells = _cells_of(_drop_stated_angles(table), name)
         registrations = registration_lines(getattr(table, "attrs", {}).get("registrations", ()))
         comments = (*registrations, f"CRS: {dataframe_crs(table) or 'local'}")
-        text_table = table_from_cells(names, cells, _IN_MEMORY, comments)
+        text_table = table_from_cells(names, cells, TABLE_IN_MEMORY, comments)
         rows = extract_orientations(text_table, azimuth, repeats=repeats)
     else:
         rows = extract_orientations(_arrays(table, name), None)
-    warn(_noticed(rows), depth)
+    warn(_table_findings(rows), depth)
     return rows
 
 
-def _without_claims(frame: Any) -> Any:
+def _drop_stated_angles(frame: Any) -> Any:
     """Drop the original angle columns of a DataFrame made by `read_orientations`."""
     if not set(COLUMNS) <= set(frame.columns):
         return frame
@@ -140,15 +158,15 @@ def _without_claims(frame: Any) -> Any:
     return frame.drop(columns=list(claimed)) if claimed else frame
 
 
-def text_of(table: Any, name: str = "table") -> TextTable:
-    """Return a DataFrame or a file as a table of texts. name : argument name. Raises InputError."""
+def to_text_table(table: Any, name: str = "table") -> TextTable:
+    """Return a DataFrame or a file as a table of texts. Raises InputError."""
     if is_path(table):
-        return read_table(path_of(table, name))
+        return read_table(to_path(table, name))
     if not (hasattr(table, "columns") and hasattr(table, "itertuples")):
         raise wrong_type(table, "pandas.DataFrame, str, pathlib.Path", name)
     names, cells = _cells_of(table, name)
     return table_from_cells(
-        names, cells, _IN_MEMORY, comments=(f"CRS: {dataframe_crs(table) or 'local'}",)
+        names, cells, TABLE_IN_MEMORY, comments=(f"CRS: {dataframe_crs(table) or 'local'}",)
     )
 
 
@@ -158,7 +176,7 @@ def dataframe_crs(table: Any) -> str | None:
     return str(crs.to_wkt()) if crs is not None and hasattr(crs, "to_wkt") else None
 
 
-def _noticed(table: OrientationTable) -> list[Finding]:
+def _table_findings(table: OrientationTable) -> list[Finding]:
     angles = (
         (table.dip_direction_deg, table.dip_deg),
         (table.trend_deg, table.plunge_deg),
@@ -167,15 +185,15 @@ def _noticed(table: OrientationTable) -> list[Finding]:
     return [*table.warnings, *([Finding("compass.radians")] if radians else [])]
 
 
-def _arrays(given: Any, name: str) -> Any:
+def _arrays(value: Any, name: str) -> Any:
     names = ("dip_direction", "dip")
-    if isinstance(given, Mapping) or not isinstance(given, Sequence | np.ndarray):
-        raise _not_a_table(given, name)
-    if len(given) != 2:
-        raise _not_a_table(given, name)
-    azimuth, dip = pairs(given[0], given[1], names)
+    if isinstance(value, Mapping) or not isinstance(value, Sequence | np.ndarray):
+        raise _not_a_table(value, name)
+    if len(value) != 2:
+        raise _not_a_table(value, name)
+    azimuth, dip = pairs(value[0], value[1], names)
     cells = [[repr(float(a)), repr(float(d))] for a, d in zip(azimuth, dip, strict=True)]
-    return table_from_cells(names, cells, _IN_MEMORY)
+    return table_from_cells(names, cells, TABLE_IN_MEMORY)
 
 
 def _not_a_table(value: Any, name: str) -> InputError:
@@ -184,7 +202,7 @@ def _not_a_table(value: Any, name: str) -> InputError:
 
 # --- DataFrame to cells ---------------------------------------------------------------------------
 def _cells_of(frame: Any, argument: str) -> tuple[list[str], list[list[str]]]:
-    """Names and cells of a DataFrame; columns of shapes are left out."""
+    """Return names and cells of a DataFrame without its geometry columns."""
     names, columns = [], []
     for place, name in enumerate(frame.columns):
         values = frame.iloc[:, place].tolist()
@@ -198,7 +216,7 @@ def _cells_of(frame: Any, argument: str) -> tuple[list[str], list[list[str]]]:
 
 
 def _cell(value: Any) -> str:
-    """As a text table has it; floats with all their digits."""
+    """Return the text of a cell, with all digits of floats."""
     if value is None or value != value:
         return ""
     if isinstance(value, bool | np.bool_):
@@ -211,15 +229,19 @@ def _cell(value: Any) -> str:
 
 # --- rows to DataFrame ----------------------------------------------------------------------------
 def frame(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] = COLUMNS) -> Any:
-    """Rows of the orientation table as a DataFrame: numbers are float64 with NaN where they do not
-    apply, counts whole where all have one, texts None."""
+    """Return rows of the orientation table as a DataFrame.
+
+    Numbers are float64, NaN if not applicable; counts are integers if all rows have one;
+    missing texts are None.
+    """
     import pandas
 
-    kept = list(rows)
-    made = {
-        name: _column([row.get(name) for row in kept], FORMS.get(name, "text")) for name in columns
+    row_list = list(rows)
+    dataframe = {
+        name: _column([row.get(name) for row in row_list], FORMS.get(name, "text"))
+        for name in columns
     }
-    return pandas.DataFrame(made, columns=list(columns))
+    return pandas.DataFrame(dataframe, columns=list(columns))
 
 
 def _column(values: list[Any], form: str) -> Any:
@@ -228,8 +250,8 @@ def _column(values: list[Any], form: str) -> Any:
     if form == "text":
         return pandas.Series(values, dtype=object)
     if form == "flag":
-        whole = all(value is not None for value in values)
-        return pandas.Series(values, dtype=bool if whole and values else object)
+        is_integer = all(value is not None for value in values)
+        return pandas.Series(values, dtype=bool if is_integer and values else object)
     floats = np.array([np.nan if v is None else float(v) for v in values], np.float64)
     if form == "count" and len(floats) and np.isfinite(floats).all():
         return pandas.Series(floats.astype(np.int64))
@@ -237,23 +259,23 @@ def _column(values: list[Any], form: str) -> Any:
 
 
 def frame_of_table(table: OrientationTable, warnings: Sequence[Finding]) -> Any:
-    """All rows of a table that was read, with its other columns behind."""
+    """Return all rows of a table with its other columns appended."""
     import pandas
 
-    own, others = _other_cells(table)
-    rows = [_row(table, i, own) for i in range(len(table))]
-    made = frame(rows)
-    extra = {name: _as_numbers(cells) for name, cells in others.items()}
+    table_cells, other_cells = _other_cells(table)
+    rows = [_row(table, i, table_cells) for i in range(len(table))]
+    dataframe = frame(rows)
+    extra = {name: _to_numbers(cells) for name, cells in other_cells.items()}
     if extra:
-        made = pandas.concat([made, pandas.DataFrame(extra)], axis=1)
-    made.attrs["convention"] = table.convention
-    made.attrs["dropped_lines"] = list(table.dropped)
-    made.attrs["warnings"] = list(warnings)
-    made.attrs["registrations"] = stated_registrations(table.table.comments)
-    return made
+        dataframe = pandas.concat([dataframe, pandas.DataFrame(extra)], axis=1)
+    dataframe.attrs["convention"] = table.convention
+    dataframe.attrs["dropped_lines"] = list(table.dropped)
+    dataframe.attrs["warnings"] = list(warnings)
+    dataframe.attrs["registrations"] = stated_registrations(table.table.comments)
+    return dataframe
 
 
-def _row(table: OrientationTable, i: int, own: Mapping[str, list[str]]) -> Row:
+def _row(table: OrientationTable, i: int, table_cells: Mapping[str, list[str]]) -> Row:
     metadata: dict[str, Any] = {"id": table.ids[i]}
     if table.kinds is not None:
         metadata["kind"] = table.kinds[i] or None
@@ -267,7 +289,7 @@ def _row(table: OrientationTable, i: int, own: Mapping[str, list[str]]) -> Row:
     else:
         line = Line(float(table.trend_deg[i]), float(table.plunge_deg[i]))
         row = line_row(line, **metadata)
-    for name, cells in own.items():
+    for name, cells in table_cells.items():
         if row[name] is None:
             row[name] = _value(cells[i], FORMS[name])
     return row
@@ -276,17 +298,19 @@ def _row(table: OrientationTable, i: int, own: Mapping[str, list[str]]) -> Row:
 def _other_cells(
     table: OrientationTable,
 ) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
-    """Cells of the kept rows in columns that are ours by name, and in columns that nobody knows."""
-    own: dict[str, list[str]] = {}
-    others: dict[str, list[str]] = {}
+    """Return the cells of the used rows in columns of the orientation table, and in other
+    columns.
+    """
+    table_cells: dict[str, list[str]] = {}
+    other_cells: dict[str, list[str]] = {}
     for place, name in enumerate(table.table.names or ()):
         cells = table.table.cells(place)
-        kept = [cells[i] for i in table.row_indices]
+        row_list = [cells[i] for i in table.row_indices]
         if name in COLUMNS:
-            own[name] = kept
+            table_cells[name] = row_list
         else:
-            others.setdefault(name, kept)
-    return own, others
+            other_cells.setdefault(name, row_list)
+    return table_cells, other_cells
 
 
 def _value(cell: str, form: str) -> Any:
@@ -303,7 +327,7 @@ def _value(cell: str, form: str) -> Any:
     return number if np.isfinite(number) else None
 
 
-def _as_numbers(cells: list[str]) -> Any:
+def _to_numbers(cells: list[str]) -> Any:
     import pandas
 
     try:

@@ -1,4 +1,4 @@
-"""The same work without a window, one file per command."""
+"""Command line interface, one module per command."""
 
 from vomstudio.cli.common.entry import main
 from vomstudio.cli.common.first_word import COMMANDS, is_for_window

@@ -1,4 +1,4 @@
-"""`vomstudio check`: what a set of photos is worth, and what to shoot next time."""
+"""`vomstudio check`: check a set of photos before the reconstruction."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ def run(args: argparse.Namespace, out: Output) -> None:
         from vomstudio.photogrammetry.align.scene_check import check_scene
 
         placed = {view.name for view in scene.views}
-        after = check_scene(
+        report = check_scene(
             scene,
             unregistered=[p.name for p in folder.photos if p.name not in placed],
             blur={p.name: p.blur for p in checked.photos if p.blur is not None},
         )
-        checked = replace(checked, aligned=after)
-        out.text("\n" + tr("After the alignment") + "\n" + _result_text(after))
+        checked = replace(checked, aligned=report)
+        out.text("\n" + tr("After the alignment") + "\n" + _result_text(report))
     out.result(checked.to_dict())
     out.warn(
         [Finding("photo.left-out", photo=name, reason=reason) for name, reason in checked.skipped]

@@ -1,4 +1,4 @@
-"""`vomstudio compare`: how far a model lies from a benchmark."""
+"""`vomstudio compare`: distances of a model from a benchmark."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
-from vomstudio.cli.common.unitless_lengths import named_by_unit
+from vomstudio.cli.common.unitless_lengths import add_unitless_names
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.registration.distances.compare_options import CompareOptions
@@ -57,13 +57,13 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Raises UsageError, InputError, GeometryError or TargetError."""
+    """Run the command. Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.core.files.atomic import check_target
     from vomstudio.io.models.reconstruction_file import placing_error_m
     from vomstudio.io.models.writing import choose_writer
     from vomstudio.registration.distances.comparison import compare
     from vomstudio.registration.overlap import crs_findings
-    from vomstudio.studio.world_models import read_beside, read_in_world
+    from vomstudio.studio.world_models import read_comparison_model, read_in_world
 
     options = options_from(args, CompareOptions)
     if args.output is not None:
@@ -73,7 +73,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress = progress_of(args)
     frame = frame_options(args)
     model = read_in_world(args.model, progress, frame, args.project)
-    benchmark = read_beside(args.benchmark, progress, args.project, frame)
+    benchmark = read_comparison_model(args.benchmark, progress, args.project, frame)
     names = (Path(args.model).name, Path(args.benchmark).name)
     warnings: list[Finding] = [
         *(
@@ -94,24 +94,24 @@ def run(args: argparse.Namespace, out: Output) -> None:
             else model.registration.placing_error_m(model.data.bounds)
         )
     with numbers_of(args.model):
-        found = compare(
+        comparison_result = compare(
             model.data,
             benchmark.data,
             radius_m=options.m3c2_m,
             registration_error_m=error,
             progress=progress,
         )
-    result: dict[str, Any] = found.to_dict()
-    warnings += found.warnings
+    result: dict[str, Any] = comparison_result.to_dict()
+    warnings += comparison_result.warnings
     if args.output is not None:
-        warnings += _written(args, model, benchmark, found)
+        warnings += _written(args, model, benchmark, comparison_result)
         result["out"] = args.output
     if agreed is not None:
         result["orientations"] = agreed.to_dict()
     result["warnings"] = warnings
-    out.result(named_by_unit(result, metric=metric))
+    out.result(add_unitless_names(result, metric=metric))
     out.warn(warnings)
-    out.text(_result_text(found))
+    out.text(_result_text(comparison_result))
     if agreed is not None:
         out.text(_agreement_text(agreed))
 
@@ -124,13 +124,13 @@ def _agreement(args: argparse.Namespace) -> Agreement:
     for path in args.orientations:
         report_reading(args, path)
         tables.append(read_planes(path, args.azimuth))
-    table, other = tables
+    table, other_table = tables
     progress_of(args).stage(tr("Comparing orientations"))
-    return agreement(table, other)
+    return agreement(table, other_table)
 
 
 def _agreement_text(comparison: Agreement) -> str:
-    """Return a table of the planes measured on both, and how many of them agree."""
+    """Return a table of the planes measured on both models, and how many agree."""
     rows = [
         [
             one.first,
@@ -165,13 +165,13 @@ def _agreement_text(comparison: Agreement) -> str:
 
 
 def _written(
-    args: argparse.Namespace, model: WorldModel, benchmark: WorldModel, found: Comparison
+    args: argparse.Namespace, model: WorldModel, benchmark: WorldModel, comparison: Comparison
 ) -> list[Finding]:
     from vomstudio.io.models.model_copy import companions
     from vomstudio.io.models.writing import write_model
 
     return write_model(
-        replace(model.data, fields={**model.data.fields, **found.as_fields()}),
+        replace(model.data, fields={**model.data.fields, **comparison.as_fields()}),
         model.crs or benchmark.crs,
         args.output,
         force=args.force,

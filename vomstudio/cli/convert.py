@@ -50,7 +50,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     check_target(target, force=args.force, inputs=[args.input])
     options = frame_options(args)
     if options.up == "z":
-        # It undoes the rotation of a format that is Y-up by definition, see `_in_world`.
+        # It reverses the rotation of a format that is Y-up by definition, see `_in_world`.
         options = replace(options, up=None)
     progress = report_reading(args, args.input)
     loaded = read_model(Path(args.input), progress, options)
@@ -63,10 +63,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if args.unit is None and unit != 1.0:
         warnings.append(Finding("frame.crs-unit-kept", metres=unit))
     scale = METRES[args.unit] if args.unit and crs is None else 1.0
-    found = stored_registration(loaded, options)
-    warnings += found.findings
+    stored = stored_registration(loaded, options)
+    warnings += stored.findings
     data = _in_world(loaded, args.up, scale)
-    registration = found.registration
+    registration = stored.registration
     if registration is not None:
         registration = change_file_frame(registration, _change(loaded, args.up, scale))
     inputs = [loaded.path, *companions(loaded.path)]
@@ -80,7 +80,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         axes=_axes(loaded, crs, args.unit, registration),
         registration=registration,
     )
-    # The frame may have reported what is wrong with the registration, too.
+    # The frame may have reported an error of the registration, too.
     warnings = list(unique_findings(warnings))
     out.result({"in": args.input, "out": args.output, "crs": crs, "warnings": warnings})
     out.warn(warnings)
@@ -94,20 +94,21 @@ def run(args: argparse.Namespace, out: Output) -> None:
 def _axes(
     loaded: LoadedModel, crs: str | None, unit: str | None, registration: Registration | None
 ) -> Axes:
-    """What is known of x, y and z: by the CRS, the registration or the cameras beside the model,
-    or what was given."""
+    """Return what is known of x, y and z by CRS, registration, cameras or options."""
     from vomstudio.geometry.units import Axes
     from vomstudio.io.photos.cameras_file import scale_known
 
     if registration is not None:
         return registration.frame.axes
-    known = crs is not None or scale_known(loaded.path) is True
-    return Axes(metric=known or unit is not None or loaded.unit_m is not None, north=known)
+    is_metric = crs is not None or scale_known(loaded.path) is True
+    return Axes(metric=is_metric or unit is not None or loaded.unit_m is not None, north=is_metric)
 
 
 def _in_world(loaded: LoadedModel, up: str | None, scale: float) -> Mesh | PointCloud:
-    """The model with z up and in metres. Of a format that is Y-up by itself, "z" takes back what
-    its reader has turned."""
+    """Return the model with z up and in metres.
+
+    For a Y-up format, "z" reverses the rotation by its reader.
+    """
     import numpy as np
 
     from vomstudio.geometry.mesh import Mesh
@@ -116,7 +117,7 @@ def _in_world(loaded: LoadedModel, up: str | None, scale: float) -> Mesh | Point
     change = _change(loaded, up, scale)
     if np.array_equal(change, np.eye(4)):
         return data
-    # About a place of the model: no digits are lost to large coordinates.
+    # About a point of the model, so that large coordinates lose no digits.
     about, matrix = _pivot(loaded), change[:3, :3]
     if isinstance(data, Mesh):
         return replace(data, vertices=(data.vertices - about) @ matrix.T + about)

@@ -9,7 +9,7 @@ from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, 
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, add_project
 from vomstudio.cli.common.output import Output
-from vomstudio.cli.common.unitless_lengths import named_by_unit, unit_of
+from vomstudio.cli.common.unitless_lengths import add_unitless_names, unit_of
 from vomstudio.core.errors import InputError
 from vomstudio.core.words import tr
 from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
@@ -50,7 +50,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     except InputError as error:
         raise error.with_file(args.model) from error
     progress.stage(tr("Writing the results"))
-    made = writing.write_elevation(
+    written = writing.write_elevation(
         heights,
         plan,
         figures,
@@ -63,9 +63,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
         warnings=(*model.warnings, *plan.notes),
         force=args.force,
     )
-    out.result(named_by_unit(made.to_dict(), metric=model.in_metres))
-    out.warn(made.warnings)
-    out.text(_result_text(made.to_dict(), unit_of(model.in_metres)))
+    out.result(add_unitless_names(written.to_dict(), metric=model.in_metres))
+    out.warn(written.warnings)
+    out.text(_result_text(written.to_dict(), unit_of(model.in_metres)))
 
 
 def _result_text(result: dict[str, Any], unit: str) -> str:

@@ -1,4 +1,4 @@
-"""`vomstudio demo`: the whole chain on the embedded sample outcrop, beside its truth."""
+"""`vomstudio demo`: the complete workflow on the embedded sample outcrop, with its truth."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 DEFAULT_FOLDER = "vomstudio-demo"
 MARK = ".vomstudio-demo"
-"""Tells a folder of this command's own making."""
+"""Marks a folder that this command created."""
 PROJECT = "sample.vom"
 
 
@@ -118,7 +118,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, Any]:
-    """A model of the sample's photos, beside the outcrop that they were taken of."""
+    """Reconstruct a model from the sample's photos, beside the original outcrop."""
     import numpy as np
 
     from vomstudio.io.models.opening import read_model
@@ -133,10 +133,10 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
         sample_model,
         sample_photos,
     )
-    from vomstudio.studio.jobs.reconstruction_tasks import RECONSTRUCT, ReconstructionOrder
+    from vomstudio.studio.jobs.reconstruction_tasks import RECONSTRUCT, ReconstructionRequest
     from vomstudio.studio.jobs.run_job import run_job
 
-    order = ReconstructionOrder(
+    order = ReconstructionRequest(
         sample_photos(),
         (folder / "photos").resolve(),
         "preview",
@@ -144,20 +144,20 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
         control=sample_control(),
         marks=sample_marks(),
     )
-    made = run_job(RECONSTRUCT, order, progress)
-    if made.dense_gsd_m is None:
+    reconstruction = run_job(RECONSTRUCT, order, progress)
+    if reconstruction.dense_gsd_m is None:
         raise WorkerError(Finding("sample.damaged"))
     progress.stage(tr("Comparing the model with the outcrop"))
-    outcrop, cloud = read_model(sample_model()).data, read_model(Path(made.dense)).data
-    result = made.to_dict()
+    outcrop, cloud = read_model(sample_model()).data, read_model(Path(reconstruction.dense)).data
+    result = reconstruction.to_dict()
     checks = check_photos(
-        read_cameras(made.poses),
+        read_cameras(reconstruction.poses),
         read_true_cameras(),
         np.asarray(cloud.points),  # type: ignore[union-attr]
         outcrop,  # type: ignore[arg-type]
         picks,
         read_truth(),
-        made.dense_gsd_m,
+        reconstruction.dense_gsd_m,
         result_registration(result, "").rotation_covariance(),
     )
     keys = ("registered", "reprojection_error_px", "dense_points", "faces", "frame", "seconds")
@@ -167,7 +167,7 @@ def _photos(folder: Path, picks: SamplePicks, progress: Progress) -> dict[str, A
         "checks": [check.to_dict() for check in checks],
         "files": [Path(result[key]) for key in ("mesh", "dense", "sparse", "cameras", "report")],
         "text": " ".join(map(str, photo_findings(checks))),
-        "warnings": made.warnings,
+        "warnings": reconstruction.warnings,
     }
 
 
@@ -188,7 +188,7 @@ class _Watch:
 
 
 def _prepare(folder: Path) -> None:
-    """An empty folder, or one that an earlier demo made, from which its project is taken away."""
+    """Create the folder, or remove the project of an earlier demo from it."""
     from vomstudio.core.files.atomic import write_bytes
     from vomstudio.core.files.containment import make_folder, require_inside
     from vomstudio.core.files.lock import ProjectLock
@@ -212,7 +212,7 @@ def _prepare(folder: Path) -> None:
 
 
 def _project(folder: Path, picks: SamplePicks) -> list[Path]:
-    """A project like one made in the window, its table and its GIS layers."""
+    """Create a project as in the window, with its table and GIS layers."""
     from vomstudio.core.identifiers import new_id
     from vomstudio.geometry.frames import Frame
     from vomstudio.geometry.mesh import Mesh
@@ -251,8 +251,10 @@ def _project(folder: Path, picks: SamplePicks) -> list[Path]:
 
 
 def _add_picks(project: Project, model: Model, mesh: Mesh, picks: SamplePicks) -> None:
-    """Every pick as the tools would have kept it: beds and fault as traces, joints, which were
-    picked all over their faces, as patches."""
+    """Add the picks as the tools would: beds and fault as traces, joints as patches.
+
+    Joints were picked all over their faces.
+    """
     from vomstudio.core.identifiers import new_id
     from vomstudio.geometry.streaming.surfaces import surface_of
     from vomstudio.project.edit import change
@@ -290,7 +292,7 @@ def _add_picks(project: Project, model: Model, mesh: Mesh, picks: SamplePicks) -
 
 
 def _patch(model: Model, mesh: Mesh, points: Floats, spacing: float | None) -> Patch:
-    """Of the faces at which points were picked; its plane is that of the points."""
+    """Create a patch of the faces at the picked points, with the plane of the points."""
     from scipy.spatial import cKDTree
 
     from vomstudio.core.identifiers import new_id
@@ -299,7 +301,7 @@ def _patch(model: Model, mesh: Mesh, points: Floats, spacing: float | None) -> P
     from vomstudio.project.kinds.patch import Patch
     from vomstudio.project.records import SURROUNDINGS_RULE
 
-    fit, known = fit_plane(points), moments(points)
+    fit, patch_moments = fit_plane(points), moments(points)
     _, faces = cKDTree(mesh.vertices[mesh.faces].mean(axis=1)).query(points)
     return Patch(
         new_id("patch"),
@@ -309,10 +311,10 @@ def _patch(model: Model, mesh: Mesh, points: Floats, spacing: float | None) -> P
         model.content_hash,
         "face",
         runs_of(faces),
-        known.n,
-        known.mean,
-        known.scatter,
-        fit.n_effective or known.n_effective,
+        patch_moments.n,
+        patch_moments.mean,
+        patch_moments.scatter,
+        fit.n_effective or patch_moments.n_effective,
         outline(points, fit.normal),
         resolution=spacing,
         rule=SURROUNDINGS_RULE,
@@ -327,9 +329,9 @@ def _nets(folder: Path, picks: SamplePicks, result: SampleResult) -> list[Path]:
     groups = {}
     labels = [s if k == "joint" else k for k, s in zip(picks.kinds, picks.sets, strict=True)]
     for label in dict.fromkeys(labels):
-        rows = [i for i, other in enumerate(labels) if other == label]
-        fits = result.fits
-        groups[label] = ("plane", fits.dip_direction_deg[rows], fits.dip_deg[rows])
+        rows = [i for i, other_label in enumerate(labels) if other_label == label]
+        plane_fits = result.fits
+        groups[label] = ("plane", plane_fits.dip_direction_deg[rows], plane_fits.dip_deg[rows])
     net = NetContents(sets=make_sets(groups), fold=result.beta, circles=False)
     files = [folder / f"net.{format_}" for format_ in ("svg", "png")]
     for file in files:
@@ -349,8 +351,8 @@ def _orthophoto(folder: Path, progress: Reporter) -> list[Path]:
     words = ["ortho", str(sample_model()), "--fold", str(folder / "planes.csv")]
     words += ["--gsd", "0.02", "--draw", str(folder / PROJECT), "-o", str(image)]
     words += ["--sheet", str(sheet), "--force"]
-    said = Output(as_json=True)
+    output = Output(as_json=True)
     args = parser.parse_args(words)
     args.reporter = progress
-    args.run(args, said)
+    args.run(args, output)
     return [image, folder / "ortho.json", folder / "ortho_depth.tif", sheet]

@@ -1,4 +1,4 @@
-"""`vomstudio displacement`: what pairs of points on both sides of a fault tell."""
+"""`vomstudio displacement`: displacements of a fault by pairs of points on both sides."""
 
 from __future__ import annotations
 
@@ -40,15 +40,15 @@ def run(args: argparse.Namespace, out: Output) -> None:
     pairs = read_pairs(args.pairs, frame_options(args))
     progress.stage(tr("Computing displacements"))
     with numbers_of(args.pairs):
-        found = displacements(pairs.names, pairs.points[:, :3], pairs.points[:, 3:], options)
-    found = replace(found, warnings=(*pairs.warnings, *found.warnings))
-    result = found.to_dict()
+        displacement = displacements(pairs.names, pairs.points[:, :3], pairs.points[:, 3:], options)
+    displacement = replace(displacement, warnings=(*pairs.warnings, *displacement.warnings))
+    result = displacement.to_dict()
     out.result(result)
-    out.warn(found.warnings)
+    out.warn(displacement.warnings)
     out.warn(
         [
             Finding("feature.left-out", feature=each["id"], reason=each["reason"])
-            for each in found.skipped
+            for each in displacement.skipped
         ]
     )
     out.text(_result_text(result))

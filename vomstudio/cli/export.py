@@ -1,4 +1,4 @@
-"""`vomstudio export`: what a project holds, for other programs."""
+"""`vomstudio export`: write a project's features for other programs."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
 from vomstudio.project.exports.export_options import ExportFormat
 
-_NAMED = 5
-"""More features than this that are left out for one reason are counted."""
+MAX_NAMED = 5
+"""Maximum number of features per reason that are listed individually."""
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -34,10 +34,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
         Path(args.project), args.to, Path(args.output), force=args.force, progress=progress_of(args)
     )
     files = [str(path) for path in table.files]
-    found: dict[str, Any] = {"files": files, "n": len(table.rows), "skipped": table.skipped}
+    result: dict[str, Any] = {"files": files, "n": len(table.rows), "skipped": table.skipped}
     if table.layers:
-        found["layers"] = dict(table.layers)
-    out.result(found)
+        result["layers"] = dict(table.layers)
+    out.result(result)
     out.warn(_left_out(table.skipped))
     out.text(
         tr_n(
@@ -56,7 +56,7 @@ def _left_out(skipped: Sequence[Mapping[str, Any]]) -> list[Finding]:
         names.setdefault(item["reason"], []).append(item["name"])
     findings = []
     for reason, features in names.items():
-        if len(features) > _NAMED:
+        if len(features) > MAX_NAMED:
             findings.append(Finding("features.left-out", count=len(features), reason=reason))
         else:
             findings += [Finding("feature.left-out", feature=f, reason=reason) for f in features]

@@ -1,4 +1,4 @@
-"""`vomstudio extend`: a plane carried on through a model, with how far off it may be."""
+"""`vomstudio extend`: a plane extended through a model, with its position error."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.labelled_models import write_labelled
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
-from vomstudio.cli.common.unitless_lengths import named_by_unit, unit_of
+from vomstudio.cli.common.unitless_lengths import add_unitless_names, unit_of
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
 from vomstudio.products.section.extend_options import ExtendOptions
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from vomstudio.products.section.extension import ExtendedPlane
     from vomstudio.studio.world_models import WorldModel
 
-_SHOWN = 20
+MAX_SHOWN = 20
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -48,7 +48,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Raises UsageError, InputError, GeometryError or TargetError."""
+    """Run the command. Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.core.files.atomic import check_target
     from vomstudio.io.models.writing import choose_writer
     from vomstudio.products.section.extension import extend, format_of, write_traces
@@ -82,7 +82,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         warnings += write_labelled(args, model, extension.as_fields())
         result["labels"] = args.labels
     result["warnings"] = warnings
-    out.result(named_by_unit(result, metric=model.in_metres))
+    out.result(add_unitless_names(result, metric=model.in_metres))
     out.warn(warnings)
     out.text(_result_text(extension, unit_of(model.in_metres)))
 
@@ -99,10 +99,10 @@ def _belief(
     from vomstudio.products.section.section_lines import parse_through
 
     if points is not None:
-        read = read_points(points, model=ModelFrame(model.crs))
-        given = read.groups
+        point_table = read_points(points, model=ModelFrame(model.crs))
+        groups = point_table.groups
         with numbers_of(points):
-            return belief_of_fit(fit_plane(given.points)), given.warnings
+            return belief_of_fit(fit_plane(groups.points)), groups.warnings
     assert options.error_deg is not None
     plane, through = plane_option(str(options.plane)), parse_through(str(options.through))
     return belief_of_attitude(plane, through, options.error_deg, options.through_error_m), ()
@@ -118,7 +118,7 @@ def _result_text(extension: ExtendedPlane, unit: str) -> str:
             text_tables.figures(bed.least_error95_m),
             text_tables.figures(bed.most_error95_m),
         ]
-        for bed in extension.beds[:_SHOWN]
+        for bed in extension.beds[:MAX_SHOWN]
     ]
     heads = [tr("bed"), tr("offset"), tr("length"), tr("95 % least"), tr("95 % most")]
     lines = [
@@ -128,7 +128,9 @@ def _result_text(extension: ExtendedPlane, unit: str) -> str:
         ),
         text_tables.table(heads, ["", *[unit] * 4], rows),
     ]
-    more = len(extension.beds) - _SHOWN
-    if more > 0:
-        lines.append(tr_n("{count} more is in the file.", "{count} more are in the file.", more))
+    remaining = len(extension.beds) - MAX_SHOWN
+    if remaining > 0:
+        lines.append(
+            tr_n("{count} more is in the file.", "{count} more are in the file.", remaining)
+        )
     return "\n".join(lines)

@@ -1,4 +1,4 @@
-"""`vomstudio facets`: pieces of an outcrop's face that lie in one plane."""
+"""`vomstudio facets`: planar parts of an outcrop's face."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from vomstudio.cli.common.frames_of_models import (
 from vomstudio.cli.common.labelled_models import write_labelled
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
-from vomstudio.cli.common.unitless_lengths import named_by_unit
+from vomstudio.cli.common.unitless_lengths import add_unitless_names
 from vomstudio.core.words import tr
 from vomstudio.extraction.facet_options import FacetOptions
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from vomstudio.extraction.facet_table import FacetTable
     from vomstudio.geology.sets.proposals import DescribedSet
 
-_SHOWN = 20
+MAX_SHOWN = 20
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -46,7 +46,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Raises UsageError, InputError, GeometryError or TargetError."""
+    """Run the command. Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.core.files.atomic import check_target
     from vomstudio.extraction.facet_search import search
     from vomstudio.geology.profiles import DEFAULTS
@@ -86,7 +86,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         force=args.force,
     )
     result["warnings"] = warnings
-    out.result(named_by_unit(result, metric=model.in_metres))
+    out.result(add_unitless_names(result, metric=model.in_metres))
     out.warn(warnings)
     out.text(_result_text(facet_table))
 
@@ -103,11 +103,11 @@ def _result_text(facet_table: FacetTable) -> str:
             str(row["n_points"]),
             row["quality"],
         ]
-        for row in facet_table.rows[:_SHOWN]
+        for row in facet_table.rows[:MAX_SHOWN]
     ]
     lines = [text_tables.table(heads, units, rows)] if rows else []
-    if facet_table.facets > _SHOWN:
-        lines.append(tr("{count} more are in the table.", count=facet_table.facets - _SHOWN))
+    if facet_table.facets > MAX_SHOWN:
+        lines.append(tr("{count} more are in the table.", count=facet_table.facets - MAX_SHOWN))
     if facet_table.coverage is not None:
         lines.append(
             tr(

@@ -39,7 +39,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Raises GeometryError where no plane at all can be fitted."""
+    """Run the command. Raises GeometryError if no plane can be fitted."""
     from vomstudio.core.files.atomic import check_target
     from vomstudio.geology.profiles import PROFILES
     from vomstudio.io.gate.point_tables import read_points
@@ -49,12 +49,12 @@ def run(args: argparse.Namespace, out: Output) -> None:
     options, together = options_from(args, FitOptions), options_from(args, FitTogether)
     if args.output is not None:
         check_target(args.output, force=args.force, inputs=[args.points])
-    drawn = None if args.plot is None else _plot_of(args)
+    plot_format = None if args.plot is None else _plot_format(args)
     priors = straight_traces.read_sets(args)
     limits = PROFILES[options.profile]
     progress = report_reading(args, args.points)
-    read = read_points(args.points, options.by, frame_options(args))
-    groups = read.groups
+    point_table = read_points(args.points, options.by, frame_options(args))
+    groups = point_table.groups
     fitted = fitted_planes(
         groups.ids,
         groups.points,
@@ -70,7 +70,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         progress.stage(tr("Fitting all traces together"))
     parallel = _parallel(args.points, together.same, groups) if together.parallel else None
     curved = curved_beds.fitted(args.points, groups) if together.curved else None
-    bands = straight_traces.bands_told(fitted.bands, priors)
+    bands = straight_traces.figures_by_trace(fitted.bands, priors)
     crossing = straight_traces.crossings(together.crossing, groups.ids, fitted.bands)
     if not rows and parallel is None and curved is None:
         raise _nothing_fitted(args.points, options.by, skipped)
@@ -89,14 +89,16 @@ def run(args: argparse.Namespace, out: Output) -> None:
     if curved is not None:
         result["curved"] = curved
     if args.output is not None:
-        write_orientation_csv(args.output, rows, limits=limits, crs=read.crs, force=args.force)
+        write_orientation_csv(
+            args.output, rows, limits=limits, crs=point_table.crs, force=args.force
+        )
         result["table"] = args.output
-    if drawn is not None:
+    if plot_format is not None:
         from vomstudio.core.files.atomic import atomic_write
         from vomstudio.products.net.shape_figure import write_shapes
 
         with atomic_write(args.plot, args.force) as temporary:
-            write_shapes(temporary, rows, format=drawn)
+            write_shapes(temporary, rows, format=plot_format)
         result["image"] = args.plot
     out.result(result)
     out.warn(result["warnings"])
@@ -118,8 +120,8 @@ def run(args: argparse.Namespace, out: Output) -> None:
         out.text(f"\n{curved_beds.result_text(curved)}")
 
 
-def _plot_of(args: argparse.Namespace) -> str:
-    """The format of the figure."""
+def _plot_format(args: argparse.Namespace) -> str:
+    """Return the format of the figure."""
     from vomstudio.core.files.atomic import check_target
     from vomstudio.products.net.figure import picture_format
 
@@ -177,13 +179,13 @@ def _parallel_text(parallel: ParallelBeds) -> str:
 
 
 def _nothing_fitted(path: str, by: str | None, skipped: list[dict[str, Any]]) -> GeometryError:
-    first = skipped[0]
+    first_skipped = skipped[0]
     if by is None:
-        return GeometryError(first["reason"], file=path)
+        return GeometryError(first_skipped["reason"], file=path)
     return GeometryError(
-        Finding("plane.none-fitted", count=len(skipped), reason=first["reason"]),
+        Finding("plane.none-fitted", count=len(skipped), reason=first_skipped["reason"]),
         file=path,
-        field=f"{by} {first['id']}",
+        field=f"{by} {first_skipped['id']}",
     )
 
 

@@ -40,26 +40,26 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
     progress.stage(tr("Finding the fold axis"))
-    found = table_fold(table, options)
-    out.result(found.to_dict())
-    out.note(tr("read as {convention}", convention=found.convention))
-    out.warn(found.warnings)
-    out.text(_result_text(found))
+    fold_result = table_fold(table, options)
+    out.result(fold_result.to_dict())
+    out.note(tr("read as {convention}", convention=fold_result.convention))
+    out.warn(fold_result.warnings)
+    out.text(_result_text(fold_result))
 
 
 def _registered(beta: dict[str, Any]) -> list[tuple[str, str]]:
-    """What the registration adds, where it is known."""
+    """Return the error by the registration, if known."""
     if beta["registration_error_deg"] is None:
         return []
-    said = tr("{error:.1f} deg (95 %)", error=beta["registration_error_deg"])
-    rows = [("  " + tr("registration"), said)]
+    text = tr("{error:.1f} deg (95 %)", error=beta["registration_error_deg"])
+    rows = [("  " + tr("registration"), text)]
     if beta["total95_deg"] is not None:
-        said = tr(
+        text = tr(
             "{largest:.1f} x {smallest:.1f} deg (semi-axes, joint 95 %)",
             largest=beta["total95_deg"],
             smallest=beta["total95_min_deg"],
         )
-        rows.append(("  " + tr("together"), said))
+        rows.append(("  " + tr("together"), text))
     return rows
 
 
@@ -67,7 +67,7 @@ def _limbs(limbs: dict[str, Any] | None) -> list[tuple[str, str]]:
     if limbs is None:
         return []
     first, second = (text_tables.plane(plane) for plane in limbs["planes"])
-    said = tr(
+    text = tr(
         "{first} and {second} dip direction/dip, interlimb angle {angle:.0f} ± {error:.0f} deg "
         "(95 %)",
         first=first,
@@ -76,7 +76,7 @@ def _limbs(limbs: dict[str, Any] | None) -> list[tuple[str, str]]:
         error=limbs["interlimb_error95_deg"],
     )
     if any(limbs["overturned"]):
-        said = tr("{limbs}, of overturned beds where they are flagged", limbs=said)
+        text = tr("{limbs}, of overturned beds where they are flagged", limbs=text)
     axial = tr(
         "{plane}  dip direction/dip, joint 95 %",
         plane=text_tables.measured_plane(
@@ -84,7 +84,7 @@ def _limbs(limbs: dict[str, Any] | None) -> list[tuple[str, str]]:
             "error95_deg",
         ),
     )
-    return [(tr("limbs"), said), (tr("axial plane"), axial)]
+    return [(tr("limbs"), text), (tr("axial plane"), axial)]
 
 
 def _pairs(pairs: list[dict[str, Any]]) -> list[tuple[str, str]]:
@@ -97,26 +97,26 @@ def _pairs(pairs: list[dict[str, Any]]) -> list[tuple[str, str]]:
                 largest=pair["max_confidence95_deg"],
                 smallest=pair["min_confidence95_deg"],
             )
-        said = tr(
+        text = tr(
             "{first} and {second} meet in {line}, 95 %: {error}",
             first=pair["sets"][0],
             second=pair["sets"][1],
             line=text_tables.line(pair),
             error=error,
         )
-        rows.append((tr("intersection"), said))
+        rows.append((tr("intersection"), text))
     return rows
 
 
 def _worst(worst: dict[str, Any] | None) -> list[tuple[str, str]]:
     if worst is None:
         return []
-    said = tr(
+    text = tr(
         "beta turns by {turn:.1f} deg at most, without plane {id}",
         turn=worst["turn_deg"],
         id=worst["id"],
     )
-    return [(tr("leave one out"), said)]
+    return [(tr("leave one out"), text)]
 
 
 def _domains(domains: Mapping[str, DomainFigures] | None) -> list[tuple[str, str]]:

@@ -1,4 +1,4 @@
-"""`vomstudio fractures`: a map of fracture traces in figures."""
+"""`vomstudio fractures`: statistics of a map of fracture traces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`vomstudio frames`: the frames of a video that are worth using."""
+"""`vomstudio frames`: the usable frames of a video."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`vomstudio info`: what is in a model, cloud, table, picture or folder of photos."""
+"""`vomstudio info`: contents of a model, cloud, table, picture or folder of photos."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ NOTHING: dict[str, Any] = {
     "fields": [],
     "warnings": [],
 }
-"""What is promised of every file, as far as nothing is known of it."""
+"""Keys that the result of every file contains, with their defaults."""
 TABLES = {".csv", ".tsv", ".txt", ".dat", ".tab", ".prn"}
 PICTURES = {".jpg", ".jpeg", ".png", ".bmp", ".webp"}
 GRIDS = {".tif", ".tiff"}
@@ -76,17 +76,17 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
 
 def _described(path: Path, progress: Progress) -> dict[str, Any]:
-    """Raises InputError."""
+    """Return the contents of a file or folder. Raises InputError."""
     if path.is_dir():
         return _folder(path, progress)
     ending = path.suffix.lower()
-    ways: dict[bool, Callable[[Path], dict[str, Any]]] = {
+    readers: dict[bool, Callable[[Path], dict[str, Any]]] = {
         ending in TABLES: lambda path: _table(path, progress),
         ending in PICTURES: _picture,
         ending in GRIDS: lambda path: _grid(path, progress),
     }
-    if True in ways:
-        return ways[True](path)
+    if True in readers:
+        return readers[True](path)
     from vomstudio.io.models.opening import describe
 
     return dict(describe(path, progress))
@@ -99,49 +99,49 @@ def _folder(path: Path, progress: Progress) -> dict[str, Any]:
         return {**NOTHING, "kind": "project"}
     from vomstudio.io.photos.reading import read_photos
 
-    found = read_photos(path, progress)
-    photos = found.photos
-    warnings: list[Finding] = list(found.warnings)
+    survey = read_photos(path, progress)
+    photos = survey.photos
+    warnings: list[Finding] = list(survey.warnings)
     warnings += [
-        Finding("photo.left-out", photo=name, reason=reason) for name, reason in found.skipped
+        Finding("photo.left-out", photo=name, reason=reason) for name, reason in survey.skipped
     ]
     placed = sum(photo.latitude_deg is not None for photo in photos)
     return {
         **NOTHING,
         "kind": "photos",
-        # The same file twice is still two photos in the folder.
-        "photos": len(photos) + len(found.duplicates),
+        # Two copies of a file still count as two photos of the folder.
+        "photos": len(photos) + len(survey.duplicates),
         "used": len(photos),
         "with_gps": placed,
         "with_masks": sum(photo.mask is not None for photo in photos),
-        "cameras": [_camera(group) for group in found.cameras().values()],
+        "cameras": [_camera(group) for group in survey.cameras().values()],
         "warnings": warnings,
     }
 
 
 def _camera(group: list[Photo]) -> dict[str, Any]:
-    """What photos through the same lens have in common."""
-    first = group[0]
+    """Return the common properties of photos through the same lens."""
+    first_photo = group[0]
     return {
-        "camera": first.camera,
-        "lens": first.lens,
-        "serial": first.serial,
+        "camera": first_photo.camera,
+        "lens": first_photo.lens,
+        "serial": first_photo.serial,
         "photos": len(group),
-        "width": first.width,
-        "height": first.height,
-        "focal_mm": first.focal_mm,
-        "focal_px": first.focal_px,
-        "focal_source": first.focal_source,
-        "sensor_width_mm": first.sensor_width_mm,
+        "width": first_photo.width,
+        "height": first_photo.height,
+        "focal_mm": first_photo.focal_mm,
+        "focal_px": first_photo.focal_px,
+        "focal_source": first_photo.focal_source,
+        "sensor_width_mm": first_photo.sensor_width_mm,
     }
 
 
-_NAMED = {"x", "y", "z"}
-"""A table with these columns is one of points: what keeps it from that is said."""
+COORDINATE_NAMES = {"x", "y", "z"}
+"""A table with these columns contains points; errors in them are reported."""
 
 
 def _table(path: Path, progress: Progress) -> dict[str, Any]:
-    """Rows and columns; bounds where there are x, y and z, in the CRS that lies beside them."""
+    """Return rows and columns; bounds if there are x, y and z, in the stated CRS."""
     import numpy as np
 
     from vomstudio.io.gate.points import points_to_world
@@ -157,7 +157,7 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
         points = table.numbers(coordinate_columns(table))
     except InputError as error:
         points = np.empty((0, 3))  # a table of something else
-        if {name.strip().casefold() for name in table.names or ()} >= _NAMED:
+        if {name.strip().casefold() for name in table.names or ()} >= COORDINATE_NAMES:
             warnings.append(cause_of(error))
     sound = np.isfinite(points).all(axis=1)
     if sound.any():
@@ -172,7 +172,7 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
                     lines=lines,
                 )
             )
-    found = {
+    result = {
         **NOTHING,
         "kind": "table",
         "points": len(table),
@@ -183,7 +183,7 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
         "warnings": warnings,
     }
     if bounds is None:
-        return found
+        return result
     stated, findings = table_crs(path, table.comments)
     try:
         warnings += points_to_world(points, file=path, comments=table.comments).findings
@@ -191,7 +191,7 @@ def _table(path: Path, progress: Progress) -> dict[str, Any]:
         if not error.code.startswith("frame."):
             raise
         warnings += [*findings, Finding(error.code, **error.values)]
-    return found if stated.text is None else found | _place(path, progress)
+    return result if stated.text is None else result | _place(path, progress)
 
 
 def _place(path: Path, progress: Progress) -> dict[str, Any]:
@@ -206,12 +206,12 @@ def _place(path: Path, progress: Progress) -> dict[str, Any]:
     return {key: cloud[key] for key in keys if key in cloud}
 
 
-_GREY = ("1", "L", "P")
-"""Pillow's names of single bands of a picture: black and white, grey, a palette."""
+SINGLE_BAND_MODES = ("1", "L", "P")
+"""Pillow's modes with a single band: black and white, grey, palette."""
 
 
 def _picture(path: Path) -> dict[str, Any]:
-    """Size and bands of an image file, and its place where it is one of a map."""
+    """Return size and bands of an image file, and its place if it is a map."""
     from vomstudio.io.text.file_text import require_file
 
     require_file(path)
@@ -228,7 +228,7 @@ def _picture(path: Path) -> dict[str, Any]:
         if path.suffix.lower() in GRIDS:
             from vomstudio.io.gis.raster import read_size_and_bands
 
-            # Pillow does not know every kind of number and every number of bands.
+            # Pillow does not support every number type and every number of bands.
             width, height, bands = read_size_and_bands(path)
             return {
                 **NOTHING,
@@ -265,22 +265,29 @@ def _on_the_map(path: Path) -> dict[str, Any] | None:
 
 
 def _grid(path: Path, progress: Progress) -> dict[str, Any]:
-    """A height model with its place; any other TIFF is a picture."""
+    """Return a height model with its place; any other TIFF is a picture."""
     from vomstudio.io.models.opening import describe
 
     try:
-        found = dict(describe(path, progress))
+        result = dict(describe(path, progress))
     except InputError as error:
         picture = _picture(path)
-        if len(picture["fields"]) == 1 and picture["fields"][0] not in _GREY:
-            # Heights, not a photograph: what is wrong with them is not kept back.
+        if len(picture["fields"]) == 1 and picture["fields"][0] not in SINGLE_BAND_MODES:
+            # Errors of height models are reported, those of photographs are not.
             picture["warnings"].append(cause_of(error))
         return picture
     from vomstudio.io.gis.raster import read_size_and_bands
 
-    # Not by Pillow, which knows no 64-bit numbers.
+    # Pillow does not support 64-bit numbers.
     width, height, bands = read_size_and_bands(path)
-    return {**NOTHING, **found, "kind": "raster", "width": width, "height": height, "fields": bands}
+    return {
+        **NOTHING,
+        **result,
+        "kind": "raster",
+        "width": width,
+        "height": height,
+        "fields": bands,
+    }
 
 
 def _extent_rows(contents: dict[str, Any]) -> list[tuple[str, str]]:
@@ -292,16 +299,16 @@ def _extent_rows(contents: dict[str, Any]) -> list[tuple[str, str]]:
         for axis, unit, low, high in zip("xyz", units, *bounds, strict=True):
             if low is None:  # a picture has no heights
                 continue
-            shown = "m" if metric else unit
-            label = axis if shown == "unknown" else f"{axis}, {shown}"
+            shown_unit = "m" if metric else unit
+            label = axis if shown_unit == "unknown" else f"{axis}, {shown_unit}"
             rows.append((label, tr("{low:.3f} to {high:.3f}", low=low, high=high)))
     if spacing := contents.get("resolution_m"):
         rows.append((tr("resolution, m"), f"{spacing:.4g}"))
     elif spacing := contents.get("resolution"):
         rows.append((tr("resolution"), f"{spacing:.4g}"))
     if contents.get("units"):
-        stated = tr("unknown") if set(units) == {"unknown"} else ", ".join(units)
-        rows.append((tr("file units"), stated))
+        stated_units = tr("unknown") if set(units) == {"unknown"} else ", ".join(units)
+        rows.append((tr("file units"), stated_units))
     return rows
 
 

@@ -1,4 +1,4 @@
-"""`vomstudio log`: boundaries of beds along a line, and the thickness between them."""
+"""`vomstudio log`: bed boundaries along a line, and the thickness between them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
-from vomstudio.cli.common.unitless_lengths import named_by_unit
+from vomstudio.cli.common.unitless_lengths import add_unitless_names
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -51,18 +51,18 @@ def run(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.section.decimals import with_error
     from vomstudio.project.tables.log_table import about_log, write_log
 
-    of_project = Path(args.table).is_dir()
-    _check_options(args, of_project)
+    is_project = Path(args.table).is_dir()
+    _check_options(args, is_project)
     options, line = options_from(args, LogOptions), options_from(args, LogLine)
     bed = None if args.bed is None else plane_option(args.bed, "--bed")
-    inputs = [] if of_project else [args.table]
+    inputs = [] if is_project else [args.table]
     if args.output is not None:
         check_target(args.output, force=args.force, inputs=inputs)
     if args.plot is not None:
         format_ = picture_format(args.plot, "--plot")
         check_target(args.plot, force=args.force, inputs=[*inputs, *filter(None, [args.output])])
     answer = (
-        _project_log(args, line, bed, options) if of_project else _table_log(args, bed, options)
+        _project_log(args, line, bed, options) if is_project else _table_log(args, bed, options)
     )
     log = answer.log
     about = about_log(answer.bed, answer.bed95_deg)
@@ -87,7 +87,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         },
         "sigma_m": answer.sigma_m,
     }
-    out.result(named_by_unit(result, metric=answer.metric))
+    out.result(add_unitless_names(result, metric=answer.metric))
     out.warn(log.warnings)
     heads = [tr("bed"), tr("from"), tr("to"), tr("thickness"), tr("lithology"), tr("notes")]
     rows = [
@@ -101,15 +101,24 @@ def run(args: argparse.Namespace, out: Output) -> None:
         ]
         for i in reversed(log.intervals)
     ]
-    lead = tr("Metres across the bedding, errors 95 %, the youngest bed on top")
+    heading = tr("Metres across the bedding, errors 95 %, the youngest bed on top")
     if not answer.metric:
-        lead = tr("Model units across the bedding, errors 95 %, the youngest bed on top")
-    out.text(lead + "\n" + text_tables.table(heads, [""] * len(heads), rows))
+        heading = tr("Model units across the bedding, errors 95 %, the youngest bed on top")
+    out.text(heading + "\n" + text_tables.table(heads, [""] * len(heads), rows))
 
 
 class _LogAnswer(NamedTuple):
-    """dropped : lines of the table without a place; metric : lengths are metres; bed_traces : names
-    of the traces that the bedding was fitted to"""
+    """Result of the command.
+
+    Parameters
+    ----------
+    dropped : tuple of int
+        Lines of the table without coordinates.
+    metric : bool
+        Whether lengths are in metres.
+    bed_traces : tuple of str
+        Names of the traces to which the bedding was fitted.
+    """
 
     log: BedLog
     bed: Plane
@@ -120,17 +129,17 @@ class _LogAnswer(NamedTuple):
     bed_traces: tuple[str, ...] = ()
 
 
-def _check_options(args: argparse.Namespace, of_project: bool) -> None:
-    """Raises UsageError."""
-    if of_project and args.line is None:
+def _check_options(args: argparse.Namespace, is_project: bool) -> None:
+    """Check the combination of options. Raises UsageError."""
+    if is_project and args.line is None:
         raise UsageError(Finding("log.line-not-given"), field="--line")
-    if not of_project and args.line is not None:
+    if not is_project and args.line is not None:
         raise UsageError(Finding("log.not-a-project", table=args.table), field="--line")
-    if of_project and frame_options(args).is_given:
+    if is_project and frame_options(args).is_given:
         raise UsageError(Finding("option.not-with-project"), field=frame_options(args).first_given)
-    if not of_project and args.bed is None:
+    if not is_project and args.bed is None:
         raise UsageError(Finding("log.no-bed"), field="--bed")
-    if of_project and args.bed is None and args.bed_error_deg is not None:
+    if is_project and args.bed is None and args.bed_error_deg is not None:
         raise UsageError(
             Finding("option.requires", option="--bed-error", other="--bed"), field="--bed-error"
         )
@@ -142,22 +151,22 @@ def _table_log(args: argparse.Namespace, bed: Plane | None, options: LogOptions)
 
     assert bed is not None
     progress = report_reading(args, args.table)
-    read = read_boundaries(args.table, frame_options(args))
+    boundaries = read_boundaries(args.table, frame_options(args))
     progress.stage(tr("Measuring thicknesses"))
     sigma, error = options.sigma_m or 0.0, options.bed_error_deg or 0.0
     with numbers_of(args.table):
-        found = bed_log(
-            read.points,
+        log = bed_log(
+            boundaries.points,
             bed,
-            names=read.names,
-            lithologies=read.lithologies,
-            notes=read.notes,
+            names=boundaries.names,
+            lithologies=boundaries.lithologies,
+            notes=boundaries.notes,
             sigma_m=sigma,
             bed_error_deg=error,
             overturned=options.overturned,
         )
-    found = replace(found, warnings=(*read.warnings, *found.warnings))
-    return _LogAnswer(found, bed, error, sigma, read.dropped)
+    log = replace(log, warnings=(*boundaries.warnings, *log.warnings))
+    return _LogAnswer(log, bed, error, sigma, boundaries.dropped)
 
 
 def _project_log(
@@ -178,7 +187,15 @@ def _project_log(
     )
     progress.stage(tr("Measuring thicknesses"))
     with numbers_of(args.table):
-        found = answer(question)
-    q = found.question
-    names = tuple(q.names[id_] for id_ in found.bed_ids)
-    return _LogAnswer(found.log, found.bed, found.bed95_deg, found.sigma_m, (), q.metric, names)
+        project_log = answer(question)
+    q = project_log.question
+    names = tuple(q.names[id_] for id_ in project_log.bed_ids)
+    return _LogAnswer(
+        project_log.log,
+        project_log.bed,
+        project_log.bed95_deg,
+        project_log.sigma_m,
+        (),
+        q.metric,
+        names,
+    )

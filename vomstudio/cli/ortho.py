@@ -1,4 +1,4 @@
-"""`vomstudio ortho`: a scale-true picture of a model along any direction."""
+"""`vomstudio ortho`: an orthographic picture of a model along any direction."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
 from vomstudio.cli.common.output import Output
 from vomstudio.cli.common.text_tables import azimuth
-from vomstudio.cli.common.unitless_lengths import named_by_unit, unit_of
+from vomstudio.cli.common.unitless_lengths import add_unitless_names, unit_of
 from vomstudio.core.words import tr
 from vomstudio.products.ortho.ortho_options import OrthoDrawing, OrthoOptions
 
@@ -81,14 +81,14 @@ def run(args: argparse.Namespace, out: Output) -> None:
         if own_axis
         else requests.direction_of(options, fold)
     )
-    shown = items if only is None else only.features(items)
-    features = None if drawing.draw is None else items_shown(shown, parts)
+    shown_items = items if only is None else only.features(items)
+    features = None if drawing.draw is None else items_shown(shown_items, parts)
     progress = report_reading(args, args.model)
     check_place(frame_options(args), args.project)
     loaded = read_model(args.model, progress, frame_options(args))
     progress.stage(tr("Preparing the model"))
     place = _place(args, loaded)
-    asked = requests.request_picture(
+    request = requests.request_picture(
         loaded.data,
         direction,
         to_world=place.to_world,
@@ -99,9 +99,9 @@ def run(args: argparse.Namespace, out: Output) -> None:
         metric=place.metric,
         region=region,
     )
-    made = orthophoto.write_orthophoto(
+    picture_files = orthophoto.write_orthophoto(
         loaded.data,
-        asked.plan,
+        request.plan,
         args.output,
         crs=place.crs,
         model=str(loaded.path),
@@ -111,19 +111,21 @@ def run(args: argparse.Namespace, out: Output) -> None:
         progress=progress,
         features=features,
         legend=LEGEND in parts,
-        only=None if only is None else only.seen_in(items, asked.plan),
+        only=None if only is None else only.seen_in(items, request.plan),
     )
-    found = requests.written(
-        made, asked, args.output, drawing.sheet, (*loaded.warnings, *place.findings)
+    result = requests.written(
+        picture_files, request, args.output, drawing.sheet, (*loaded.warnings, *place.findings)
     )
-    out.result(named_by_unit(found.to_dict(), metric=place.in_metres))
-    out.warn(found.warnings)
-    out.text(_result_text(found.to_dict(), unit_of(place.in_metres)))
+    out.result(add_unitless_names(result.to_dict(), metric=place.in_metres))
+    out.warn(result.warnings)
+    out.text(_result_text(result.to_dict(), unit_of(place.in_metres)))
 
 
 class _Place(NamedTuple):
-    """How the model stands in World. placed : north is known; metric : the unit is, too
-    in_metres : as of `WorldModel`"""
+    """Placement of the model in World; `placed` and `metric` if north and unit are known.
+
+    `in_metres` as of `WorldModel`.
+    """
 
     to_world: Matrix
     crs: str | None
@@ -137,10 +139,10 @@ def _place(args: argparse.Namespace, loaded: LoadedModel) -> _Place:
     from vomstudio.io.gis.crs import world_crs
     from vomstudio.io.models.frames import establish_frame
     from vomstudio.io.photos.cameras_file import scale_known
-    from vomstudio.studio.world_models import model_in
+    from vomstudio.studio.world_models import find_project_model
 
     if args.project is not None:
-        model = model_in(args.project, loaded)
+        model = find_project_model(args.project, loaded)
         frame = model.frame
         crs = world_crs(frame.crs, frame.unit_m)
         metric = frame.has_metres

@@ -1,4 +1,4 @@
-"""`vomstudio plan`: a photo survey before going out."""
+"""`vomstudio plan`: plan of a photo survey."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def _result_text(plan: SurveyPlan) -> str:
     from vomstudio.photogrammetry.survey.photo_limits import planes_in_short
     from vomstudio.photogrammetry.survey.plan_forecast import forecast_text
 
-    near, far = plan.depth_of_field_m
+    near_m, far_m = plan.depth_of_field_m
     c = plan.camera
     rows = [
         (
@@ -113,14 +113,14 @@ def _result_text(plan: SurveyPlan) -> str:
             tr("depth of field"),
             tr(
                 "{near:.3g} m to infinity at f/{aperture:g} (within 2 pixels)",
-                near=near,
+                near=near_m,
                 aperture=plan.f_number,
             )
-            if far is None
+            if far_m is None
             else tr(
                 "{near:.3g} m to {far:.3g} m at f/{aperture:g} (within 2 pixels)",
-                near=near,
-                far=far,
+                near=near_m,
+                far=far_m,
                 aperture=plan.f_number,
             ),
         ),

@@ -1,4 +1,4 @@
-"""`vomstudio project`: what the window can do to a project, without a window."""
+"""`vomstudio project`: work on a project without a window."""
 
 from __future__ import annotations
 
@@ -46,13 +46,13 @@ def add_parser(subparsers: Subparsers) -> None:
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
 
     def add(name: str, act: Run, help_: str) -> Parser:
-        # What all commands share may stand before or after the action.
-        made: Parser = actions.add_parser(
+        # Options of all commands may precede or follow the action.
+        action_parser: Parser = actions.add_parser(
             name, help=help_, description=f"{help_}.", argument_default=argparse.SUPPRESS
         )
-        add_shared_options(made)
-        made.set_defaults(act=act)
-        return made
+        add_shared_options(action_parser)
+        action_parser.set_defaults(act=act)
+        return action_parser
 
     add("create", _create, tr("Create an empty project"))
     add("list", _list, tr("List the contents of the project"))
@@ -69,8 +69,10 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     picks = add("add-picks", _add_picks, tr("Add traces: points in World along beds or fractures"))
     picks.add_argument("table", metavar="TABLE", help=tr("text table with x, y, z"))
-    taken = add("import", _import, tr("Add stations, contact lines and rock areas from a file"))
-    taken.add_argument(
+    import_parser = add(
+        "import", _import, tr("Add stations, contact lines and rock areas from a file")
+    )
+    import_parser.add_argument(
         "file", metavar="FILE", help=tr("GeoPackage, GeoJSON, shapefile, KML or CSV, as exported")
     )
     values = add("set", _set, tr("Change type, set, domain or name of features"))
@@ -81,7 +83,7 @@ def add_parser(subparsers: Subparsers) -> None:
     fit.add_argument(
         "ids", metavar="ID", nargs="*", default=[], help=tr("ids or names (default: all)")
     )
-    add("coverage", _looked_at, tr("What was looked at of the faces with a grid"))
+    add("coverage", _coverage, tr("What was looked at of the faces with a grid"))
     profile = add("profile", _profile, tr("Judge all features by another profile"))
     profile.add_argument(
         "name",
@@ -103,12 +105,12 @@ def _run(args: argparse.Namespace, out: Output) -> None:
     try:
         args.act(args, out)
     except DocumentError as error:
-        # What cannot be done to a journal is said by what knows no folder.
+        # Errors of a journal do not know its folder.
         error.file = error.file or args.project
         raise
 
 
-# --- looking -------------------------------------------------------------------------------------
+# --- queries ----------------------------------------------------------------------------------
 def _list(args: argparse.Namespace, out: Output) -> None:
     summary = _summary(args)
     out.result(summary.to_dict())
@@ -126,14 +128,14 @@ def _create(args: argparse.Namespace, out: Output) -> None:
 
 def _set(args: argparse.Namespace, out: Output) -> None:
     values = options_from(args, FeatureValues)
-    with _changing(args, out) as desk:
+    with _edited_project(args, out) as desk:
         changed = desk.set_values(args.ids, values)
     words = tr_n("{count} feature was changed.", "{count} features were changed.", len(changed))
     _report(args, out, {"changed": _named(changed)}, words)
 
 
 def _delete(args: argparse.Namespace, out: Output) -> None:
-    with _changing(args, out) as desk:
+    with _edited_project(args, out) as desk:
         deleted = desk.delete(args.ids)
     words = tr_n("{count} feature was deleted.", "{count} features were deleted.", len(deleted))
     _report(args, out, {"deleted": _named(deleted)}, words)
@@ -146,66 +148,70 @@ def _named(features: Sequence[Feature]) -> list[dict[str, str]]:
 def _fit(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.studio.project_summary import fitted
 
-    fits = fitted(Path(args.project), args.ids)
+    orientations = fitted(Path(args.project), args.ids)
     result = {
-        "planes": [row for row in fits.rows if row["element"] == "plane"],
-        "lines": [row for row in fits.rows if row["element"] == "line"],
-        "skipped": list(fits.skipped),
+        "planes": [row for row in orientations.rows if row["element"] == "plane"],
+        "lines": [row for row in orientations.rows if row["element"] == "line"],
+        "skipped": list(orientations.skipped),
     }
     out.result({**_summary(args).to_dict(), **result})
     out.warn(
         [
             Finding("feature.left-out", feature=item["name"], reason=item["reason"])
-            for item in fits.skipped
+            for item in orientations.skipped
         ]
     )
-    lines = [_row_text(row) for row in fits.rows]
-    if any(row.get("quality") for row in fits.rows):
-        lines.append(fits.limits.description)
+    lines = [_row_text(row) for row in orientations.rows]
+    if any(row.get("quality") for row in orientations.rows):
+        lines.append(orientations.limits.description)
     out.text("\n".join(lines) or tr("no features"))
 
 
-def _looked_at(args: argparse.Namespace, out: Output) -> None:
+def _coverage(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.products.fractures.summary import looked_at_rows
-    from vomstudio.studio.surfaces.grid_coverage import shares_of
+    from vomstudio.studio.surfaces.grid_coverage import grid_shares
 
-    with _changing(args, out, saves=False) as desk:
-        found, said = shares_of(desk)
-    grids = [each.to_dict() for each in found]
+    with _edited_project(args, out, saves=False) as desk:
+        shares, findings = grid_shares(desk)
+    grids = [each.to_dict() for each in shares]
     out.result({**_summary(args).to_dict(), "grids": grids})
-    out.warn(said)
-    lines = [line for g in found for line in (g.name, *looked_at_rows(g.coverage), "")]
+    out.warn(findings)
+    lines = [line for g in shares for line in (g.name, *looked_at_rows(g.coverage), "")]
     out.text("\n".join(lines).strip() or tr("no grid was laid over a face"))
 
 
 def _verify(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.project.verify import verify
 
-    found = verify(Path(args.project))
-    result = {"sound": found.sound, "problems": list(found.problems), "assets": found.assets}
+    verification = verify(Path(args.project))
+    result = {
+        "sound": verification.sound,
+        "problems": list(verification.problems),
+        "assets": verification.assets,
+    }
     out.result({**_summary(args).to_dict(), **result})
-    out.warn(found.problems)
-    # A project that is not sound is no success, whoever asks by a script.
-    out.failed = not found.sound
-    said = (
+    out.warn(verification.problems)
+    # An invalid project is a failure, for scripts too.
+    out.failed = not verification.sound
+    text = (
         tr("sound")
-        if found.sound
-        else tr_n("{count} problem", "{count} problems", len(found.problems))
+        if verification.sound
+        else tr_n("{count} problem", "{count} problems", len(verification.problems))
     )
     out.text(
         tr(
             "{project}: {steps}, {files}, {verdict}",
             project=args.project,
-            steps=tr_n("{count} step", "{count} steps", found.steps),
-            files=tr_n("{count} file", "{count} files", found.assets),
-            verdict=said,
+            steps=tr_n("{count} step", "{count} steps", verification.steps),
+            files=tr_n("{count} file", "{count} files", verification.assets),
+            verdict=text,
         )
     )
 
 
-# --- changing ------------------------------------------------------------------------------------
+# --- changes ----------------------------------------------------------------------------------
 def _add_model(args: argparse.Namespace, out: Output) -> None:
-    with _changing(args, out) as desk:
+    with _edited_project(args, out) as desk:
         added = desk.add_model(Path(args.file), frame_options(args))
     out.warn(added.warnings)
     what = {"model": added.model.id, "added": added.new, "warnings": list(added.warnings)}
@@ -216,7 +222,7 @@ def _register(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.cli.register import placement_text
     from vomstudio.io.control.observation_tables import read_pairs
     from vomstudio.io.gis.crs import metric_crs
-    from vomstudio.studio.placing.registering import sets_turned_finding
+    from vomstudio.studio.placing.registering import set_rotation_finding
 
     options = options_from(args, PlacementOptions)
     if options.reference is None and args.pairs is None:
@@ -227,7 +233,7 @@ def _register(args: argparse.Namespace, out: Output) -> None:
     crs = None if options.crs is None else metric_crs(options.crs, "--crs")
     click_m = options.click_sigma_m
     reference = {}
-    with _changing(args, out) as desk:
+    with _edited_project(args, out) as desk:
         model = desk.find_model(options.model)
         if options.reference is None:
             assert pairs is not None
@@ -248,7 +254,7 @@ def _register(args: argparse.Namespace, out: Output) -> None:
     turn_text = tr(
         "{model} was placed; it turned by {turn:.2f} degrees.", model=model.name, turn=turned
     )
-    texts = [placement_text(placed), turn_text, str(sets_turned_finding(sets) or "")]
+    texts = [placement_text(placed), turn_text, str(set_rotation_finding(sets) or "")]
     _report(args, out, result, "\n".join(filter(None, texts)))
 
 
@@ -259,7 +265,7 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
     from vomstudio.studio.headless_project import Picks
 
     options = options_from(args, PickOptions)
-    with _changing(args, out) as desk:
+    with _edited_project(args, out) as desk:
         model, kind = desk.find_model(options.model), desk.find_type(options.type)
         world = world_crs(model.frame.crs, model.frame.unit_m)
         groups = read_points(args.table, options.by, model=ModelFrame(world)).groups
@@ -278,9 +284,9 @@ def _add_picks(args: argparse.Namespace, out: Output) -> None:
 
 
 def _import(args: argparse.Namespace, out: Output) -> None:
-    with _changing(args, out) as desk:
+    with _edited_project(args, out) as desk:
         model = desk.find_model(options_from(args, ModelChoice).model)
-        added = desk.take_in(Path(args.file), model)
+        added = desk.import_features(Path(args.file), model)
     words = tr_n(
         "{count} feature on {model}",
         "{count} features on {model}",
@@ -291,42 +297,42 @@ def _import(args: argparse.Namespace, out: Output) -> None:
 
 
 def _profile(args: argparse.Namespace, out: Output) -> None:
-    with _changing(args, out) as desk:
+    with _edited_project(args, out) as desk:
         desk.judge_by(args.name)
     _report(args, out, {"profile": args.name}, tr("profile: {profile}", profile=args.name))
 
 
 def _update(args: argparse.Namespace, out: Output) -> None:
-    with _changing(args, out) as desk:
-        updated, left = desk.update_surroundings()
-    out.warn(left)
-    said = tr_n("updated: {count} feature", "updated: {count} features", updated)
-    _report(args, out, {"updated": updated}, said)
+    with _edited_project(args, out) as desk:
+        updated, findings = desk.update_surroundings()
+    out.warn(findings)
+    text = tr_n("updated: {count} feature", "updated: {count} features", updated)
+    _report(args, out, {"updated": updated}, text)
 
 
 def _undo(args: argparse.Namespace, out: Output) -> None:
-    with _changing(args, out) as desk:
+    with _edited_project(args, out) as desk:
         label = desk.undo()
     _report(args, out, {"undone": label}, tr("undone: {step}", step=label))
 
 
 def _redo(args: argparse.Namespace, out: Output) -> None:
-    with _changing(args, out) as desk:
+    with _edited_project(args, out) as desk:
         label = desk.redo()
     _report(args, out, {"redone": label}, tr("redone: {step}", step=label))
 
 
 def _repair(args: argparse.Namespace, out: Output) -> None:
-    with _changing(args, out) as desk:
-        made = desk.project.repair()
-    out.warn(made.lost)
-    what = {"kept": str(made.kept), "lost": list(made.lost)}
-    _report(args, out, what, tr("repaired; the damaged journal is kept as {file}", file=made.kept))
+    with _edited_project(args, out) as desk:
+        copy = desk.project.repair()
+    out.warn(copy.lost)
+    what = {"kept": str(copy.kept), "lost": list(copy.lost)}
+    _report(args, out, what, tr("repaired; the damaged journal is kept as {file}", file=copy.kept))
 
 
 def _compact(args: argparse.Namespace, out: Output) -> None:
     dry_run = options_from(args, CompactOptions).dry_run
-    with _changing(args, out, saves=not dry_run) as desk:
+    with _edited_project(args, out, saves=not dry_run) as desk:
         if not dry_run and desk.session.dirty:
             desk.session.save()
         plan = desk.project.compaction()
@@ -344,19 +350,19 @@ def _compact(args: argparse.Namespace, out: Output) -> None:
         "all_rows": plan.of_rows,
         "files": tr_n("{count} file", "{count} files", len(plan.assets)),
     }
-    said = (
+    text = (
         tr("would be removed: {rows} of {all_rows} rows, {files}", **counts)
         if dry_run
         else tr("removed: {rows} of {all_rows} rows, {files}", **counts)
     )
-    _report(args, out, what, said)
+    _report(args, out, what, text)
 
 
 @contextmanager
-def _changing(
+def _edited_project(
     args: argparse.Namespace, out: Output, *, saves: bool = True
 ) -> Iterator[HeadlessProject]:
-    """The open project; what was done to it is saved, and its layers are brought up to date."""
+    """Yield the open project; save changes and update its layers afterwards."""
     from vomstudio.studio.headless_project import HeadlessProject
 
     with HeadlessProject.open(Path(args.project), progress_of(args)) as desk:
@@ -391,7 +397,7 @@ def _report_added(
     _report(args, out, what, words)
 
 
-# --- in words ------------------------------------------------------------------------------------
+# --- text -------------------------------------------------------------------------------------
 def _summary(args: argparse.Namespace) -> ProjectSummary:
     from vomstudio.studio.project_summary import summarise
 
@@ -399,8 +405,8 @@ def _summary(args: argparse.Namespace) -> ProjectSummary:
 
 
 def _result_text(summary: ProjectSummary) -> str:
-    def counts(of: dict[str, int]) -> str:
-        return ", ".join(f"{name} {count}" for name, count in of.items())
+    def counts(numbers: dict[str, int]) -> str:
+        return ", ".join(f"{name} {count}" for name, count in numbers.items())
 
     history = summary.history
     features = tr_n("{count} feature", "{count} features", summary.features)

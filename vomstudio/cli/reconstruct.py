@@ -32,12 +32,12 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    from vomstudio.studio.jobs.reconstruction_requests import order_reconstruction
+    from vomstudio.studio.jobs.reconstruction_requests import reconstruction_request
     from vomstudio.studio.jobs.reconstruction_tasks import RECONSTRUCT
     from vomstudio.studio.jobs.run_job import run_job
 
     options = options_from(args, ReconstructOptions)
-    order, findings = order_reconstruction(args.photos, args.output, options)
+    order, findings = reconstruction_request(args.photos, args.output, options)
     result = run_job(RECONSTRUCT, order, progress_of(args))
     result = replace(result, warnings=(*findings, *result.warnings))
     out.result(result.to_dict())

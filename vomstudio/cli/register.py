@@ -1,4 +1,4 @@
-"""`vomstudio register`: a model placed by what is known of its place."""
+"""`vomstudio register`: place a model by observations."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Raises UsageError, InputError, GeometryError or TargetError."""
+    """Run the command. Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.core.files.atomic import check_target
     from vomstudio.registration.warnings import reference_fit_finding
     from vomstudio.studio.placing.register_order import register_model
@@ -78,8 +78,10 @@ def _attitudes_text(photos: Sequence[AttitudeMiss]) -> str:
     return "\n" + text_tables.table(heads, ["", "°", "°", "°"], rows)
 
 
-def _written(args: argparse.Namespace, made: Registered, result: dict[str, Any]) -> list[Finding]:
-    loaded = made.loaded
+def _written(
+    args: argparse.Namespace, registered: Registered, result: dict[str, Any]
+) -> list[Finding]:
+    loaded = registered.loaded
     if loaded is None:
         from vomstudio.cli.common.output import to_json
         from vomstudio.core.files.atomic import write_bytes
@@ -91,23 +93,23 @@ def _written(args: argparse.Namespace, made: Registered, result: dict[str, Any])
     from vomstudio.io.models.model_copy import companions
     from vomstudio.io.models.writing import write_model
 
-    known = made.placed.known
+    known_parts = registered.placed.known
     warnings = write_model(
-        moved(loaded.data, made.placed.matrix),
-        made.crs if known.all else None,
+        moved(loaded.data, registered.placed.matrix),
+        registered.crs if known_parts.all else None,
         args.output,
         force=args.force,
         inputs=[loaded.path, *companions(loaded.path)],
         progress=progress_of(args),
-        axes=Axes(metric=known.scale, north=known.north and known.vertical),
-        registration=made.registration_in_world,
+        axes=Axes(metric=known_parts.scale, north=known_parts.north and known_parts.vertical),
+        registration=registered.registration_in_world,
     )
     result["out"] = args.output
     return warnings
 
 
 def placement_text(placement: Placed) -> str:
-    """Return the residuals, the results without each observation and the findings in words."""
+    """Describe the residuals, the results without each observation, and the findings."""
     from vomstudio.registration.warnings import worst_axis_findings
 
     blocks = []

@@ -24,7 +24,7 @@ from vomstudio.products.net.figure_options import SIZE_MM, RoseFigure, SetColors
 if TYPE_CHECKING:
     from vomstudio.products.net.rose_contents import RoseContents
 
-_OPTIONS: tuple[type[Any], ...] = (RoseOptions, RoseFigure, SetColors)
+OPTION_CLASSES: tuple[type[Any], ...] = (RoseOptions, RoseFigure, SetColors)
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -33,7 +33,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines"))
     add_output(parser, tr("the picture, by its ending: .svg, .pdf or .png"), required=True)
-    for options in _OPTIONS:
+    for options in OPTION_CLASSES:
         add_options(parser, options)
     add_azimuth(parser)
 

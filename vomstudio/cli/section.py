@@ -1,4 +1,4 @@
-"""`vomstudio section`: where a plane or a vertical curtain cuts a model."""
+"""`vomstudio section`: intersection of a model with a plane or a vertical curtain."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vomstudio.cli.common.arguments import (
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
 from vomstudio.cli.common.output import Output
-from vomstudio.cli.common.unitless_lengths import named_by_unit, unit_of
+from vomstudio.cli.common.unitless_lengths import add_unitless_names, unit_of
 from vomstudio.core.errors import InputError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -59,26 +59,28 @@ def run(args: argparse.Namespace, out: Output) -> None:
         if options.section_line is None
         else read_profile_line(options.section_line, progress_of(args))
     )
-    own = features.along == DOMAINS
-    along = None if own else _direction(features.along)
+    is_by_domain = features.along == DOMAINS
+    along = None if is_by_domain else _direction(features.along)
     writing.check_targets(args.output, features.features is not None, force=args.force)
     model = read_in_world(args.model, progress_of(args), frame_options(args), args.project)
-    read = ReadFeatures()
+    section_features = ReadFeatures()
     if features.features is not None:
-        read = read_features(features.features, args.azimuth, ModelFrame(model.crs))
-    directions = by_domain(read.items, "--along") if own else Directions(along)
+        section_features = read_features(features.features, args.azimuth, ModelFrame(model.crs))
+    directions = by_domain(section_features.items, "--along") if is_by_domain else Directions(along)
     curtain, warnings = _curtain(place, model)
     grazing = directions.check(curtain)
     progress_of(args).stage(tr("Intersecting the model"))
-    cut = cut_model(model.data, curtain, options.slab_m)
-    flats, left_out = writing.project_items(read.items, curtain, directions, features.within_m)
+    model_cut = cut_model(model.data, curtain, options.slab_m)
+    flats, left_out = writing.project_items(
+        section_features.items, curtain, directions, features.within_m
+    )
     try:
-        figures = writing.figures_of(cut, curtain, flats, left_out, directions)
+        figures = writing.figures_of(model_cut, curtain, flats, left_out, directions)
     except InputError as error:
         raise error.with_file(args.model) from error
-    made = writing.write_section(
+    written = writing.write_section(
         args.output,
-        cut,
+        model_cut,
         curtain,
         figures,
         flats,
@@ -86,22 +88,22 @@ def run(args: argparse.Namespace, out: Output) -> None:
         model=str(model.loaded.path),
         metric=model.in_metres,
         north_known=model.placed,
-        warnings=(*model.warnings, *read.warnings, *warnings, *grazing),
+        warnings=(*model.warnings, *section_features.warnings, *warnings, *grazing),
         force=args.force,
     )
-    told = {**made.to_dict(), "convention": read.convention or None}
-    out.result(named_by_unit(told, metric=model.in_metres))
-    if read.convention:
-        out.note(tr("read as {convention}", convention=read.convention))
-    out.warn(made.warnings)
+    result = {**written.to_dict(), "convention": section_features.convention or None}
+    out.result(add_unitless_names(result, metric=model.in_metres))
+    if section_features.convention:
+        out.note(tr("read as {convention}", convention=section_features.convention))
+    out.warn(written.warnings)
     words = writing.projection_words(figures)
-    out.text(_result_text(made.to_dict(), unit_of(model.in_metres), words))
+    out.text(_result_text(written.to_dict(), unit_of(model.in_metres), words))
 
 
 def _curtain(
     place: Curtain | ProfileLine, model: WorldModel
 ) -> tuple[Curtain, tuple[Finding, ...]]:
-    """In World, and what must be said of a line. Raises InputError."""
+    """Return the curtain in World, and findings about the line. Raises InputError."""
     import numpy as np
 
     from vomstudio.products.section.inputs import profile_in_world
@@ -131,7 +133,7 @@ def _direction(text: str | None) -> Any:
 
 
 def _result_text(result: dict[str, Any], unit: str, projected: list[str]) -> str:
-    said = [
+    lines = [
         tr(
             "{count} lines, {length:.3f} {unit} in all",
             unit=unit,
@@ -140,7 +142,7 @@ def _result_text(result: dict[str, Any], unit: str, projected: list[str]) -> str
         )
     ]
     if result["slab_m"] is not None:
-        said.append(
+        lines.append(
             tr(
                 "{count} points of a slab {slab:.3g} {unit} thick",
                 unit=unit,
@@ -149,13 +151,13 @@ def _result_text(result: dict[str, Any], unit: str, projected: list[str]) -> str
             )
         )
     if result["features"] or result["left_out"]:
-        said.append(
+        lines.append(
             tr(
                 "{count} features projected, {left_out} left out",
                 count=result["features"],
                 left_out=result["left_out"],
             )
         )
-    said += projected
-    said += [file for file in (result["file"], result["features_file"]) if file is not None]
-    return "\n".join(said)
+    lines += projected
+    lines += [file for file in (result["file"], result["features_file"]) if file is not None]
+    return "\n".join(lines)

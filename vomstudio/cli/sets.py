@@ -1,4 +1,4 @@
-"""`vomstudio sets`: planes sorted into sets."""
+"""`vomstudio sets`: division of planes into sets."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
     places = read_places(table, frame_options(args))
-    found = propose_sets(
+    proposal = propose_sets(
         table,
         options,
         pieces=pieces_of(table, None if places is None else places.points),
@@ -52,16 +52,16 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress.stage(tr("Writing the results"))
     text = table_with_sets(
         table,
-        found.rows,
-        found.assignment,
-        found.probability,
-        discontinuity=found.discontinuity,
+        proposal.rows,
+        proposal.assignment,
+        proposal.probability,
+        discontinuity=proposal.discontinuity,
     )
     write_bytes(args.output, text.encode("utf-8"), force=args.force)
-    warnings = [*(() if places is None else places.findings), *found.warnings]
-    result = {**found.to_dict(), "table": args.output, "warnings": warnings}
+    warnings = [*(() if places is None else places.findings), *proposal.warnings]
+    result = {**proposal.to_dict(), "table": args.output, "warnings": warnings}
     out.result(result)
-    out.note(tr("read as {convention}", convention=found.convention))
+    out.note(tr("read as {convention}", convention=proposal.convention))
     out.warn(warnings)
     out.text(_result_text(result))
 
@@ -70,17 +70,17 @@ def _result_text(result: dict[str, Any]) -> str:
     number = text_tables.number
     rows = [
         [
-            found["name"],
-            str(found["n"]),
-            text_tables.measured_plane(found, "cone95_deg"),
-            number(found["kappa"], 1),
-            "" if found["discontinuities"] is None else str(found["discontinuities"]),
-            number(found["spacing_m"], 3),
-            number(found["persistence_dip_m"], 2),
-            number(found["persistence_strike_m"], 2),
-            number(found["p32_1_per_m"], 2),
+            proposed_set["name"],
+            str(proposed_set["n"]),
+            text_tables.measured_plane(proposed_set, "cone95_deg"),
+            number(proposed_set["kappa"], 1),
+            "" if proposed_set["discontinuities"] is None else str(proposed_set["discontinuities"]),
+            number(proposed_set["spacing_m"], 3),
+            number(proposed_set["persistence_dip_m"], 2),
+            number(proposed_set["persistence_strike_m"], 2),
+            number(proposed_set["p32_1_per_m"], 2),
         ]
-        for found in result["sets"]
+        for proposed_set in result["sets"]
     ]
     heads = [
         tr("set"),

@@ -1,4 +1,4 @@
-"""`vomstudio slip`: what faults with known slip say together."""
+"""`vomstudio slip`: kinematic axes of faults with known slip."""
 
 from __future__ import annotations
 
@@ -43,16 +43,16 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress = report_reading(args, args.table)
     table = read_slips(Path(args.table))
     progress.stage(tr("Computing kinematic axes"))
-    found = table_slip(table)
+    slip_result = table_slip(table)
     if args.plot is not None:
         progress.stage(tr("Drawing the stereonets"))
         from vomstudio.products.net.slip_figure import write_slip_figure
 
         with atomic_write(args.plot, args.force) as temporary:
-            write_slip_figure(temporary, table, found, format=format_)
-    result = {**found.to_dict(), "image": args.plot}
+            write_slip_figure(temporary, table, slip_result, format=format_)
+    result = {**slip_result.to_dict(), "image": args.plot}
     out.result(result)
-    out.warn(found.warnings)
+    out.warn(slip_result.warnings)
     axes, dihedra = result["kinematic_axes"], result["right_dihedra"]
     rows = [
         [
@@ -72,7 +72,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         [name, text_tables.line(dihedra[key]), text_tables.number(100.0 * dihedra[key]["share"], 0)]
         for name, key in ((tr("compression"), "compression"), (tr("extension"), "extension"))
     ]
-    out.text(tr_n("{count} fault", "{count} faults", found.n))
+    out.text(tr_n("{count} fault", "{count} faults", slip_result.n))
     out.text(text_tables.table(heads, ["", "deg", "", "deg"], rows))
     heads = [tr("right dihedra"), tr("trend/plunge"), tr("of faults")]
     out.text(text_tables.table(heads, ["", "deg", "%"], shares))

@@ -1,4 +1,4 @@
-"""`vomstudio slope`: whether planes and their intersections let a rock slope fail."""
+"""`vomstudio slope`: kinematic analysis of a rock slope."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from vomstudio.geology.fractures.facet_slopes import FacetSlopes
     from vomstudio.geology.table_slopes import Mode, TableSlope
 
-_SHOWN = 20
+MAX_SHOWN = 20
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -40,7 +40,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Raises UsageError, InputError, GeometryError or TargetError."""
+    """Run the command. Raises UsageError, InputError, GeometryError or TargetError."""
     faces = options_from(args, SlopeFaces)
     if faces.facets is not None:
         _run_facets(args, out)
@@ -64,17 +64,17 @@ def _run_face(args: argparse.Namespace, out: Output) -> None:
         check_target(args.plot, force=args.force, inputs=[args.table])
     progress = report_reading(args, args.table)
     table = read_orientations(args.table, args.azimuth)
-    found = table_slope(table, face, progress)
+    slope = table_slope(table, face, progress)
     if args.plot is not None:
         progress.stage(tr("Drawing the stereonets"))
         from vomstudio.products.net.slope_figure import write_slope_figure
 
         with atomic_write(args.plot, args.force) as temporary:
-            write_slope_figure(temporary, table, face, found, format=format_)
-    out.result({**found.to_dict(), "image": args.plot})
-    out.note(tr("read as {convention}", convention=found.convention))
-    out.warn(found.warnings)
-    out.text(_result_text(found))
+            write_slope_figure(temporary, table, face, slope, format=format_)
+    out.result({**slope.to_dict(), "image": args.plot})
+    out.note(tr("read as {convention}", convention=slope.convention))
+    out.warn(slope.warnings)
+    out.text(_result_text(slope))
 
 
 def _run_facets(args: argparse.Namespace, out: Output) -> None:
@@ -119,7 +119,7 @@ def _run_facets(args: argparse.Namespace, out: Output) -> None:
 
 
 def _facets_text(slopes: FacetSlopes) -> str:
-    """Return the facets in words, the most critical first."""
+    """Describe the facets, the most critical first."""
     head = tr(
         "{count} facets as slopes, {n} planes, friction {friction:g} deg, lateral limit "
         "{lateral:g} deg",
@@ -130,7 +130,7 @@ def _facets_text(slopes: FacetSlopes) -> str:
     )
     modes = ("planar", "wedge", "flexural_toppling", "direct_toppling")
     shares = [[getattr(f, mode).share or 0.0 for mode in modes] for f in slopes.facets]
-    worst = sorted(range(len(shares)), key=lambda i: -max(shares[i]))[:_SHOWN]
+    worst = sorted(range(len(shares)), key=lambda i: -max(shares[i]))[:MAX_SHOWN]
     rows = [
         [
             slopes.facets[i].id,
@@ -150,8 +150,8 @@ def _facets_text(slopes: FacetSlopes) -> str:
         tr("direct"),
     ]
     lines = [head, text_tables.table(heads, ["", tr("deg"), tr("deg"), "%", "%", "%", "%"], rows)]
-    if len(shares) > _SHOWN:
-        lines.append(tr("{count} more are in the table.", count=len(shares) - _SHOWN))
+    if len(shares) > MAX_SHOWN:
+        lines.append(tr("{count} more are in the table.", count=len(shares) - MAX_SHOWN))
     return "\n".join(lines)
 
 

@@ -1,4 +1,4 @@
-"""`vomstudio stats`: the statistics of sets of orientations."""
+"""`vomstudio stats`: statistics of sets of orientations."""
 
 from __future__ import annotations
 
@@ -70,7 +70,8 @@ def _fisher_rows(statistics: dict[str, Any]) -> list[tuple[str, str]]:
         ]
     text = (
         f"{text_tables.line(fisher)}  alpha95 {number(fisher['alpha95_deg'], 2)} deg, "
-        f"kappa {number(fisher['kappa'], 2)}, R {number(fisher['R'], 4)}{_fit(fisher['fit_p'])}"
+        f"kappa {number(fisher['kappa'], 2)}, R {number(fisher['R'], 4)}"
+        f"{_fit_text(fisher['fit_p'])}"
     )
     if fisher["alpha95_deg"] is None and statistics["fisher_reason"]:
         text += f" ({statistics['fisher_reason']['message']})"
@@ -88,7 +89,7 @@ def _fisher_rows(statistics: dict[str, Any]) -> list[tuple[str, str]]:
 def _uniformity_text(test: dict[str, Any]) -> str:
     if test["p"] is None:
         return tr("undefined")
-    return tr("{test}: p {p}", test=test["test"], p=_chance(test["p"]))
+    return tr("{test}: p {p}", test=test["test"], p=_probability_text(test["p"]))
 
 
 def _weight_rows(weights: dict[str, Any] | None) -> list[tuple[str, str]]:
@@ -117,7 +118,7 @@ def _bingham_text(statistics: dict[str, Any]) -> str:
     text = tr(
         "{text}; axes within {regions} deg (joint 95 %)", text=text, regions=", ".join(regions)
     )
-    return text + _fit(bingham["fit_p"])
+    return text + _fit_text(bingham["fit_p"])
 
 
 def _kent_text(statistics: dict[str, Any]) -> str:
@@ -134,21 +135,21 @@ def _kent_text(statistics: dict[str, Any]) -> str:
         kappa=kent["kappa"],
         beta=kent["beta"],
     )
-    return text + _fit(kent["fit_p"])
+    return text + _fit_text(kent["fit_p"])
 
 
-def _fit(p: float | None) -> str:
-    return "" if p is None else tr("; fit p {p}", p=_chance(p))
+def _fit_text(p: float | None) -> str:
+    return "" if p is None else tr("; fit p {p}", p=_probability_text(p))
 
 
-def _chance(p: float) -> str:
+def _probability_text(p: float) -> str:
     return "< 0.001" if p < 0.001 else f"{p:.3f}"
 
 
-def _heading(name: str, found: dict[str, Any]) -> str:
-    count = found["n"]
-    if found["of"] == "poles":
+def _heading(name: str, statistics: dict[str, Any]) -> str:
+    count = statistics["n"]
+    if statistics["of"] == "poles":
         return tr_n("{set}: {count} pole, axial", "{set}: {count} poles, axial", count, set=name)
-    if found["axial"]:
+    if statistics["axial"]:
         return tr_n("{set}: {count} line, axial", "{set}: {count} lines, axial", count, set=name)
     return tr_n("{set}: {count} line, directed", "{set}: {count} lines, directed", count, set=name)

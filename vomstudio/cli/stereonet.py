@@ -1,4 +1,4 @@
-"""`vomstudio stereonet`: the orientations of a table as a picture."""
+"""`vomstudio stereonet`: a stereonet of the orientations of a table."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from vomstudio.geology.orientation_rows import OrientationRows
     from vomstudio.products.net.contents import NetContents
 
-_OPTIONS: tuple[type[Any], ...] = (StereonetOptions, StereonetFigure, SetColors)
+OPTION_CLASSES: tuple[type[Any], ...] = (StereonetOptions, StereonetFigure, SetColors)
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -36,7 +36,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("table", metavar="TABLE", help=tr("table of planes or lines"))
     add_output(parser, tr("the picture, by its ending: .svg, .pdf or .png"), required=True)
-    for options in _OPTIONS:
+    for options in OPTION_CLASSES:
         add_options(parser, options)
     add_azimuth(parser)
 
@@ -51,7 +51,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     format_ = picture_format(args.output, "--output")
     options = options_from(args, StereonetOptions)
-    wishes = wishes_of(options)
+    contents = wishes_of(options)
     style = FigureStyle.from_options(options_from(args, StereonetFigure))
     colors = options_from(args, SetColors).colors_by_set
     check_target(args.output, force=args.force, inputs=[args.table])
@@ -66,7 +66,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         contouring=contouring_of(options),
     )
     net = recoloured(net, colors_among(colors, [s.name for s in net.sets]))
-    net = wishes.net(net, table)
+    net = contents.net(net, table)
 
     from vomstudio.products.net.figure import write_stereonet
 
@@ -80,10 +80,10 @@ def run(args: argparse.Namespace, out: Output) -> None:
             height_mm=style.height_mm,
         )
     progress.stage(tr("Writing the results"))
-    _tell(args, options, table, net, out)
+    _report(args, options, table, net, out)
 
 
-def _tell(
+def _report(
     args: argparse.Namespace,
     options: StereonetOptions,
     table: OrientationRows,
@@ -93,12 +93,12 @@ def _tell(
     from vomstudio.geology.table_folds import not_good_warning
     from vomstudio.products.net.contours import density_found, few_for_contours
 
-    found = density_found(net)
+    density = density_found(net)
     warnings = [*table.warnings, *few_for_contours(net)]
     fold = net.fold
     if fold is not None:
         warnings += not_good_warning(net.fold_not_good, fold.n)
-    if found is not None and not found["levels"]:
+    if density is not None and not density["levels"]:
         warnings.append(Finding("contours.none"))
     out.result(
         {
@@ -124,7 +124,7 @@ def _tell(
             if fold is None
             else {"n": fold.n, "not_good": net.fold_not_good, **asdict(fold.figures.beta)},
             "contour": options.contour,
-            "density": found,
+            "density": density,
             "convention": table.convention,
             "dropped_lines": list(table.dropped),
             "warnings": warnings,
@@ -138,14 +138,14 @@ def _tell(
         if options.projection == "area"
         else tr("{file}: {sets}; equal angle, lower hemisphere", file=args.output, sets=sets)
     )
-    if found is not None:
-        _say_densest(found, out)
+    if density is not None:
+        _report_maximum(density, out)
 
 
-def _say_densest(found: dict[str, Any], out: Output) -> None:
+def _report_maximum(density: dict[str, Any], out: Output) -> None:
     from vomstudio.geology.notation import format_azimuth
 
-    for part in found["parts"]:
+    for part in density["parts"]:
         out.text(
             tr(
                 "densest: {name} {trend}/{plunge:02.0f} (trend/plunge), {value:.1f} {unit}",
@@ -153,6 +153,6 @@ def _say_densest(found: dict[str, Any], out: Output) -> None:
                 trend=format_azimuth(part["trend_deg"]),
                 plunge=part["plunge_deg"],
                 value=part["maximum"],
-                unit=tr(found["unit"]),
+                unit=tr(density["unit"]),
             )
         )

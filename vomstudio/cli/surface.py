@@ -1,4 +1,4 @@
-"""`vomstudio surface`: how a patch departs from its plane."""
+"""`vomstudio surface`: deviations of a patch from its plane."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vomstudio.cli.common.arguments import Subparsers, add_command, add_output, 
 from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, frame_options
 from vomstudio.cli.common.output import Output
-from vomstudio.cli.common.unitless_lengths import named_by_unit, unit_of
+from vomstudio.cli.common.unitless_lengths import add_unitless_names, unit_of
 from vomstudio.core.errors import UsageError, VomError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -42,7 +42,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Raises UsageError, InputError, GeometryError or TargetError."""
+    """Run the command. Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.core.files.atomic import check_target
     from vomstudio.products.surface.analysis import analyse
     from vomstudio.products.surface.patch import parse_around
@@ -84,7 +84,7 @@ def run(args: argparse.Namespace, out: Output) -> None:
         write_profiles(args.profiles, analysis, crs=model.crs, force=args.force, axes=model.axes)
     result: dict[str, Any] = {"file": args.output, "profiles": args.profiles, **analysis.to_dict()}
     result["warnings"] = warnings
-    out.result(named_by_unit(result, metric=model.in_metres))
+    out.result(add_unitless_names(result, metric=model.in_metres))
     out.warn(warnings)
     out.text(_result_text(result, unit_of(model.in_metres)))
 
@@ -98,7 +98,7 @@ def _patch(args: argparse.Namespace, data: Mesh | PointCloud, place: Any) -> Mes
 
 
 def _result_text(result: dict[str, Any], unit: str) -> str:
-    """Return the deviations, roughness and smoothest direction of a patch in words."""
+    """Describe the deviations, roughness and smoothest direction of a patch."""
     plane, figures = result["plane"], text_tables.figures
     lines = [
         tr(

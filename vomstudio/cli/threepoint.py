@@ -31,11 +31,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
 
     options = options_from(args, ThreePointOptions)
     progress = report_reading(args, args.points)
-    read = read_boundaries(args.points, frame_options(args))
+    point_table = read_boundaries(args.points, frame_options(args))
     progress.stage(tr("Fitting the plane"))
     with numbers_of(args.points):
-        result = plane_of_three_points(read.points, options.sigma_m)
-    result = result.of_table(read.dropped, read.warnings)
+        result = plane_of_three_points(point_table.points, options.sigma_m)
+    result = result.of_table(point_table.dropped, point_table.warnings)
     out.result(result.to_dict())
     out.warn(result.warnings)
     attitude = format_attitude(result.plane, result.max_confidence95_deg)

@@ -1,4 +1,4 @@
-"""`vomstudio trace`: lines on a model: one that follows a contact, or those of a drawing."""
+"""`vomstudio trace`: a line that follows a contact on a model, or the lines of a drawing."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vomstudio.cli.common.declared_options import add_options, options_from
 from vomstudio.cli.common.frames_of_models import add_frame, add_project, frame_options
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
-from vomstudio.cli.common.unitless_lengths import named_by_unit, unit_of
+from vomstudio.cli.common.unitless_lengths import add_unitless_names, unit_of
 from vomstudio.core.arrays import FloatArray
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
@@ -34,12 +34,12 @@ if TYPE_CHECKING:
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.studio.world_models import WorldModel
 
-_OPTIONS: dict[str, type[Any]] = {
+FORM_OPTIONS: dict[str, type[Any]] = {
     "through": FollowOptions,
     "propose": ProposalOptions,
     "from_ortho": DrawnTraceOptions,
 }
-"""Options of each form of the command, by the option that chooses it."""
+"""Options of each form of the command, by the option that selects it."""
 
 
 def add_parser(subparsers: Subparsers) -> None:
@@ -48,7 +48,7 @@ def add_parser(subparsers: Subparsers) -> None:
     )
     parser.add_argument("model", metavar="MODEL", help=tr("mesh or point cloud"))
     add_options(parser, TraceSource)
-    for options in _OPTIONS.values():
+    for options in FORM_OPTIONS.values():
         add_options(parser, options)
     straight_traces.add_sets(parser)
     add_frame(parser)
@@ -57,9 +57,9 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Raises UsageError, InputError, GeometryError or TargetError."""
+    """Run the command. Raises UsageError, InputError, GeometryError or TargetError."""
     source = options_from(args, TraceSource)
-    _check_form(args, next(name for name in _OPTIONS if getattr(source, name)))
+    _check_form(args, next(name for name in FORM_OPTIONS if getattr(source, name)))
     if source.propose:
         trace_proposals.run(args, options_from(args, ProposalOptions), out)
     elif source.from_ortho is not None:
@@ -71,11 +71,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
 def _check_form(args: argparse.Namespace, form: str) -> None:
     """Raise UsageError for an option that belongs to another form of the command."""
     flags = {each.name: each.flag for each in declarations(TraceSource)}
-    allowed = {each.name for each in declarations(_OPTIONS[form])}
-    for other, options in _OPTIONS.items():
+    allowed = {each.name for each in declarations(FORM_OPTIONS[form])}
+    for other_form, options in FORM_OPTIONS.items():
         for each in declarations(options):
             if each.name not in allowed and getattr(args, each.name):
-                raise _needs(each.flag, flags[other])
+                raise _needs(each.flag, flags[other_form])
     if form != "through" and args.sets_table is not None:
         raise _needs("--sets-table", flags["through"])
 
@@ -85,25 +85,26 @@ def _needs(option: str, other: str) -> UsageError:
 
 
 def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> None:
-    """Raises UsageError, InputError, GeometryError or TargetError."""
+    """Follow a contact. Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.core.files.atomic import check_target
     from vomstudio.extraction.followed_trace import write_path
     from vomstudio.extraction.proposals.edge_pictures import wearing_edges
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.io.models.opening import resolution
-    from vomstudio.studio.jobs.edge_detection import edges_by
+    from vomstudio.studio.jobs.edge_detection import open_edge_finder
     from vomstudio.studio.world_models import read_in_world
 
     inputs = [args.model, args.through, options.photo, options.cameras, options.onnx_model]
     check_target(args.output, force=args.force, inputs=[i for i in inputs if i is not None])
     model = read_in_world(args.model, progress_of(args), frame_options(args), args.project)
-    given, noticed = _way_points(args, model)
-    if len(given) < 2:
+    way_points, findings = _way_points(args, model)
+    if len(way_points) < 2:
         raise InputError(
-            Finding("feature.too-few-points", count=2 - len(given), minimum=2), file=args.through
+            Finding("feature.too-few-points", count=2 - len(way_points), minimum=2),
+            file=args.through,
         )
     spacing = resolution(model.data)
-    with edges_by(options.onnx_model, progress_of(args)) as edges:
+    with open_edge_finder(options.onnx_model, progress_of(args)) as edges:
         progress_of(args).stage(tr("Following the contact"))
         with numbers_of(args.through):
             surface = SurfaceGraph(
@@ -111,16 +112,16 @@ def _follow(args: argparse.Namespace, options: FollowOptions, out: Output) -> No
                 if edges is None or options.photo is not None
                 else wearing_edges(model.data, spacing, *edges)
             )
-            if given.shape[1] == 3:
-                _require_on_model(args.through, given, surface, spacing)
-            trace = _followed(args, options, model, surface, given, spacing, edges)
+            if way_points.shape[1] == 3:
+                _require_on_model(args.through, way_points, surface, spacing)
+            trace = _followed(args, options, model, surface, way_points, spacing, edges)
     notes = [tr("followed over {model}", model=Path(args.model).name), f"cost: {trace.cost}"]
     if args.photo is not None:
         notes.append(tr("in the photo {photo}", photo=Path(args.photo).name))
     write_path(args.output, trace.points, crs=model.crs, notes=notes, force=args.force)
     result: dict[str, Any] = {**trace.to_dict(), "table": args.output}
-    result["warnings"] = [*model.warnings, *noticed, *trace.warnings]
-    out.result(named_by_unit(result, metric=model.in_metres))
+    result["warnings"] = [*model.warnings, *findings, *trace.warnings]
+    out.result(add_unitless_names(result, metric=model.in_metres))
     out.warn(result["warnings"])
     out.text(_result_text(trace, unit_of(model.in_metres)))
 
@@ -136,8 +137,8 @@ def _way_points(
     pixels = None if args.photo is None else read_pixels(args.through)
     if pixels is not None:
         return pixels, ()
-    found = read_points(args.through, model=ModelFrame(model.crs)).groups
-    return found.points, found.warnings
+    groups = read_points(args.through, model=ModelFrame(model.crs)).groups
+    return groups.points, groups.warnings
 
 
 def _followed(
@@ -157,7 +158,7 @@ def _followed(
     from vomstudio.io.photos.cameras_file import FILE_NAME
     from vomstudio.io.photos.own_cameras.reading import find_own_cameras
 
-    asked: dict[str, Any] = {
+    arguments: dict[str, Any] = {
         "cost": options.used_cost if edges is None else DRAWN,
         "called": "" if edges is None else options.used_cost,
         "resolution": spacing,
@@ -166,7 +167,7 @@ def _followed(
         "priors": straight_traces.read_sets(args),
     }
     if options.photo is None:
-        return followed_trace(surface, way_points, **asked)
+        return followed_trace(surface, way_points, **arguments)
     cameras = options.cameras or find_own_cameras(args.model)
     photos = open_photos(
         model.data,
@@ -177,13 +178,13 @@ def _followed(
     )
     if edges is not None:
         photos = showing_edges(photos, *edges)
-    return photo_trace(surface, photos, way_points, **asked)
+    return photo_trace(surface, photos, way_points, **arguments)
 
 
 def _require_on_model(
     path: str, points: FloatArray, surface: SurfaceGraph, resolution: float
 ) -> None:
-    """Raises InputError that names the line of a way-point that is not on the model."""
+    """Raise InputError, with the line of the table, for a way-point off the model."""
     from vomstudio.extraction.followed_trace import off_model_finding, off_the_model
     from vomstudio.io.text.tables import coordinate_columns, read_table
 
@@ -191,14 +192,14 @@ def _require_on_model(
     if row is None:
         return
     table = read_table(path)
-    kept = np.isfinite(table.numbers(coordinate_columns(table))).all(axis=1)
-    line = int(np.asarray(table.line_numbers)[kept][row])
-    far = float(surface.snapped(points)[row])
-    raise InputError(off_model_finding(row + 1, far, resolution), file=path, line=line)
+    finite = np.isfinite(table.numbers(coordinate_columns(table))).all(axis=1)
+    line = int(np.asarray(table.line_numbers)[finite][row])
+    distance = float(surface.snapped(points)[row])
+    raise InputError(off_model_finding(row + 1, distance, resolution), file=path, line=line)
 
 
 def _result_text(trace: FollowedTrace, unit: str) -> str:
-    """Return the length and the plane of a trace in words."""
+    """Describe the length and the plane of a trace."""
     lines = [
         tr(
             "The trace has {count} vertices and is {length:.3g} {unit} long; the farthest "
@@ -225,7 +226,8 @@ def _result_text(trace: FollowedTrace, unit: str) -> str:
                 "Followed by {cost}, which gives the best plane of {tried}.",
                 cost=trace.cost,
                 tried=", ".join(
-                    f"{one.cost} ({text_tables.number(one.error95_deg, 1)})" for one in trace.tried
+                    f"{trial.cost} ({text_tables.number(trial.error95_deg, 1)})"
+                    for trial in trace.tried
                 ),
             )
         )

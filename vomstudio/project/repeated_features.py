@@ -41,7 +41,7 @@ def told(feature: Any, records: Records) -> dict[str, str]:
     return {name: value for name, value in found.items() if value}
 
 
-def may_be_repeated(records: Records) -> list[Repeatable]:
+def repeatable_features(records: Records) -> list[Repeatable]:
     """Features that can be offered for a second time: no repeats, and not repeated yet."""
     found = [r for r in records.values() if isinstance(r, Repeatable)]
     done = {r.repeat_of for r in found if r.repeat_of}

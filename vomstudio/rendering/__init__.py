@@ -1,1 +1,1 @@
-"""The only package that sees VTK; its room `qt` alone sees both Qt and VTK."""
+"""Rendering with VTK; only the subpackage `qt` uses both Qt and VTK."""

@@ -19,13 +19,16 @@ Result = TypeVar("Result")
 Value = TypeVar("Value")
 
 DEFAULT_THREADS = 16
-"""More than processors: functions also wait for files."""
+"""More than the number of processors, because functions also wait for files."""
 
 
 class Request(Generic[Result]):
-    """A request as its function sees it, in the thread.
+    """Request as its function sees it, in the thread.
 
-    is_stale : a newer request has replaced it, or the owner does not want it any more
+    Attributes
+    ----------
+    is_stale : bool
+        Whether a newer request has replaced it, or the owner has cancelled it.
     """
 
     def __init__(
@@ -58,11 +61,11 @@ class Request(Generic[Result]):
 
 
 class Background:
-    """Runs functions in threads for one owner, which is one thread.
+    """Runs functions in threads for one owner, whose code runs in a single thread.
 
-    All methods are for the owner's thread. Results and errors are delivered there, except for stale
-    requests. The newest request with a key replaces earlier ones, and begins when a running one has
-    ended. Threads end when there is nothing to do.
+    All methods are for the owner's thread. Results and errors are delivered there, except for
+    stale requests. The newest request with a key replaces earlier ones, and starts when a
+    running one has ended. Threads end when all requests are done.
 
     Parameters
     ----------
@@ -102,12 +105,12 @@ class Background:
         return self._is_stopped
 
     def is_waiting(self, key: Hashable) -> bool:
-        """Whether a result with this key is still to come."""
+        """Whether a result with this key is pending."""
         return key in self._newest
 
     @property
     def is_busy(self) -> bool:
-        """Whether any result is still to come."""
+        """Whether any result is pending."""
         return bool(self._newest)
 
     def run(
@@ -144,12 +147,12 @@ class Background:
         expected: tuple[type[Exception], ...] = (),
         first: bool = False,
     ) -> None:
-        """Run a function that looks at its request: it may end early or deliver partial results.
+        """Run a function that can end early or emit partial results by its request.
 
         Parameters
         ----------
         first : bool
-            Run it before all waiting requests. For the other parameters see `run`.
+            Whether to run it before all waiting requests. For the other parameters see `run`.
         """
         key = object() if key is None else key
         self.cancel(key)
@@ -163,7 +166,7 @@ class Background:
                 self._threads.add(start_thread(self._work, name=self._name, daemon=self._daemon))
 
     def cancel(self, key: Hashable) -> None:
-        """Drop the request with a key, if there is one."""
+        """Drop the request with a key, if it exists."""
         with self._lock:
             if (request := self._newest.pop(key, None)) is not None:
                 request.is_stale = True
@@ -176,7 +179,7 @@ class Background:
             self.cancel(key)
 
     def stop(self, wait_s: float = 0.0) -> None:
-        """Drop all requests and take no others.
+        """Drop all requests and accept no others.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Picks that are offered for a second time, without sight of the first."""
+"""Repeated picks of random features, made while the first picks are hidden."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 from vomstudio.core.signals import Signal
-from vomstudio.geology.coverage.repeat_selection import SHARE, chosen_for_repeating
+from vomstudio.geology.coverage.repeat_selection import SHARE, select_for_repetition
 from vomstudio.project import repeated_features
 from vomstudio.project.edit import Edit
 from vomstudio.project.kinds import kind_of
@@ -18,10 +18,19 @@ from vomstudio.studio.visibility import Visibility
 
 
 class BlindRepeats:
-    """While a round lasts, all features are hidden: a bed beside it says how one dips as well.
+    """Round of blind repeats.
 
-    chosen : the ids of the round, in their order; interpreter : who picks. changed : another one is
-    offered, or none any more
+    All features are hidden during a round, since a nearby bed would reveal the attitude of
+    another.
+
+    Attributes
+    ----------
+    chosen : tuple of str
+        Ids of the features of the round, in order.
+    interpreter : str
+        Name of the interpreter.
+    changed : Signal
+        Emitted when another feature is offered, and when the round ends.
     """
 
     def __init__(
@@ -44,17 +53,17 @@ class BlindRepeats:
 
     # --- a round -----------------------------------------------------------------------------
     def available(self) -> list[str]:
-        """Ids of what could be offered: planes and lines picked with a tool, and not repeated."""
+        """Return the ids of planes and lines that were picked with a tool."""
         records = self._projects.records
         return [
             f.id
-            for f in repeated_features.may_be_repeated(records)
+            for f in repeated_features.repeatable_features(records)
             if kind_of(f).orientations and kind_of(f).tool
         ]
 
     def begin(self, share: float = SHARE, interpreter: str = "", seed: str = "") -> None:
-        """Offer a random share of the picks. Raises UsageError for a share that is none."""
-        self.chosen = chosen_for_repeating(self.available(), share, seed)
+        """Offer a random share of the picks. Raises UsageError for an invalid share."""
+        self.chosen = select_for_repetition(self.available(), share, seed)
         self.interpreter = interpreter
         self._skipped.clear()
         if not self.chosen:
@@ -64,73 +73,79 @@ class BlindRepeats:
         self._offer()
 
     def stop(self) -> None:
-        """What was shown before is shown again."""
+        """End the round and restore the previous visibility."""
         if self._hidden_before is not None:
-            hidden, before = self._visibility.hidden, self._hidden_before
+            hidden, hidden_before = self._visibility.hidden, self._hidden_before
             self._hidden_before = None
-            self._visibility.set_visible(hidden - before, True)
+            self._visibility.set_visible(hidden - hidden_before, True)
         self.chosen = ()
         self._offered = None
         self.changed.emit()
 
     def forget(self) -> None:
-        """The project is being left."""
+        """End the round because the project is about to be closed."""
         if self.chosen:
             self.stop()
 
     @property
     def waiting(self) -> list[str]:
-        """Those of the round that are still to be picked."""
+        """Ids of the features of the round that are still to be repeated."""
         records = self._projects.records
-        done = {r.repeat_of for r in self._projects.of(Repeatable) if r.repeat_of}
-        return [i for i in self.chosen if i in records and i not in done | self._skipped]
+        repeated_ids = {r.repeat_of for r in self._projects.of(Repeatable) if r.repeat_of}
+        return [i for i in self.chosen if i in records and i not in repeated_ids | self._skipped]
 
     @property
     def current(self) -> str | None:
-        """What is to be picked now."""
+        """Id of the feature to repeat now."""
         return next(iter(self.waiting), None) if self.chosen else None
 
     def skip(self) -> None:
-        """Leave one out: its place cannot be made out any more."""
+        """Skip the current feature, for example if it can no longer be located."""
         if (id_ := self.current) is not None:
             self._skipped.add(id_)
             self._offer()
 
     def _offer(self) -> None:
-        """The tool of the next one, with its type and set."""
-        first = get(self._projects.records, self.current, Repeatable)
-        self._offered = None if first is None else first.id
-        if first is None:
+        """Activate the tool of the next feature, with its type and set."""
+        original = get(self._projects.records, self.current, Repeatable)
+        self._offered = None if original is None else original.id
+        if original is None:
             self._tools.activate(NAVIGATE)
             self.stop()
             return
-        self._tools.activate(kind_of(first).tool or NAVIGATE)
-        if isinstance(first, Typed):
-            self._tools.set_next(first.type_id, first.set_name)
+        self._tools.activate(kind_of(original).tool or NAVIGATE)
+        if isinstance(original, Typed):
+            self._tools.set_next(original.type_id, original.set_name)
         self.changed.emit()
 
     def _hide(self) -> None:
-        # What is selected is drawn all the same.
+        # Selected features would be drawn even if hidden.
         self._selection.set(())
         features = {feature.id for feature in self._projects.session.features()}
         self._visibility.set_visible(features, False)
 
-    # --- what is picked ----------------------------------------------------------------------
+    # --- repeated picks -----------------------------------------------------------------------
     def edited(self, edit: Edit) -> None:
-        """A new feature of the kind that is asked for is the repeat."""
+        """Link a new feature of the requested kind to the original."""
         if not self.chosen:
             return
-        first = get(self._projects.records, self._offered, Repeatable)
+        original = get(self._projects.records, self._offered, Repeatable)
         for id_, record in edit.after.items():
-            new = record is not None and edit.before[id_] is None
-            if new and first is not None and type(record) is type(first) and id_ != first.id:
+            is_new = record is not None and edit.before[id_] is None
+            if (
+                is_new
+                and original is not None
+                and type(record) is type(original)
+                and id_ != original.id
+            ):
                 assert isinstance(record, Repeatable)
                 if record.repeat_of is None:
-                    # Who hears of an edit makes no other one before all have heard of it.
-                    self._hand_over(partial(self._link, id_, first.id))
+                    # Listeners must not make another edit before all of them have received this
+                    # one.
+                    self._hand_over(partial(self._link, id_, original.id))
                     return
         if self.current != self._offered:
-            # A repeat was taken back, or the first one deleted.
+            # A repeat was undone, or the original deleted.
             self._hand_over(self._offer)
 
     def _link(self, id_: str, first_id: str) -> None:

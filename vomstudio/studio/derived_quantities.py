@@ -1,4 +1,4 @@
-"""Quantities that follow from the records: measurements, nearest picks, known frames."""
+"""Quantities derived from the records: measurements, nearest picks, known frames."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from vomstudio.studio.projects import Projects
 
 
 class DerivedQuantities:
-    """Computed when they are asked for, and anew after an edit."""
+    """Derived quantities, computed on request and again after an edit."""
 
     def __init__(self, projects: Projects, thresholds: Callable[[], Thresholds]) -> None:
         self._projects, self._thresholds = projects, thresholds
@@ -29,78 +29,80 @@ class DerivedQuantities:
         self._affected: tuple[Edit, list[str]] | None = None
 
     def begin(self) -> None:
-        """Another project has been opened."""
+        """Reset for another project."""
         self.measurements = self._projects.measurements or Measurements(self._thresholds())
         self._nearest = None
         self._affected = None
 
     def refresh(self, edit: Edit) -> None:
-        """Forget what an edit has changed."""
+        """Drop the quantities that an edit has changed."""
         self._nearest = None
         self._affected = None
         self.measurements.edited(self._projects.records, self.affected(edit))
 
-    # --- figures -----------------------------------------------------------------------------
+    # --- measurements -------------------------------------------------------------------------
     def measured(self, ids: Iterable[str]) -> dict[str, Measurement]:
-        """The measurements of features of the project, by id."""
+        """Return the measurements of features of the project, by id."""
         return self.measurements.of(self._projects.records, ids)
 
     def foresee(
-        self, measured: Iterable[tuple[Feature, Measurement]], judged_by: Thresholds
+        self, measured: Iterable[tuple[Feature, Measurement]], thresholds: Thresholds
     ) -> None:
-        """Features that are about to be added, with their measurements."""
-        self.measurements.keep(self._projects.records, measured, judged_by)
+        """Store the measurements of features that are about to be added."""
+        self.measurements.keep(self._projects.records, measured, thresholds)
 
     def measure(self, feature: Feature) -> Measurement:
-        """The measurement of a feature that is not in the document."""
+        """Measure a feature that is not in the project."""
         return self.measurements.one(self._projects.records, feature)
 
     def nearest_pick(self, reading_id: str) -> NearestPick | None:
-        """The pick with which a compass reading is compared; computed for all readings at once."""
+        """Return the pick nearest to a compass reading; all readings are compared at once."""
         if self._nearest is None:
             self._nearest = nearest_picks(self._projects.records, self.measurements)
         return self._nearest.get(reading_id)
 
     def nearest_text(self, reading_id: str) -> str:
-        """How far a reading is from the nearest pick, and from which, in words."""
+        """Describe the distance of a reading from the nearest pick."""
         return compared(self.nearest_pick(reading_id))
 
     def subject(self, feature: Feature, measured: Measurement) -> Subject:
-        """A feature of the project with what its figures are read from."""
+        """Return a feature of the project with everything that its figures depend on."""
         nearest = partial(self.nearest_pick, feature.id)
         return Subject(feature, measured, self._projects.records, nearest)
 
     # --- the models' frames ------------------------------------------------------------------
     def north_known(self) -> bool:
-        """Every model of the project knows its north."""
+        """Return whether north is known for every model of the project."""
         models = self._projects.of(Model)
         return bool(models) and all(m.frame.has_north for m in models)
 
     def turn_findings(self) -> tuple[Finding, ...]:
-        """Findings on registrations that make planes on their models poor."""
+        """Return findings on registrations whose orientation errors are too large for planes."""
         models = self._projects.of(Model)
         registrations = dict.fromkeys(m.registration for m in models if m.registration)
         if not registrations:
             return ()
         from vomstudio.registration.turn_checks import turn_findings
 
-        each = (turn_findings(one.rotation_covariance()) for one in registrations)
+        each = (turn_findings(registration.rotation_covariance()) for registration in registrations)
         return tuple(finding for findings in each for finding in findings)
 
     def metres_known(self) -> bool:
-        """No model of the project is of unknown scale."""
+        """Return whether the scale of every model of the project is known."""
         return all(m.frame.has_metres for m in self._projects.of(Model))
 
     def frame_name(self) -> str:
-        """The names of the models' frames, each once."""
+        """Return the distinct names of the models' frames."""
         names = list(dict.fromkeys(m.frame.name() for m in self._projects.of(Model)))
         return " / ".join(names)
 
-    # --- what an edit touches ----------------------------------------------------------------
+    # --- dependencies of edits ----------------------------------------------------------------
     def affected(self, edit: Edit) -> list[str]:
-        """The ids of features that look different after an edit: its own, those of its models and
-        feature types, and those that depend on them. Deleted ones are among them."""
-        # Every view of the window asks for those of the same edit.
+        """Return the ids of features that an edit affects, including deleted ones.
+
+        These are its own features, those of its models and feature types, and dependent ones.
+        """
+        # Every view of the window requests this for the same edit.
         if self._affected is None or self._affected[0] is not edit:
             self._affected = (edit, _affected(self._projects.records, edit))
         return list(self._affected[1])
@@ -109,14 +111,14 @@ class DerivedQuantities:
 def _affected(records: RecordMap, edit: Edit) -> list[str]:
     ids = edit.ids
     parts = [edit.before[i] or edit.after[i] for i in edit.after]
-    own = [i for i, r in zip(edit.after, parts, strict=True) if isinstance(r, Feature)]
-    # Most features rest on their model and their type alone, and neither is a feature.
-    all_may = len(own) < len(ids)
-    others = [
+    changed_features = [i for i, r in zip(edit.after, parts, strict=True) if isinstance(r, Feature)]
+    # Most features depend only on their model and their type, which are not features.
+    all_may = len(changed_features) < len(ids)
+    dependents = [
         feature
         for kind in KINDS
         if all_may or kind.rests_on_features
         for feature in records.of(kind.record)
         if feature.id not in ids
     ]
-    return own + [f.id for f in others if rests_on(records, f, ids)]
+    return changed_features + [f.id for f in dependents if rests_on(records, f, ids)]

@@ -12,12 +12,22 @@ from vomstudio.project.folder import untitled_projects
 from vomstudio.project.journal.database import read_replay
 from vomstudio.project.records import Feature, Model
 
-_MOST = 20
+MAX_LISTED = 20
 
 
 @dataclass(frozen=True)
 class DiscardedWork:
-    """folder : of the project; time : when it was closed, of this machine; models : their names"""
+    """Untitled project that was closed without saving.
+
+    Parameters
+    ----------
+    folder : Path
+    time : datetime
+        Local time of closing.
+    features : int
+    models : tuple of str
+        Names of the models.
+    """
 
     folder: Path
     time: datetime
@@ -25,7 +35,7 @@ class DiscardedWork:
     models: tuple[str, ...]
 
     def describe(self) -> str:
-        """Date, features and models, as a menu shows them."""
+        """Return date, features and models as a menu shows them."""
         when = self.time.strftime("%Y-%m-%d %H:%M")
         count = tr_n("{count} feature", "{count} features", self.features)
         if not self.models:
@@ -38,19 +48,21 @@ class DiscardedWork:
         )
 
 
-def discarded_works() -> list[DiscardedWork]:
-    """The newest first, 20 at most. What is looked at is the step that discarded the rest, which
-    undo takes back."""
-    found = []
-    for folder in untitled_projects(finished=True)[:_MOST]:
+def list_discarded_works() -> list[DiscardedWork]:
+    """Return the newest discarded projects, sorted by time.
+
+    Their contents are those before the last step, which discarded them and can be undone.
+    """
+    works = []
+    for folder in untitled_projects(finished=True)[:MAX_LISTED]:
         try:
             played = read_replay(folder)
         except InputError:
             continue
-        gone = played.done[-1][1].before.values() if played.done else ()
-        records = [r for r in (*played.records.values(), *gone) if r is not None]
+        discarded = played.done[-1][1].before.values() if played.done else ()
+        records = [r for r in (*played.records.values(), *discarded) if r is not None]
         features = {r.id for r in records if isinstance(r, Feature)}
         models = {r.id: r.name for r in records if isinstance(r, Model)}
         time = datetime.fromtimestamp((folder / "journal.sqlite").stat().st_mtime)
-        found.append(DiscardedWork(folder, time, len(features), tuple(models.values())))
-    return found
+        works.append(DiscardedWork(folder, time, len(features), tuple(models.values())))
+    return works

@@ -25,23 +25,32 @@ MODES = {
 }
 POINT_SIZES = (1.0, 2.0, 3.0, 5.0, 8.0)
 
-_KEEP_S = 0.4
+SAVE_DELAY_S = 0.4
 
 Data = Mesh | PointCloud
 
 
 class Display:
-    """`changed` says which of mode, lit, point_size, eye_dome, cameras, fields, clip (on or off,
-    handles) and box, which changes at every step of a drag.
+    """Display settings of the models, saved with the project soon after a change.
 
-    It is kept with the project, by `keep`, a little after the last change. computed : by model, how
-    the field that was worked out for it is asked for again
+    Parameters
+    ----------
+    keep : callable
+        Saves the settings.
+
+    Attributes
+    ----------
+    computed : dict
+        How to request the computed field of each model again.
+    changed : Signal
+        Emits the name of the changed setting: mode, lit, point_size, eye_dome, cameras, fields,
+        clip (state or handles) or box, which changes at every step of a drag.
     """
 
     def __init__(self, keep: Callable[[dict[str, Any]], None], later: Later) -> None:
         self.changed: Signal[str] = Signal()
         self._keep = keep
-        self._timer = later(_KEEP_S, self.flush)
+        self._timer = later(SAVE_DELAY_S, self.flush)
         self._clear()
 
     def _clear(self) -> None:
@@ -62,32 +71,32 @@ class Display:
         self.changed.emit(what)
 
     def set_mode(self, mode: str) -> None:
-        """mode : a key of MODES"""
+        """Set the display mode, a key of MODES."""
         self.mode = mode
         self._tell("mode")
 
     def set_lit(self, mode: str, lit: bool) -> None:
-        """Whether models are lit in a mode."""
+        """Set whether models are lit in a mode."""
         self.lit[mode] = lit
         self._tell("lit")
 
     def set_point_size(self, pixels: float | None) -> None:
-        """pixels : None for a size that fills the gaps between points"""
+        """Set the point size in pixels; None fills the gaps between points."""
         self.point_size = pixels
         self._tell("point_size")
 
     def set_eye_dome(self, on: bool) -> None:
-        """Whether point clouds have eye-dome lighting."""
+        """Set whether point clouds have eye-dome lighting."""
         self.eye_dome = on
         self._tell("eye_dome")
 
     def set_cameras(self, on: bool) -> None:
-        """Whether the photos of a reconstructed model are shown where they were taken."""
+        """Set whether the camera positions of reconstructed models are shown."""
         self.cameras = on
         self._tell("cameras")
 
     def show_field(self, model_id: str, style: FieldStyle) -> None:
-        """Give a model a field and show it."""
+        """Set the field of a model, and show it."""
         self.styles[model_id] = style
         if self.mode != "field":
             self.mode = "field"
@@ -95,35 +104,35 @@ class Display:
         self._tell("fields")
 
     def show_no_field(self, model_id: str) -> None:
-        """Forget which field a model shows, whose values are not those any more."""
+        """Remove the field of a model, whose values are outdated."""
         if self.styles.pop(model_id, None) is not None:
             self._tell("fields")
 
     def set_clip(self, box: ClipBox | None, on: bool | None = None) -> None:
-        """Set the clipping box, and switch it on or off where `on` is given."""
-        before, self.box = self.clipping, box
+        """Set the clipping box, and switch clipping on or off unless `on` is None."""
+        was_clipping, self.box = self.clipping, box
         if on is not None:
             self.clipping = on and box is not None
-        self._tell("box" if self.clipping == before else "clip")
+        self._tell("box" if self.clipping == was_clipping else "clip")
 
     def set_handles(self, on: bool) -> None:
-        """Whether the faces of the clipping box can be dragged in the view."""
+        """Set whether the faces of the clipping box can be dragged in the view."""
         self.handles = on
         self._tell("clip")
 
     @property
     def clip_shown(self) -> ClipBox | None:
-        """The clipping box that is in effect; None where it is off."""
+        """Return the clipping box, None if clipping is off."""
         return self.box if self.clipping else None
 
-    # --- with the project --------------------------------------------------------------------
+    # --- stored settings ----------------------------------------------------------------------
     def flush(self) -> None:
-        """Keep what was changed last."""
+        """Save the last changes now."""
         self._timer.stop()
         self._keep(self.to_dict())
 
     def to_dict(self) -> dict[str, Any]:
-        """What is kept with the project; `load` reads it."""
+        """Return the settings that are saved with the project; `load` reads them."""
         return {
             "mode": self.mode,
             "lit": self.lit,
@@ -137,46 +146,46 @@ class Display:
             "handles": self.handles,
         }
 
-    def load(self, kept: Any) -> None:
-        """Take over what a project has kept; what cannot be read is as in a new project."""
+    def load(self, state: Any) -> None:
+        """Load the settings of a project. Invalid values are replaced by defaults."""
         self._timer.stop()
         self._clear()
-        if not isinstance(kept, Mapping):
+        if not isinstance(state, Mapping):
             return
-        mode = kept.get("mode")
+        mode = state.get("mode")
         if isinstance(mode, str) and mode in MODES:
             self.mode = mode
-        lit = kept.get("lit")
+        lit = state.get("lit")
         if isinstance(lit, Mapping):
             self.lit.update({k: bool(v) for k, v in lit.items() if k in MODES})
-        size = kept.get("point_size")
+        size = state.get("point_size")
         if isinstance(size, int | float) and 0.5 <= size <= 50.0:
             self.point_size = float(size)
-        self.eye_dome = bool(kept.get("eye_dome"))
-        self.cameras = bool(kept.get("cameras"))
-        fields = kept.get("fields")
+        self.eye_dome = bool(state.get("eye_dome"))
+        self.cameras = bool(state.get("cameras"))
+        fields = state.get("fields")
         for model_id, values in fields.items() if isinstance(fields, Mapping) else ():
             with contextlib.suppress(ValueError, TypeError, KeyError, AttributeError):
                 self.styles[str(model_id)] = FieldStyle.from_dict(values)
-        computed = kept.get("computed")
+        computed = state.get("computed")
         if isinstance(computed, Mapping):
             self.computed = {str(key): value for key, value in computed.items()}
         with contextlib.suppress(ValueError, TypeError, KeyError, AttributeError):
-            self.box = ClipBox.from_dict(kept.get("box"))
-        self.clipping = bool(kept.get("clipping")) and self.box is not None
-        self.handles = bool(kept.get("handles", True))
+            self.box = ClipBox.from_dict(state.get("box"))
+        self.clipping = bool(state.get("clipping")) and self.box is not None
+        self.handles = bool(state.get("handles", True))
 
 
-# --- what can be shown -----------------------------------------------------------------------
+# --- available display modes ------------------------------------------------------------------
 def default_field(data: Data) -> str:
-    """The field that is shown where none was chosen: classification and intensity come first."""
+    """Return the default field of a model, preferably classification or intensity."""
     names = field_names(data)
     for word in ("classification", "intensity"):
         for name in names:
             if word in name.lower():
                 return name
-    own = [name for name in names if name != ELEVATION]
-    return own[0] if own else ELEVATION
+    attributes = [name for name in names if name != ELEVATION]
+    return attributes[0] if attributes else ELEVATION
 
 
 def has_textures(data: Data) -> bool:
@@ -203,7 +212,7 @@ def why_not_mode(mode: str, models: list[Data]) -> Finding | None:
 
 
 def mode_shown(mode: str, models: list[Data]) -> str:
-    """The mode that a model without textures shows in place of "textured"."""
+    """Return the mode in which models are shown if they have no textures."""
     if mode == "textured" and models and why_not_mode(mode, models):
         if not why_not_mode("vertex_colors", models):
             return "vertex_colors"
@@ -213,11 +222,11 @@ def mode_shown(mode: str, models: list[Data]) -> str:
 
 
 def usual_look(models: list[Data]) -> str:
-    """What these models show where they are coloured by no field, in words."""
-    shown = mode_shown("textured", models)
-    if shown == "vertex_colors":
+    """Describe the appearance of models that are not coloured by a field."""
+    mode = mode_shown("textured", models)
+    if mode == "vertex_colors":
         return tr("Own colours")
-    if shown == "plain shaded" or (models and why_not_mode(shown, models)):
+    if mode == "plain shaded" or (models and why_not_mode(mode, models)):
         return tr("Without colours")
     return tr("Photo texture")
 

@@ -15,7 +15,7 @@ from vomstudio.project.records import Record
 from vomstudio.studio.jobs.drawing_tasks import DrawnLines, Picture
 
 MAX_ROUNDING_PX = 0.05
-"""Largest distance of an unchanged line from its feature: programs round coordinates."""
+"""Maximum distance of an unchanged line from its feature, since programs round coordinates."""
 
 
 @dataclass(frozen=True)
@@ -33,35 +33,37 @@ class Comparison:
     id: str = ""
 
 
-def compare_drawing(found: DrawnLines, records: Mapping[str, Record]) -> list[Comparison]:
-    """Compare the lines of a drawing with what a drawing of the project would show.
+def compare_drawing(drawing: DrawnLines, records: Mapping[str, Record]) -> list[Comparison]:
+    """Compare the lines of a drawing with those that a drawing of the project would contain.
 
-    A line is the feature whose id it has, else the feature that lies where it does. Several lines
-    with one id are copies, of which the one that has not moved is the feature.
+    A line matches the feature with its id, otherwise the feature at the same place. Several
+    lines with one id are copies; the unmoved one is the feature.
     """
     import shapely
 
     items = [item for item in items_of(records, Measurements()) if item.form != "point"]
-    drawn = [shapely.LineString(line.pixels) for line in found.lines]
+    shapes_drawn = [shapely.LineString(line.pixels) for line in drawing.lines]
     shapes = [
-        shapely.LineString(_closed(pixels_of(item.points, found.picture), item.form == "ring"))
+        shapely.LineString(
+            _closed(project_to_pixels(item.points, drawing.picture), item.form == "ring")
+        )
         for item in items
     ]
-    frame = shapely.box(0.0, 0.0, found.picture.width, found.picture.height)
+    frame = shapely.box(0.0, 0.0, drawing.picture.width, drawing.picture.height)
     tree = shapely.STRtree(shapes)
     unchanged: dict[int, int] = {}
-    # Lines with an id choose first: two features may lie at one place.
+    # Lines with a known id are matched first: two features may coincide.
     ids = {item.id for item in items}
-    for i in sorted(range(len(drawn)), key=lambda i: found.lines[i].id not in ids):
-        near = tree.query(drawn[i], predicate="dwithin", distance=MAX_ROUNDING_PX)
-        same = [int(j) for j in near if _is_same(drawn[i], shapes[j], frame)]
-        own = [j for j in same if items[j].id == found.lines[i].id]
-        free = [j for j in same if j not in unchanged.values()]
-        if same:
-            unchanged[i] = (own or free or same)[0]
+    for i in sorted(range(len(shapes_drawn)), key=lambda i: drawing.lines[i].id not in ids):
+        candidates = tree.query(shapes_drawn[i], predicate="dwithin", distance=MAX_ROUNDING_PX)
+        matches = [int(j) for j in candidates if _is_same(shapes_drawn[i], shapes[j], frame)]
+        matches_by_id = [j for j in matches if items[j].id == drawing.lines[i].id]
+        free = [j for j in matches if j not in unchanged.values()]
+        if matches:
+            unchanged[i] = (matches_by_id or free or matches)[0]
     used = {items[j].id for j in unchanged.values()}
     comparisons = []
-    for i, line in enumerate(found.lines):
+    for i, line in enumerate(drawing.lines):
         if i in unchanged:
             comparisons.append(Comparison("unchanged", items[unchanged[i]].id))
         elif line.id in ids and line.id not in used:
@@ -72,7 +74,7 @@ def compare_drawing(found: DrawnLines, records: Mapping[str, Record]) -> list[Co
     return comparisons
 
 
-def pixels_of(points: FloatArray, picture: Picture) -> FloatArray:
+def project_to_pixels(points: FloatArray, picture: Picture) -> FloatArray:
     """Return the pixels (n, 2) of World points (n, 3)."""
     to_pixels = np.linalg.inv(np.array(picture.matrix))
     return np.asarray((points @ to_pixels[:3, :3].T + to_pixels[:3, 3])[:, :2])
@@ -84,14 +86,14 @@ def merge_vertices(
     stored_px: FloatArray,
     stored: FloatArray,
 ) -> FloatArray:
-    """Return the vertices of an edited line; those that were not moved keep their coordinates.
+    """Return the vertices of an edited line; unmoved vertices keep their coordinates.
 
     Parameters
     ----------
     drawn_px : (m, 2) float64
         Vertices of the drawing.
     brought : sequence of m (3,) arrays or None
-        The same on the surface that the picture shows, None if they meet none.
+        The same on the surface that the picture shows, None if they miss it.
     stored_px, stored : (k, 2) and (k, 3) float64
         Vertices of the feature, in pixels and as stored.
     """

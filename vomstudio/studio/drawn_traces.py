@@ -21,9 +21,9 @@ from vomstudio.project import edits
 from vomstudio.project.edit import Edit, change
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import SURROUNDINGS_RULE, FeatureType, Model, Record, get
-from vomstudio.studio.drawing_comparison import compare_drawing, merge_vertices, pixels_of
+from vomstudio.studio.drawing_comparison import compare_drawing, merge_vertices, project_to_pixels
 from vomstudio.studio.jobs.drawing_tasks import DrawnLine, DrawnLines, Picture
-from vomstudio.studio.tools.local_surface import around
+from vomstudio.studio.tools.local_surface import measure_surroundings
 
 MAX_NAMED = 5
 
@@ -35,13 +35,13 @@ class DrawnTraces:
     Parameters
     ----------
     traces : tuple of Trace
-        New ones, which are not in the project yet.
+        New traces, which are not in the project yet.
     edited : tuple of Trace
-        Traces of the project with the vertices that the drawing has.
+        Traces of the project with the vertices of the drawing.
     unchanged : tuple of str
-        Ids of features that the drawing shows as they are.
+        Ids of features that the drawing does not change.
     skipped : tuple of (name, reason)
-        Lines that give no trace.
+        Lines from which no trace can be created.
     warnings : tuple of Finding
     """
 
@@ -53,7 +53,7 @@ class DrawnTraces:
 
     @property
     def edited_findings(self) -> tuple[Finding, ...]:
-        """What to report about edited traces that are not updated."""
+        """Return findings about edited traces that are not updated."""
         if not self.edited:
             return ()
         names = ", ".join(trace.name for trace in self.edited[:MAX_NAMED])
@@ -61,7 +61,7 @@ class DrawnTraces:
 
     @property
     def messages(self) -> tuple[Finding, ...]:
-        """Everything to report, with the lines that give no trace."""
+        """Return all findings, including those about skipped lines."""
         left_out = (
             Finding("feature.left-out", feature=name, reason=reason)
             for name, reason in self.skipped
@@ -71,20 +71,20 @@ class DrawnTraces:
 
 @dataclass(frozen=True)
 class DrawingTarget:
-    """Where the lines of a drawing go.
+    """Target of the lines of a drawing.
 
     Parameters
     ----------
     model : Model
-        On which they were drawn.
+        Model on which they were drawn.
     surface : PaintSurface or None
-        Its surface, for resolution and face.
+        Its surface, for resolution and outcrop face.
     type_id : str or None
-        Feature type of new lines. None if each must name its own.
+        Feature type of new lines, None if each must name its own.
     set_name : str
         Set of new lines without an attribute `set`.
     is_type_fixed : bool
-        True ignores the types that lines name by their attribute `kind` or their layer.
+        Whether to ignore the types in the attribute `kind` or the layer of a line.
     """
 
     model: Model
@@ -94,7 +94,7 @@ class DrawingTarget:
     is_type_fixed: bool = False
 
 
-def trace_through(
+def create_trace(
     name: str,
     points: FloatArray,
     model: Model,
@@ -102,7 +102,7 @@ def trace_through(
     set_name: str,
     surface: PaintSurface | None,
 ) -> Trace:
-    """points : (n, 3) in the frame of the model's file; surface : for resolution and face"""
+    """Create a trace from points (n, 3) in the frame of the model's file."""
     vertices: tuple[Point, ...] = tuple((float(x), float(y), float(z)) for x, y, z in points)
     trace = Trace(
         id=new_id("trace"),
@@ -116,17 +116,17 @@ def trace_through(
     )
     if surface is None:
         return trace
-    resolution, normal = around(surface, vertices)
+    resolution, normal = measure_surroundings(surface, vertices)
     return replace(trace, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE)
 
 
 def update_traces(records: Mapping[str, Record], edited: Sequence[Trace], drawing: str) -> Edit:
-    """Return the edit that gives traces the vertices that a drawing has.
+    """Create the edit that gives traces the vertices of a drawing.
 
     Raises
     ------
     DocumentError
-        If a trace is not in the project any more.
+        If a trace is no longer in the project.
     """
     label = tr_n(
         "Update {count} trace from {drawing}",
@@ -134,49 +134,49 @@ def update_traces(records: Mapping[str, Record], edited: Sequence[Trace], drawin
         len(edited),
         drawing=drawing,
     )
-    after: dict[str, Record | None] = {}
+    records_after: dict[str, Record | None] = {}
     for trace in edited:
         current = get(records, trace.id, Trace)
         if current is None:
             raise DocumentError(Finding("record.missing", id=trace.id, kind="trace"))
-        after[trace.id] = replace(
+        records_after[trace.id] = replace(
             current,
             vertices=trace.vertices,
             resolution=trace.resolution,
             outcrop_normal=trace.outcrop_normal,
             rule=trace.rule,
         )
-    return change(records, label, after)
+    return change(records, label, records_after)
 
 
-def type_of_layer(layer: str, types: Iterable[FeatureType]) -> FeatureType | None:
+def find_layer_type(layer: str, types: Iterable[FeatureType]) -> FeatureType | None:
     """Return the feature type with the name or id of a layer, in upper or lower case."""
-    wanted = layer.strip().casefold()
+    key = layer.strip().casefold()
     for kind in types:
-        if wanted and wanted in (kind.id.casefold(), kind.name.casefold()):
+        if key and key in (kind.id.casefold(), kind.name.casefold()):
             return kind
     return None
 
 
-def drawn_traces(
-    found: DrawnLines,
+def create_drawn_traces(
+    lines: DrawnLines,
     drawing: Path,
     sidecar: Path,
     target: DrawingTarget,
     records: Mapping[str, Record],
 ) -> DrawnTraces:
-    """Compare the lines of a drawing with a project, and make traces of new and edited ones.
+    """Compare the lines of a drawing with a project, and create traces of new and edited ones.
 
     Raises
     ------
     UsageError
         If a new line names no feature type, and none is given.
     GeometryError
-        If there are only lines that give no trace.
+        If no line gives a trace.
     """
     model = target.model
-    warnings = list(found.warnings)
-    if found.content_hash not in (None, model.content_hash):
+    warnings = list(lines.warnings)
+    if lines.content_hash not in (None, model.content_hash):
         warnings.append(Finding("drawing.orthophoto-of-other-file", model=model.name))
     note = tr(
         "Drawn on the orthophoto {picture}, in {drawing}.",
@@ -188,32 +188,32 @@ def drawn_traces(
     unchanged: list[str] = []
     skipped: list[tuple[str, Finding]] = []
     off_surface = 0
-    comparisons = compare_drawing(found, records)
+    comparisons = compare_drawing(lines, records)
     types = iter(
         _types_of(
             [
                 line
-                for line, comparison in zip(found.lines, comparisons, strict=True)
+                for line, comparison in zip(lines.lines, comparisons, strict=True)
                 if comparison.state == "new"
             ],
             target,
             records,
         )
     )
-    for line, comparison in zip(found.lines, comparisons, strict=True):
+    for line, comparison in zip(lines.lines, comparisons, strict=True):
         if comparison.state == "unchanged":
             unchanged.append(comparison.id)
             continue
         try:
             if comparison.state == "edited":
-                edited.append(_edited_trace(line, comparison.id, found.picture, target, records))
+                edited.append(_edited_trace(line, comparison.id, lines.picture, target, records))
                 continue
             type_id = next(types)
-            # A line without a name was given its number; the project has names of its own.
+            # A line without a name got its number, but the project has its own names.
             name = "" if line.name.isdecimal() and not line.is_named else line.name
             points = np.array(line.on_surface).reshape(-1, 3)
             off_surface += len(line.points) - len(points)
-            trace = trace_through(
+            trace = create_trace(
                 name, points, model, type_id, line.set or target.set_name, target.surface
             )
             trace = replace(trace, notes=note)
@@ -240,19 +240,19 @@ def _types_of(
 ) -> list[str]:
     """Return the feature type of each new line. Raises UsageError."""
     types = [record for record in records.values() if isinstance(record, FeatureType)]
-    found = []
+    type_ids = []
     for line in lines:
-        named = type_of_layer(line.kind, types) or type_of_layer(line.layer, types)
+        named = find_layer_type(line.kind, types) or find_layer_type(line.layer, types)
         is_named = named is not None and not target.is_type_fixed
-        found.append(named.id if named is not None and is_named else target.type_id)
-    missing = [line.layer for line, type_id in zip(lines, found, strict=True) if type_id is None]
+        type_ids.append(named.id if named is not None and is_named else target.type_id)
+    missing = [line.layer for line, type_id in zip(lines, type_ids, strict=True) if type_id is None]
     if missing:
         layers = ", ".join(layer or "0" for layer in list(dict.fromkeys(missing))[:MAX_NAMED])
         raise UsageError(
             Finding("drawing.unknown-type", layers=layers),
             field="--type",
         )
-    return [type_id for type_id in found if type_id is not None]
+    return [type_id for type_id in type_ids if type_id is not None]
 
 
 def _edited_trace(
@@ -270,15 +270,13 @@ def _edited_trace(
     if trace.model_id != model.id:
         raise GeometryError(Finding("feature.on-other-model", model=model.name, feature=trace.name))
     stored = np.array(trace.vertices, np.float64)
-    in_world = transform.apply(transform.matrix(model.to_world), stored)
+    stored_world = transform.apply(transform.matrix(model.to_world), stored)
     vertices = merge_vertices(
         np.array(line.pixels),
         [None if point is None else np.array(point) for point in line.points],
-        pixels_of(in_world, picture),
+        project_to_pixels(stored_world, picture),
         stored,
     )
-    drawn = trace_through(
-        trace.name, vertices, model, trace.type_id, trace.set_name, target.surface
-    )
+    drawn = create_trace(trace.name, vertices, model, trace.type_id, trace.set_name, target.surface)
     edits.add_trace(records, drawn)
     return replace(drawn, id=trace.id)

@@ -1,4 +1,4 @@
-"""Edits of the open project; where one fails, the reason is shown."""
+"""Edits of the open project; the reason of a failure is shown."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from vomstudio.studio.projects import Projects
 
 
 class Editing:
-    """Applies edits; a refused one becomes a notice instead of an exception."""
+    """Applies edits. A rejected edit becomes a notice instead of an exception."""
 
     def __init__(self, projects: Projects, notices: Notices) -> None:
         self._projects, self._notices = projects, notices
 
     def apply(self, edit: Edit) -> bool:
-        """Apply an edit; False, with the reason shown, where it is refused."""
+        """Apply an edit. Return False, after showing the reason, if it is rejected."""
         return self._do(lambda: self._projects.session.apply(edit))
 
     def attempt(self, make: Callable[..., Edit], *args: Any, **values: Any) -> bool:
-        """Make an edit of `project.edits` and apply it."""
+        """Create an edit with a function of `project.edits`, and apply it."""
         return self._do(
             lambda: self._projects.session.apply(make(self._projects.records, *args, **values))
         )
 
     def undo(self) -> bool:
-        """Undo the last edit; False, with the reason shown, where it cannot be written."""
+        """Undo the last edit. Return False, after showing the reason, if it cannot be written."""
         return self._do(self._projects.session.undo)
 
     def redo(self) -> bool:
-        """Redo the last undone edit; False as for `undo`."""
+        """Redo the last undone edit. Return False as `undo`."""
         return self._do(self._projects.session.redo)
 
     def _do(self, do: Callable[[], object]) -> bool:

@@ -1,4 +1,4 @@
-"""The planes of the fold axis, chosen once for net, statistics, views and sections."""
+"""Planes of the fold axis, chosen once for net, statistics, views and sections."""
 
 from __future__ import annotations
 
@@ -20,10 +20,16 @@ FOLD_TYPE = "bedding"
 
 
 class FoldChoice:
-    """Which planes of the bedding make the fold axis; the same everywhere in the window.
+    """Choice of the bedding planes for the fold axis, the same everywhere in the window.
 
-    changed : another choice; which : quality and set; selected : only of the selected planes.
-    Another project has all.
+    Attributes
+    ----------
+    which : FoldFilter
+        Quality and set.
+    selected : bool
+        Whether only selected planes are used.
+    changed : Signal
+        Emitted when the choice changes.
     """
 
     def __init__(
@@ -34,25 +40,25 @@ class FoldChoice:
         self.which, self.selected = FoldFilter(), False
 
     def begin(self) -> None:
-        """Another project: use all planes."""
+        """Use all planes of another project."""
         self.choose(FoldFilter(), selected=False)
 
     def choose(self, which: FoldFilter, *, selected: bool) -> None:
-        """Use these planes from now on."""
+        """Change the choice."""
         if (which, selected) != (self.which, self.selected):
             self.which, self.selected = which, selected
             self.changed.emit()
 
     def features(self) -> list[Typed]:
-        """All bedding planes, or the selected ones, of any quality and set."""
-        found = [f for f in self._projects.session.of(Typed) if is_bed(f)]
+        """Return all bedding planes, or the selected ones, of any quality and set."""
+        beds = [f for f in self._projects.session.of(Typed) if is_bed(f)]
         if self.selected:
             ids = set(self._selection.ids)
-            found = [f for f in found if f.id in ids]
-        return found
+            beds = [f for f in beds if f.id in ids]
+        return beds
 
     def planes(self) -> FoldPlanes:
-        """The planes of the fold axis."""
+        """Return the planes of the fold axis."""
         from vomstudio.project.fold_planes import fold_planes
 
         features = self.features()
@@ -60,7 +66,7 @@ class FoldChoice:
         return fold_planes(self._projects.records, features, measured, self.which)
 
     def sets(self) -> list[str]:
-        """Names of the sets of the bedding."""
+        """Return the names of the sets of the bedding."""
         return sorted({f.set_name for f in self._projects.session.of(Typed) if is_bed(f)} - {""})
 
 

@@ -1,6 +1,6 @@
-"""A project worked on without a window, by a command or a script.
+"""Project without a window, for commands and scripts.
 
-Every change is the journalled edit that the window makes, and is made at once, in this thread.
+Every change is the journalled edit that the window makes, applied at once in this thread.
 """
 
 from __future__ import annotations
@@ -47,24 +47,24 @@ from vomstudio.registration.surface_points import known_resolution, some_points
 from vomstudio.studio.drawn_traces import (
     DrawingTarget,
     DrawnTraces,
-    drawn_traces,
-    trace_through,
+    create_drawn_traces,
+    create_trace,
     update_traces,
 )
 from vomstudio.studio.jobs.drawing_tasks import collect_lines
-from vomstudio.studio.layer_export import written_layers
+from vomstudio.studio.layer_export import update_layers
 from vomstudio.studio.models import name_of, new_model
 from vomstudio.studio.placing.registering import (
     add_reference_error,
-    placed_by_points,
+    create_registration,
+    place_by_points,
     reference_findings,
-    registration_of,
-    sets_turned_deg,
-    turned_deg,
+    rotation_deg,
+    set_rotations_deg,
 )
 from vomstudio.studio.project_options import FeatureValues
 from vomstudio.studio.project_summary import matching_ids
-from vomstudio.studio.tools.local_surface import measured_anew, of_earlier_rules
+from vomstudio.studio.tools.local_surface import features_of_earlier_rules, remeasure
 
 if TYPE_CHECKING:
     from vomstudio.products.ortho.back_projection import Brought, Sidecar
@@ -98,7 +98,7 @@ class Picks:
 
 @dataclass(frozen=True)
 class AddedModel:
-    """new : False where the project had this file already"""
+    """Model of a project; `new` is False if the project already contained its file."""
 
     model: Model
     new: bool
@@ -107,7 +107,7 @@ class AddedModel:
 
 @dataclass(frozen=True)
 class AddedPicks:
-    """skipped : name and reason of each that defines no plane"""
+    """Traces that were added; `skipped` has name and reason of those without a plane."""
 
     traces: tuple[Trace, ...]
     skipped: tuple[tuple[str, Finding], ...]
@@ -139,17 +139,17 @@ class _ModelData:
     why_not: tuple[Finding, ...] = ()
 
     @classmethod
-    def of(cls, data: Mesh | PointCloud) -> _ModelData:
+    def from_data(cls, data: Mesh | PointCloud) -> _ModelData:
         # Only registrations need the resolution.
         resolution = partial(known_resolution, data)
         return cls(surface_of(data), data.bounds, some_points(data), resolution)
 
 
 class HeadlessProject:
-    """An open project without a window, for commands and scripts.
+    """Open project without a window, for commands and scripts.
 
-    Every change is written to the journal at once. `save` marks the changes as saved, so that the
-    window does not report unsaved work. As a context manager it closes the project.
+    Every change is written to the journal at once. `save` marks the changes as saved, so that
+    the window does not report unsaved work. As a context manager it closes the project.
 
     Parameters
     ----------
@@ -175,20 +175,20 @@ class HeadlessProject:
     ) -> None:
         self.project, self.settings, self.warnings = project, settings, tuple(warnings)
         self._progress = progress or Silent()
-        self.recovered, self._opened_at = self.session.recovered, self.session.top
+        self.recovered, self._initial_top = self.session.recovered, self.session.top
         self._model_data: dict[str, _ModelData] = {}
 
     # --- opening and closing -----------------------------------------------------------------
     @classmethod
     def open(cls, folder: Path, progress: Progress | None = None) -> Self:
-        """Open a project. Raises InputError if the folder is not one, or is open elsewhere."""
+        """Open a project. Raises InputError if it is not a project or is open elsewhere."""
         settings, problems = read_settings()
         project = Project.open(folder, settings=settings.recorded_settings)
         return cls(project, settings, problems, progress)
 
     @classmethod
     def create(cls, folder: Path) -> Self:
-        """Create a project. Raises TargetError if the folder exists or cannot be made."""
+        """Create a project. Raises TargetError if the folder exists or cannot be created."""
         settings, problems = read_settings()
         project = Project.create(folder, settings=settings.recorded_settings)
         return cls(project, settings, problems)
@@ -200,20 +200,20 @@ class HeadlessProject:
         self.close()
 
     def save(self) -> list[Finding]:
-        """Mark the present state as saved and update the GIS layers; report if that failed."""
+        """Mark the present state as saved and update the GIS layers. Return why that failed."""
         if self.session.dirty:
             self.session.save()
         self._mark_saved()
-        return written_layers(self.project.folder, bool(self.session.features()))
+        return update_layers(self.project.folder, bool(self.session.features()))
 
     def save_as(self, folder: Path) -> list[Finding]:
-        """Save the project in another folder and continue there; report files that are left out."""
+        """Save the project in another folder and continue there. Return the files left out."""
         left_out = self.project.save_as(folder)
         self._mark_saved()
         return left_out
 
     def _mark_saved(self) -> None:
-        self.recovered, self._opened_at = False, self.session.top
+        self.recovered, self._initial_top = False, self.session.top
 
     def close(self) -> None:
         """Close the project; `undo` can restore its unsaved changes.
@@ -222,7 +222,7 @@ class HeadlessProject:
         """
         session = self.session
         try:
-            is_unchanged = self.recovered and session.top == self._opened_at
+            is_unchanged = self.recovered and session.top == self._initial_top
             # A missing or full folder was reported when writing failed.
             if session.dirty and not is_unchanged and self.project.write_failure is None:
                 session.discard_unsaved()
@@ -231,12 +231,17 @@ class HeadlessProject:
 
     @property
     def session(self) -> Session:
-        """The project's session."""
+        """Return the project's session."""
         return self.project.session
 
-    # --- finding -----------------------------------------------------------------------------
+    # --- lookup -------------------------------------------------------------------------------
     def find_model(self, name: str | None) -> Model:
-        """A model by id or name, case ignored; None for the only one. Raises UsageError."""
+        """Return a model by id or name, ignoring case; None for the only one.
+
+        Raises
+        ------
+        UsageError
+        """
         models = self.session.of(Model)
         matches = _matching(models, name) if name is not None else models
         if len(matches) == 1:
@@ -261,7 +266,7 @@ class HeadlessProject:
         )
 
     def find_type(self, name: str) -> FeatureType:
-        """A feature type by name or id, case ignored. Raises UsageError."""
+        """Return a feature type by name or id, ignoring case. Raises UsageError."""
         types = self.session.of(FeatureType)
         if matches := _matching(types, name):
             return matches[0]
@@ -279,7 +284,7 @@ class HeadlessProject:
 
     # --- changes -----------------------------------------------------------------------------
     def set_values(self, names: Sequence[str], values: FeatureValues) -> list[Typed]:
-        """Change type, set, domain or name of features, as one edit, and return the features.
+        """Change type, set, domain or name of features in one edit, and return the features.
 
         Raises
         ------
@@ -300,16 +305,16 @@ class HeadlessProject:
         return self.find_features(ids)
 
     def delete(self, names: Sequence[str]) -> list[Typed]:
-        """Delete features, as one edit, and return them. Raises InputError for a missing one."""
+        """Delete features in one edit, and return them. Raises InputError for a missing one."""
         features = self.find_features(names)
         self.session.apply(edits.delete(self.session.records, [each.id for each in features]))
         return features
 
     def add_model(self, path: Path, options: FrameOptions = DEFAULT_FRAME) -> AddedModel:
-        """Read a model and make it part of the project.
+        """Read a model and add it to the project.
 
         A registration beside the file (`NAME.registration.json`, or `reconstruction.json` of a
-        reconstruction) places the model, so that its errors reach all that is measured on it. With
+        reconstruction) places the model, so that its errors reach all measurements on it. With
         `options.to_crs` a converted copy is written into the project and added.
 
         Raises
@@ -326,12 +331,12 @@ class HeadlessProject:
         folder = model_cache.folder_of(path, self.project.cache)
         loaded = model_cache.load(path, folder, self._progress)
         models = self.session.of(Model)
-        # Looked at first: what cannot be is refused of a file that is there already, too.
+        # Checked first: an invalid frame is an error even for a file of the project.
         established = establish_frame(replace(loaded, path=path), options)
-        same = [m for m in models if m.content_hash == loaded.content_hash]
-        if same:
-            warning = Finding("model.already-added", model=same[0].name)
-            return AddedModel(same[0], False, (warning,))
+        same_file = [m for m in models if m.content_hash == loaded.content_hash]
+        if same_file:
+            warning = Finding("model.already-added", model=same_file[0].name)
+            return AddedModel(same_file[0], False, (warning,))
         placement = established.placement
         if isinstance(placement, Registration):
             placement = registration_in_project(self.session.records, placement)
@@ -343,14 +348,19 @@ class HeadlessProject:
             placement,
         )
         self.session.apply(edits.add_model(self.session.records, model))
-        self._model_data[model.id] = _ModelData.of(loaded.data)
+        self._model_data[model.id] = _ModelData.from_data(loaded.data)
         return AddedModel(model, True, (*loaded.warnings, *established.findings))
 
     def add_picks(
         self, picks: Sequence[Picks], model: Model, kind: FeatureType, set_name: str = ""
     ) -> AddedPicks:
-        """Add a trace for each line of picks that defines a plane, all as one edit. Raises
-        GeometryError where none does."""
+        """Add a trace for each line of picks that defines a plane, in one edit.
+
+        Raises
+        ------
+        GeometryError
+            If no line defines a plane.
+        """
         surface, warnings = self._surface_for_planes(model)
         records = self.session.records
         added: dict[str, Record] = {}
@@ -359,12 +369,12 @@ class HeadlessProject:
         skipped: list[tuple[str, Finding]] = []
         for pick in picks:
             points = transform.apply(_to_file(model), pick.points)
-            if (far := self._why_not_on(model, points)) is not None:
-                skipped.append((pick.name, far))
+            if (reason := self._why_not_on(model, points)) is not None:
+                skipped.append((pick.name, reason))
                 continue
-            own = pick.kind or kind
-            trace = trace_through(pick.name, points, model, own.id, set_name, surface)
-            trace = replace(trace, name=trace.name or names.of(own), domain=pick.domain)
+            feature_type = pick.kind or kind
+            trace = create_trace(pick.name, points, model, feature_type.id, set_name, surface)
+            trace = replace(trace, name=trace.name or names.of(feature_type), domain=pick.domain)
             try:
                 edit = edits.add_trace(records, trace)
             except GeometryError as error:
@@ -376,11 +386,11 @@ class HeadlessProject:
             names.take(named)
             traces.append(named)
         if not traces:
-            first = ": ".join(map(str, skipped[0])) if skipped else ""
-            raise GeometryError(Finding("picks.no-plane", count=len(picks), first=first))
-        after: dict[str, Record | None] = {trace.id: trace for trace in traces}
+            example = ": ".join(map(str, skipped[0])) if skipped else ""
+            raise GeometryError(Finding("picks.no-plane", count=len(picks), first=example))
+        records_after: dict[str, Record | None] = {trace.id: trace for trace in traces}
         what = traces[0].name if len(traces) == 1 else f"{len(traces)} traces"
-        self.session.apply(change(self.session.records, f"Add {what}", after))
+        self.session.apply(change(self.session.records, f"Add {what}", records_after))
         return AddedPicks(tuple(traces), tuple(skipped), warnings)
 
     def add_drawing(
@@ -395,7 +405,7 @@ class HeadlessProject:
         *,
         update: bool = False,
     ) -> DrawnTraces:
-        """Add the new lines of a drawing as traces, all as one edit.
+        """Add the new lines of a drawing as traces, in one edit.
 
         Parameters
         ----------
@@ -415,54 +425,58 @@ class HeadlessProject:
         Raises
         ------
         UsageError, GeometryError
-            As `drawn_traces`.
+            As `create_drawn_traces`.
         """
         surface, messages = self._surface_for_planes(model)
-        found = collect_lines(brought, names, sidecar, messages, _to_file(model))
-        far = {
+        lines = collect_lines(brought, names, sidecar, messages, _to_file(model))
+        reason = {
             line.name: why
-            for line in found.lines
+            for line in lines.lines
             if (why := self._why_not_on(model, np.array(line.on_surface))) is not None
         }
-        found = replace(found, lines=tuple(line for line in found.lines if line.name not in far))
+        lines = replace(lines, lines=tuple(line for line in lines.lines if line.name not in reason))
         type_id = None if kind is None else kind.id
         target = DrawingTarget(model, surface, type_id, set_name, is_type_fixed=kind is not None)
         records = self.session.records
-        drawn = drawn_traces(found, drawing, sidecar.path, target, records)
+        traces = create_drawn_traces(lines, drawing, sidecar.path, target, records)
         parts = []
-        if drawn.traces:
-            parts.append(edits.add_features(records, drawn.traces))
-        if drawn.edited and update:
-            parts.append(update_traces(records, drawn.edited, drawing.name))
+        if traces.traces:
+            parts.append(edits.add_features(records, traces.traces))
+        if traces.edited and update:
+            parts.append(update_traces(records, traces.edited, drawing.name))
         if parts:
             self.session.apply(parts[0] if len(parts) == 1 else parts[0].followed_by(parts[1]))
         return replace(
-            drawn,
-            skipped=(*far.items(), *drawn.skipped),
-            warnings=drawn.warnings if update else (*drawn.warnings, *drawn.edited_findings),
+            traces,
+            skipped=(*reason.items(), *traces.skipped),
+            warnings=traces.warnings if update else (*traces.warnings, *traces.edited_findings),
         )
 
-    def take_in(self, path: Path, model: Model) -> ImportedFeatures:
-        """Add the stations, contact lines and rock areas of a file, all as one edit. Raises
-        InputError."""
+    def import_features(self, path: Path, model: Model) -> ImportedFeatures:
+        """Add the stations, contact lines and rock areas of a file, in one edit.
+
+        Raises
+        ------
+        InputError
+        """
         from vomstudio.io.gis.crs import world_crs
         from vomstudio.project.imports.feature_lists import read_listed
 
-        known = self._read(model)
+        model_data = self._read(model)
         frame = model.frame
-        found = read_listed(
+        features = read_listed(
             path,
             model,
             self.session.records,
             world_crs(frame.crs, frame.unit_m),
-            None if known.surface is None else known.surface.area_inside,
-            known.bounds,
+            None if model_data.surface is None else model_data.surface.area_inside,
+            model_data.bounds,
             self._progress,
         )
-        edit = edits.add_features(self.session.records, found.features)
+        edit = edits.add_features(self.session.records, features.features)
         self.session.apply(edit)
         added = tuple(r for r in edit.after.values() if isinstance(r, Feature))
-        return replace(found, features=added, warnings=(*known.why_not, *found.warnings))
+        return replace(features, features=added, warnings=(*model_data.why_not, *features.warnings))
 
     def _why_not_on(self, model: Model, points: FloatArray) -> Finding | None:
         """Return why points (n, 3) in the frame of its file cannot lie on a model, or None."""
@@ -471,30 +485,45 @@ class HeadlessProject:
             return None
         low, high = bounds
         off = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1)
-        # The farthest says it for all; what is no number counts as the farthest.
+        # The farthest point represents all; a point that is not finite counts as the farthest.
         return why_not_at(points[int(np.argmax(off))], bounds)
 
     def register(
         self, model: Model, pairs: Pairs, crs: str | None, click_sigma_m: float | None = None
     ) -> tuple[Placed, float, dict[str, float]]:
-        """Place a model by points on it; what was measured on it moves with it.
+        """Place a model by points on it; its features move with it.
 
-        crs : of the pairs, "EPSG:n" in metres; None for a local frame
-        click_sigma_m : error of the click on the model, one sigma; None for half its resolution
-        Returns the placement, and by how many degrees the model and each set on it turned. Raises
-        GeometryError.
+        Parameters
+        ----------
+        crs : str or None
+            CRS of the pairs, "EPSG:n" in metres; None for a local frame.
+        click_sigma_m : float, optional
+            Standard deviation of a click on the model, metres; by default half its resolution.
+
+        Returns
+        -------
+        Placed
+            Placement of the model.
+        float
+            Rotation of the model, degrees.
+        dict of str to float
+            Rotation of each set on it, degrees.
+
+        Raises
+        ------
+        GeometryError
         """
-        known = self._read(model)
-        placed = placed_by_points(
+        model_data = self._read(model)
+        placed = place_by_points(
             pairs,
-            known.bounds,
+            model_data.bounds,
             model,
             crs,
-            known.extent,
+            model_data.extent,
             click_sigma_m=click_sigma_m,
-            resolution=known.resolution(),
+            resolution=model_data.resolution(),
         )
-        return self._placed(model, placed, registration_of(placed, pairs, model, crs))
+        return self._placed(model, placed, create_registration(placed, pairs, model, crs))
 
     def fit_to_reference(
         self,
@@ -505,13 +534,26 @@ class HeadlessProject:
         stable: str | Path | None = None,
         click_sigma_m: float | None = None,
     ) -> tuple[Placed, float, dict[str, float], ReferenceFit]:
-        """Place a model by another one of the same rock, from where it stands or pairs have it.
+        """Fit a model to another one of the same rock, from its placement or that by pairs.
 
-        stable : a mask of the reference
-        Returns what `register` does, and the fit. Raises InputError, UsageError, and GeometryError
-        also where the two leave something free.
+        Parameters
+        ----------
+        stable : str or Path, optional
+            Mask of the stable part of the reference.
+
+        Returns
+        -------
+        Placed, float, dict
+            As `register`.
+        ReferenceFit
+            Fit of the surfaces.
+
+        Raises
+        ------
+        InputError, UsageError GeometryError
+            Also if the fit is not determined.
         """
-        from vomstudio.studio.placing.reference_fitting import Standing, fit_model
+        from vomstudio.studio.placing.reference_fitting import InitialPlacement, fit_model
 
         resolution = self._read(model).resolution()
         evidence = Evidence(pairs=pairs, click_sigma_m=click_sigma_m, resolution=resolution)
@@ -523,14 +565,14 @@ class HeadlessProject:
             near=None if pairs is None else register(evidence),
             crs=crs,
             stable=stable,
-            stands=Standing(model.to_world, frame.crs, frame.has_metres, scale_error),
+            initial=InitialPlacement(model.to_world, frame.crs, frame.has_metres, scale_error),
             progress=self._progress,
         )
         evidence.reference = fitted.fitted.observation
         placed = with_warnings(register(evidence), fitted.warnings)
         if not placed.known.all:
             raise GeometryError(Finding("registration.undetermined", parameters=fitted.fitted.free))
-        record = registration_of(placed, pairs, model, fitted.crs, Path(reference).name)
+        record = create_registration(placed, pairs, model, fitted.crs, Path(reference).name)
         if fitted.reference is not None:
             record = add_reference_error(record, fitted.reference, scale_fitted=fitted.scale_fitted)
             placed = replace(placed, warnings=(*placed.warnings, *reference_findings(record)))
@@ -540,19 +582,24 @@ class HeadlessProject:
         self, model: Model, placed: Placed, record: Registration
     ) -> tuple[Placed, float, dict[str, float]]:
         self.session.apply(edits.set_registration(self.session.records, record, [model.id]))
-        after = get(self.session.records, model.id, Model)
-        if after is None:
+        model_after = get(self.session.records, model.id, Model)
+        if model_after is None:
             return placed, 0.0, {}
         features = self.session.features()
         figures = measure_all(self.session.records, features)
         measured = {f.id: m for f, m in zip(features, figures, strict=True)}
-        sets = sets_turned_deg(self.session.records, model, after, measured)
-        return placed, turned_deg(model, after), sets
+        sets = set_rotations_deg(self.session.records, model, model_after, measured)
+        return placed, rotation_deg(model, model_after), sets
 
     def judge_by(self, profile: str) -> None:
-        """Judge all features by a profile that every project has, "error" or "textbook".
+        """Judge all features by a built-in profile, "error" or "textbook".
 
-        Raises DocumentError where the project is judged by it already, UsageError for another.
+        Raises
+        ------
+        DocumentError
+            If the project already uses the profile.
+        UsageError
+            For another profile.
         """
         if profile not in PROFILES:
             raise UsageError(
@@ -567,19 +614,19 @@ class HeadlessProject:
         Returns
         -------
         int
-            How many features were measured.
+            Number of features that were measured.
         tuple of Finding
             Why the features on other models keep their earlier values.
 
         Raises
         ------
         DocumentError
-            If there is no such feature.
+            If no feature was measured by an earlier rule.
         """
         measured: dict[str, dict[str, Any]] = {}
         findings: list[Finding] = []
         records = self.session.records
-        features = of_earlier_rules(records)
+        features = features_of_earlier_rules(records)
         for model in self.session.of(Model):
             outdated = [f for f in features if f.model_id == model.id]
             if not outdated:
@@ -587,14 +634,14 @@ class HeadlessProject:
             data = self._read(model)
             findings += data.why_not
             if data.surface is not None:
-                measured |= {f.id: measured_anew(data.surface, f) for f in outdated}
+                measured |= {f.id: remeasure(data.surface, f) for f in outdated}
         if features and not measured:
             return 0, tuple(findings)
         self.session.apply(edits.update_surroundings(records, measured))
         return len(measured), tuple(findings)
 
     def undo(self) -> str:
-        """Undo the last edit and return its label. Raises DocumentError where there is none."""
+        """Undo the last edit and return its label. Raises DocumentError if there are no edits."""
         label = self.session.undo_label
         if label is None:
             raise DocumentError(Finding("edit.nothing-to-undo"))
@@ -611,8 +658,13 @@ class HeadlessProject:
 
     # --- models' data ------------------------------------------------------------------------
     def read_model(self, model: Model) -> LoadedModel:
-        """The data of a model of the project, in its file's frame. Raises InputError where its file
-        is gone, damaged, or not the one that was measured on."""
+        """Return the data of a model of the project, in its file's frame.
+
+        Raises
+        ------
+        InputError
+            If the file is missing, damaged, or has changed since the measurements.
+        """
         path = self.project.find_model(model)
         if path is None:
             raise InputError(
@@ -634,10 +686,10 @@ class HeadlessProject:
         return data.surface, data.why_not and (*data.why_not, Finding("surroundings.unknown"))
 
     def _read(self, model: Model) -> _ModelData:
-        """Return what the file of a model contains, or why it cannot be read."""
+        """Return the contents of a model's file, or why it cannot be read."""
         if model.id not in self._model_data:
             try:
-                self._model_data[model.id] = _ModelData.of(self.read_model(model).data)
+                self._model_data[model.id] = _ModelData.from_data(self.read_model(model).data)
             except VomError as error:
                 self._model_data[model.id] = _ModelData(why_not=(finding_of(error),))
         return self._model_data[model.id]

@@ -1,5 +1,7 @@
-"""Undo and redo over everything that the user does: steps of an open feature, unfinished features
-that were discarded, and edits of the document. Each says what it took back or brought."""
+"""Undo and redo of all user actions: steps of an open feature, discarded features, edits.
+
+Each action reports what it has undone or redone.
+"""
 
 from __future__ import annotations
 
@@ -11,14 +13,16 @@ from vomstudio.studio.tool_host import ToolHost
 from vomstudio.studio.tools.interaction_types import Discarded
 from vomstudio.studio.tools.tool_context import Tool
 
-_LONGEST = 100
+MAX_DISCARDED = 100
 
 
 class History:
-    """A discarded feature lies between two edits of the document, and comes back when undo has come
-    to the place where it was discarded. So do the steps of a feature all of which were undone:
-    redo brings them when it has come to their place. While a feature has steps they alone are
-    undone and done again: what would come back into the document then, undo would not take back.
+    """Undo and redo in order of time.
+
+    A discarded feature is stored with the edit before which it was discarded, and is restored
+    when undo reaches that edit. Steps of a feature that were all undone are redone in the same
+    way. While a feature has steps, only they are undone and redone, because edits of the
+    document could otherwise be redone that undo cannot reach.
     """
 
     def __init__(
@@ -29,77 +33,79 @@ class History:
         self._discarded: list[tuple[int, Discarded]] = []
         self._brought_back: tuple[int, Discarded] | None = None
         self._emptied: tuple[int, Tool] | None = None
-        tools.let_go.connect(self._let_go)
+        tools.let_go.connect(self._store_discarded)
 
     def forget(self) -> None:
-        """Another project takes the place of this one."""
+        """Forget everything: another project replaces this one."""
         self._discarded.clear()
         self._brought_back = self._emptied = None
 
-    def _let_go(self, discarded: Discarded) -> None:
+    def _store_discarded(self, discarded: Discarded) -> None:
         top = self._top if discarded.after is None else discarded.after
-        self._discarded = [*self._discarded[1 - _LONGEST :], (top, discarded)]
+        self._discarded = [*self._discarded[1 - MAX_DISCARDED :], (top, discarded)]
         self._brought_back = self._emptied = None
 
     @property
     def _top(self) -> int:
         return self._projects.session.top
 
-    def _to_bring_back(self) -> Discarded | None:
-        """What was discarded last, where no edit was made since and nothing else is open."""
+    def _restorable(self) -> Discarded | None:
+        """Return the feature discarded last, if no edit followed and no tool is open."""
         if self._tools.open_tool is not None or not self._discarded:
             return None
         top, discarded = self._discarded[-1]
         return discarded if top == self._top else None
 
-    def _to_discard_again(self) -> Discarded | None:
+    def _discardable(self) -> Discarded | None:
         if self._brought_back is None:
             return None
         top, discarded = self._brought_back
         return discarded if top == self._top and discarded.untouched() else None
 
-    # --- back --------------------------------------------------------------------------------
+    # --- undo ---------------------------------------------------------------------------------
     @property
     def undo_label(self) -> str | None:
-        """What would be undone; None where there is nothing."""
+        """Label of the action that would be undone, None if there is none to undo."""
         tool = self._tools.open_tool
         if tool is not None and (tool.paints or tool.undo_label is not None):
-            # What is being painted is let go or kept first: it is no step yet.
+            # A stroke that is being painted is not a step yet; it must be kept or discarded
+            # first.
             return tool.undo_label
-        if (discarded := self._to_bring_back()) is not None:
+        if (discarded := self._restorable()) is not None:
             return discarded.label
         return self._projects.session.undo_label
 
     def undo(self) -> None:
-        """Undo the last step of the unfinished feature, else bring back the one that was discarded
-        last, else undo the last edit."""
-        label, discarded = self.undo_label, self._to_bring_back()
+        """Undo the last step of the unfinished feature, a discard, or the last edit."""
+        label, discarded = self.undo_label, self._restorable()
         tool = self._tools.open_tool
         if label is None:
             return
         if tool is not None and tool.undo_label is not None:
-            done = tool.undo()
+            is_undone = tool.undo()
             self._emptied = None if tool.open else (self._top, tool)
         elif discarded is not None:
-            done = self._bring_back(discarded)
+            is_undone = self._bring_back(discarded)
         else:
             self.undo_edit()
             return
-        if done:
-            self._notices.info(Finding("edit.undone", edit=step_words(label)))
+        if is_undone:
+            self._notices.info(Finding("edit.undone", edit=step_title(label)))
 
     def undo_edit(self) -> None:
-        """Undo the last edit of the document, whatever is unfinished on the outcrop: for what is
-        drawn elsewhere, where that is not seen."""
+        """Undo the last edit, even if a feature is unfinished on the outcrop.
+
+        Views that do not show the outcrop use it.
+        """
         label = self._projects.session.undo_label
         if label is not None and self._editing.undo():
-            self._notices.info(Finding("edit.undone", edit=step_words(label)))
+            self._notices.info(Finding("edit.undone", edit=step_title(label)))
 
     def redo_edit(self) -> None:
-        """Redo the last undone edit of the document, as `undo_edit` undoes it."""
+        """Redo the last undone edit, as `undo_edit`."""
         label = self._projects.session.redo_label
         if label is not None and self._editing.redo():
-            self._notices.info(Finding("edit.redone", edit=step_words(label)))
+            self._notices.info(Finding("edit.redone", edit=step_title(label)))
 
     def _bring_back(self, discarded: Discarded) -> bool:
         entry = self._discarded.pop()
@@ -110,9 +116,9 @@ class History:
         self._brought_back = entry
         return True
 
-    # --- forth -------------------------------------------------------------------------------
-    def _to_step_again(self) -> Tool | None:
-        """The tool with a step that undo took back: the open one, or the one that has none left."""
+    # --- redo ---------------------------------------------------------------------------------
+    def _steppable_tool(self) -> Tool | None:
+        """Return the tool with an undone step: the open one, or one that has no steps left."""
         tool = self._tools.open_tool
         if tool is None and self._emptied is not None and self._emptied[0] == self._top:
             tool = self._emptied[1]
@@ -120,10 +126,10 @@ class History:
 
     @property
     def redo_label(self) -> str | None:
-        """What would be redone; None where there is nothing."""
-        if (stepping := self._to_step_again()) is not None:
+        """Label of the action that would be redone, None if there is none to redo."""
+        if (stepping := self._steppable_tool()) is not None:
             return stepping.redo_label
-        if (discarded := self._to_discard_again()) is not None:
+        if (discarded := self._discardable()) is not None:
             return discarded.label
         tool = self._tools.open_tool
         if tool is not None and (tool.paints or tool.undo_label is not None):
@@ -131,25 +137,24 @@ class History:
         return self._projects.session.redo_label
 
     def redo(self) -> None:
-        """Do the step of the unfinished feature again that was undone last, else discard again what
-        undo has just brought back, else redo the last undone edit."""
+        """Redo the last undone step of the unfinished feature, a discard, or an edit."""
         label = self.redo_label
         if label is None:
             return
-        done = True
-        if (stepping := self._to_step_again()) is not None:
+        is_redone = True
+        if (stepping := self._steppable_tool()) is not None:
             self._tools.activate(stepping.name)
-            done = stepping.redo()
-        elif self._to_discard_again() is not None:
+            is_redone = stepping.redo()
+        elif self._discardable() is not None:
             self._tools.cancel()
         else:
             self.redo_edit()
             return
-        if done:
-            self._notices.info(Finding("edit.redone", edit=step_words(label)))
+        if is_redone:
+            self._notices.info(Finding("edit.redone", edit=step_title(label)))
 
 
-def step_words(label: str) -> str:
-    """The label of a step as undo and redo name it: what was added is named itself."""
+def step_title(label: str) -> str:
+    """Return the label of a step for undo and redo, without "Add"."""
     words = label.removeprefix("Add ")
     return words[:1].upper() + words[1:]

@@ -1,4 +1,4 @@
-"""The GIS layers of a project, updated by a worker process while nobody edits."""
+"""GIS layers of a project, updated by a worker process while the user is idle."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from vomstudio.core.signals import Signal
 from vomstudio.core.words import tr
 from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.jobs.job import Lane
-from vomstudio.studio.jobs.layer_tasks import WRITE_LAYERS, LayersOrder
+from vomstudio.studio.jobs.layer_tasks import WRITE_LAYERS, LayersRequest
 from vomstudio.studio.notices import Notices
 from vomstudio.studio.owner_thread import Later
 from vomstudio.studio.projects import Projects
 from vomstudio.studio.running_jobs import Jobs
 
 LAYERS = "project.gpkg"
-_IDLE_S = 2.0
-_AGAIN_S = 30.0
-_PATIENCE_S = 10.0
+IDLE_TIME_S = 2.0
+RETRY_DELAY_S = 30.0
+FINISH_TIMEOUT_S = 10.0
 
 
-def written_layers(folder: Path, has_features: bool) -> list[Finding]:
-    """Update the layers of a project at once, and report if they could not be."""
+def update_layers(folder: Path, has_features: bool) -> list[Finding]:
+    """Update the layers of a project now, and return why that failed."""
     if not has_features:
         remove_layers(folder)
         return []
@@ -38,32 +38,32 @@ def written_layers(folder: Path, has_features: bool) -> list[Finding]:
 
 
 def remove_layers(folder: Path) -> None:
-    """Delete the layers: outdated ones would be worse than none."""
+    """Delete the layers: outdated ones would be misleading."""
     with contextlib.suppress(OSError):
         (folder / LAYERS).unlink(missing_ok=True)
 
 
 class GisLayers:
-    """written : the file, or an empty text where it could not be updated"""
+    """Updates the layers; `written` emits the file, or "" if it could not be updated."""
 
     def __init__(self, projects: Projects, jobs: Jobs, notices: Notices, later: Later) -> None:
         self.written: Signal[str] = Signal()
         self._projects, self._jobs, self._notices = projects, jobs, notices
-        self._timer = later(_IDLE_S, self.write)
+        self._timer = later(IDLE_TIME_S, self.write)
 
     def write_soon(self) -> None:
-        """After an edit, once it is quiet; an untitled project has no layers."""
+        """Write the layers after a pause in the edits; an untitled project has none."""
         if not self._projects.project.untitled:
             self._timer.start()
 
     def write_pending(self) -> None:
-        """Write the edits of the last moment, discarded ones included; `finish` waits for it."""
+        """Write the latest edits, including discarded ones; `finish` waits for that."""
         if self._timer.active:
             self.write()
 
     def finish(self) -> None:
-        """Wait for the layers that are being written."""
-        self._jobs.finish(Lane.FILES, _PATIENCE_S)
+        """Wait until the layers are written."""
+        self._jobs.finish(Lane.FILES, FINISH_TIMEOUT_S)
 
     def write(self) -> None:
         """Start a job that writes the layers now."""
@@ -85,11 +85,11 @@ class GisLayers:
                     reason_code=event.to_error().code,
                 )
             )
-            self._timer.start(_AGAIN_S)
+            self._timer.start(RETRY_DELAY_S)
 
         self._jobs.submit(
             WRITE_LAYERS,
-            LayersOrder(folder),
+            LayersRequest(folder),
             title=tr("Writing GIS layers"),
             on_done=lambda _: self.written.emit(str(path)),
             on_failed=failed,

@@ -32,8 +32,8 @@ from vomstudio.studio.jobs.model_tasks import (
     PREVIEW_MODEL,
     CachedModel,
     ModelFile,
-    PreviewOrder,
     PreviewPoints,
+    PreviewRequest,
 )
 from vomstudio.studio.owner_thread import PICTURE_FIRST_S, Later
 from vomstudio.studio.running_jobs import Jobs, RunningJob
@@ -41,7 +41,7 @@ from vomstudio.studio.running_jobs import Jobs, RunningJob
 
 @dataclass(eq=False)
 class OpenModel:
-    """The data of a model that has been read. crs and content_hash are the file's."""
+    """Data of a model that has been read, with the CRS and hash of its file."""
 
     data: Mesh | PointCloud
     surface: MeshSurface | CloudSurface
@@ -52,27 +52,31 @@ class OpenModel:
 
     @property
     def kind(self) -> Literal["mesh", "cloud"]:
-        """Whether it is a mesh or a point cloud."""
+        """Kind of the model."""
         return "mesh" if isinstance(self.data, Mesh) else "cloud"
 
     def give_fields(self, fields: Mapping[str, np.ndarray]) -> bool:
-        """Values that were worked out for its points, (n,) each, beside those of its file. Who
-        shows the model sees them too, since it holds the same data. False where they are of another
-        number of points, as those of a streamed cloud are."""
+        """Add computed values (n,) of all points to the fields of the file.
+
+        Views show them too, since they share the data. Returns False if the number of points
+        differs, as with a streamed cloud.
+        """
         data = self.data
         count = len(data.vertices) if isinstance(data, Mesh) else len(data.points)
-        own = data.fields
-        if not isinstance(own, dict) or any(len(values) != count for values in fields.values()):
+        model_fields = data.fields
+        if not isinstance(model_fields, dict) or any(
+            len(values) != count for values in fields.values()
+        ):
             return False
-        own.update(fields)
+        model_fields.update(fields)
         return True
 
     def drop_fields(self, names: Iterable[str]) -> None:
-        """Forget values that were given by `give_fields`."""
-        own = self.data.fields
-        if isinstance(own, dict):
+        """Remove fields that were added by `give_fields`."""
+        model_fields = self.data.fields
+        if isinstance(model_fields, dict):
             for name in names:
-                own.pop(name, None)
+                model_fields.pop(name, None)
 
 
 Then = Callable[[OpenModel], None]
@@ -80,15 +84,22 @@ Then = Callable[[OpenModel], None]
 
 PREVIEW_SUFFIXES = (".las", ".laz")
 PREVIEW_BYTES = 8_000_000
-"""Smaller files are read before a preview would be."""
+"""Smaller files are read faster than a preview."""
 
 
 class ModelLoader:
-    """Loads models. `problem` reports what could not be opened; `convertible` gives the
-    file of a model that is not metric, a CRS in which it would be, and the sentence.
+    """Loads models.
 
-    `previewed` gives the key of a large cloud that is being read and some of its points, which may
-    stand for it until `ended` names the key: read, given up, or not to be read.
+    Attributes
+    ----------
+    problem : Signal
+        Emits why a model could not be opened.
+    convertible : Signal
+        Emits the file of a model that is not metric, a suitable CRS, and the error.
+    previewed : Signal
+        Emits the key of a large cloud that is being read, and a sample of its points.
+    ended : Signal
+        Emits the key of a preview that is no longer needed.
     """
 
     def __init__(
@@ -99,13 +110,14 @@ class ModelLoader:
         later: Later,
         budget: Callable[[], int] = lambda: POINT_BUDGET,
     ) -> None:
-        """
+        """Create a loader.
+
         Parameters
         ----------
         background : Background
             Reads the caches of models; the process waits for it.
         streams : Background
-            Begins to stream clouds. The threads that unpack points later have its priority.
+            Starts to stream clouds. The threads that unpack points later have its priority.
         budget : callable
             Maximum number of points of a cloud in memory; a larger COPC file is streamed.
         """
@@ -159,7 +171,7 @@ class ModelLoader:
         def read(request: Request[OpenModel]) -> OpenModel:
             cloud = copc.stream(path, self._budget())
             request.deliver(partial(self.previewed.emit, key, cloud.overview()))
-            # The hash that identifies the file is computed while its picture is looked at.
+            # The hash that identifies the file is computed while the first levels are shown.
             content_hash = file_hash(path, lambda: not request.is_stale)
             crs, warnings = copc.crs_of(path)
             request.check()
@@ -175,7 +187,7 @@ class ModelLoader:
         )
 
     def _preview(self, key: str, path: Path, cache: Path) -> None:
-        """Request some points of a large cloud before all of them are read."""
+        """Request a sample of the points of a large cloud before all are read."""
         if (
             path.suffix.lower() not in PREVIEW_SUFFIXES
             or model_cache.folder_of(path, cache).exists()
@@ -186,7 +198,7 @@ class ModelLoader:
                 return
             descriptor, name = tempfile.mkstemp(".npz", "vomstudio-")
         except OSError:
-            # Reading the file says what is wrong.
+            # Reading the file will report the error.
             return
         os.close(descriptor)
         out = Path(name)
@@ -204,7 +216,7 @@ class ModelLoader:
 
         self._jobs.submit(
             PREVIEW_MODEL,
-            PreviewOrder(path, out),
+            PreviewRequest(path, out),
             title=tr("Previewing {file}", file=path.name),
             on_done=ready,
             on_failed=lambda _: out.unlink(missing_ok=True),
@@ -231,12 +243,12 @@ class ModelLoader:
     def _fetch(self, key: str, path: Path, cached: CachedModel, then: Then) -> None:
         if key not in self._running:
             return
-        # Reading a large cache takes its time: not in the owner's thread.
+        # Reading a large cache takes long: not in the owner's thread.
         self._running[key] = None
 
         def read() -> OpenModel:
             data = model_cache.hand_over(cached.folder).data
-            # The owner's thread needs them often: 0.1 s for ten million points.
+            # The owner's thread needs the bounds often: 0.1 s for ten million points.
             _ = data.bounds
             return OpenModel(
                 data,

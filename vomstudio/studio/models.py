@@ -1,4 +1,4 @@
-"""The models of the open project: adding, locating, copying, and the data of the open ones."""
+"""Models of the open project: adding, locating, copying, and their data."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from vomstudio.studio.jobs.model_tasks import (
     ModelConversion,
     ModelCopy,
 )
-from vomstudio.studio.jobs.placed_model import StandingModel
+from vomstudio.studio.jobs.placed_model import PlacedModel
 from vomstudio.studio.model_loading import ModelLoader, OpenModel
 from vomstudio.studio.notices import CONVERT, Notice, Notices
 from vomstudio.studio.preferences import Preferences
@@ -47,9 +47,16 @@ from vomstudio.studio.running_jobs import Jobs
 
 
 class Models:
-    """open : the data of the models that have been read, by id
+    """Models of the open project.
 
-    loaded : a model has been read; frame_wanted : a model was added whose file states no frame
+    Attributes
+    ----------
+    open : dict of str to OpenModel
+        Data of the models that have been read, by id.
+    loaded : Signal
+        Emitted when a model has been read.
+    frame_wanted : Signal
+        Emitted when a model was added whose file states no frame.
     """
 
     def __init__(
@@ -65,18 +72,18 @@ class Models:
         self.frame_wanted: Signal[str] = Signal()
         self.open: dict[str, OpenModel] = {}
         self.convertible: tuple[Path, str] | None = None
-        """The model that was refused last because it is not metric, and a CRS in which it is."""
+        """Model that was rejected last because it is not metric, and a suitable CRS."""
         self._projects, self._editing, self._loader = projects, editing, loader
         self._jobs, self._preferences, self._notices = jobs, preferences, notices
         loader.convertible.connect(self._offer_conversion)
 
     def surface(self, model_id: str) -> PaintSurface | None:
-        """The surface of an open model; None while it is not loaded."""
-        found = self.open.get(model_id)
-        return found.surface if found else None
+        """Return the surface of a model, None while it is not loaded."""
+        opened = self.open.get(model_id)
+        return opened.surface if opened else None
 
     def open_path(self, path: Path) -> None:
-        """Open a project folder or a model file; where it is neither, the reason is shown."""
+        """Open a project folder or a model file, or show why that is not possible."""
         path = path.expanduser()
         if not path_exists(path):
             self._notices.warn(Finding("file.missing", file=path), "error")
@@ -96,8 +103,19 @@ class Models:
         then: Callable[[str], None] = lambda _: None,
         label: str = "",
     ) -> None:
-        """name: of its record; None for that of the file. like: a model whose frame it shares.
-        then: called with its id once it is there. label: of the edit, "" for the usual one."""
+        """Open a model and add it to the project.
+
+        Parameters
+        ----------
+        name : str, optional
+            Name of the record, by default that of the file.
+        like : str, optional
+            Id of a model whose frame it shares.
+        then : callable
+            Called with the id once the model is added.
+        label : str
+            Label of the edit, "" for the default.
+        """
         path = path.resolve()
         self._loader.load(
             str(path),
@@ -111,7 +129,7 @@ class Models:
         path = self._projects.project.find_model(model)
         if path is None:
             finding = Finding("model.file-missing", model=model.name, file=model.path)
-            self._notices.tell(Notice(finding, "warning", "locate"))
+            self._notices.post(Notice(finding, "warning", "locate"))
             return
 
         def arrived(opened: OpenModel) -> None:
@@ -125,7 +143,7 @@ class Models:
         self._loader.load(model.id, path, self._projects.project.cache, arrived)
 
     def locate(self, model_id: str, path: Path) -> None:
-        """Read a model from the file that the user has chosen for it."""
+        """Read a model from a file that the user has chosen."""
 
         def arrived(opened: OpenModel) -> None:
             stored = self._projects.project.model_path(path)
@@ -141,8 +159,17 @@ class Models:
         photos: bool = False,
         then: Callable[[], None] = lambda: None,
     ) -> None:
-        """Bring a model's files into the project's folder, with the cameras of its photos (None for
-        those beside it) and, where wanted, the photos. then: called before the model moves."""
+        """Copy a model's files into the project's folder.
+
+        Parameters
+        ----------
+        cameras : Path, optional
+            File of its cameras, by default the one beside the model.
+        photos : bool
+            Whether to copy the photos.
+        then : callable
+            Called before the record refers to the copy.
+        """
         project = self._projects.project
         model = self._projects.records.get(model_id)
         path = project.find_model(model) if isinstance(model, Model) else None
@@ -168,10 +195,10 @@ class Models:
     def _offer_conversion(self, path: Path, crs: str, error: VomError) -> None:
         """Report that a model is not metric, and offer to convert it."""
         self.convertible = path, crs
-        self._notices.tell(Notice(error, "error", CONVERT))
+        self._notices.post(Notice(error, "error", CONVERT))
 
     def convert(self) -> None:
-        """Open the model that was refused last as a copy in a metric CRS."""
+        """Open the model that was rejected last as a copy in a metric CRS."""
         if self.convertible is None:
             return
         (path, crs), project = self.convertible, self._projects.project
@@ -201,18 +228,18 @@ class Models:
         label: str,
     ) -> None:
         models = self._projects.of(Model)
-        same = [m for m in models if m.content_hash == opened.content_hash]
-        if same:
-            if same[0].id not in self.open:
-                self._attach(same[0].id, path, opened)
+        same_file = [m for m in models if m.content_hash == opened.content_hash]
+        if same_file:
+            if same_file[0].id not in self.open:
+                self._attach(same_file[0].id, path, opened)
             self._notices.info(Finding("model.already-open", file=path.name))
             return
         stored = self._projects.project.model_path(path)
-        other = self._projects.records.get(like or "")
+        similar = self._projects.records.get(like or "")
         findings: tuple[Finding, ...] = ()
         try:
-            if isinstance(other, Model):
-                placement = other.placement
+            if isinstance(similar, Model):
+                placement = similar.placement
             else:
                 placement, findings = self._placement(path, stored, opened)
         except InputError as error:
@@ -223,24 +250,24 @@ class Models:
             return
         self._warn_of(path, findings)
         model = new_model(name, stored, opened.kind, opened.content_hash, placement)
-        # The data first: an edit that brings a model without data would read the file again.
+        # The data first: an edit that adds a model without data would read the file again.
         self.open[model.id] = opened
         if not self._editing.attempt(edits.add_model, model, label):
             del self.open[model.id]
             return
         self._preferences.remember(path)
         self._attach(model.id, path, opened)
-        if model.frame.kind == "undeclared" and not isinstance(other, Model):
+        if model.frame.kind == "undeclared" and not isinstance(similar, Model):
             self.frame_wanted.emit(model.id)
         then(model.id)
 
     def _placement(
         self, path: Path, stored: str, opened: OpenModel
     ) -> tuple[Frame | Registration, tuple[Finding, ...]]:
-        """Return the placement of a file that joins the project.
+        """Return the placement of a file that is added to the project.
 
-        It is the registration of the reconstruction in whose folder the file lies, else that
-        beside the file, else the frame that the file states. Raises InputError.
+        It is the registration of the reconstruction that contains the file, else that beside
+        the file, else the frame that the file states. Raises InputError.
         """
         records, bounds = self._projects.records, opened.data.bounds
         made_here = registration_of_file(records, stored)
@@ -248,13 +275,13 @@ class Models:
             return made_here, check_frame(
                 made_here.frame, bounds_in_world(bounds, made_here.matrix), file=path.name
             )
-        found = registration_beside(path, opened.content_hash, opened.crs)
-        if found.registration is not None:
-            registration = registration_in_project(records, found.registration)
+        stored_registration = registration_beside(path, opened.content_hash, opened.crs)
+        if stored_registration.registration is not None:
+            registration = registration_in_project(records, stored_registration.registration)
             placed = bounds_in_world(bounds, registration.matrix)
             return registration, check_frame(registration.frame, placed, file=path.name)
         frame = frame_of_file(path, opened.crs)
-        return frame, (*found.findings, *check_frame(frame, bounds, file=path.name))
+        return frame, (*stored_registration.findings, *check_frame(frame, bounds, file=path.name))
 
     def _attach(self, model_id: str, path: Path, opened: OpenModel) -> None:
         self.open[model_id] = opened
@@ -264,8 +291,8 @@ class Models:
     def _warn_of(self, path: Path, findings: Sequence[Finding]) -> None:
         """Show the findings about a file in one notice."""
         if findings:
-            first, *others = (each.with_file(path.name) for each in findings)
-            self._notices.tell(Notice(first, "warning", more=tuple(others)))
+            first_finding, *other_findings = (each.with_file(path.name) for each in findings)
+            self._notices.post(Notice(first_finding, "warning", more=tuple(other_findings)))
 
 
 def new_model(
@@ -275,34 +302,33 @@ def new_model(
     content_hash: str,
     placement: Frame | Registration,
 ) -> Model:
-    """The record of a model that is not in the project yet; stored : its path as it is kept."""
+    """Create the record of a new model; `stored` is its path as stored in the project."""
     return Model(new_id("model"), name, stored, kind, content_hash, placement)
 
 
-def standing_model(projects: Projects, model_id: str) -> StandingModel | None:
-    """A model of the project as jobs are told of it; None where it or its file is not there."""
+def find_placed_model(projects: Projects, model_id: str) -> PlacedModel | None:
+    """Return a model as input of jobs, None if it or its file is missing."""
     record = projects.records.get(model_id)
     path = projects.project.find_model(record) if isinstance(record, Model) else None
     if path is None or not isinstance(record, Model):
         return None
     crs = world_crs(record.frame.crs, record.frame.unit_m) if record.frame.crs else None
-    return StandingModel(
+    return PlacedModel(
         record.name, path, projects.project.cache, record.to_world, crs, record.registration
     )
 
 
 def registration_of_file(records: Mapping[str, Record], stored: str) -> Registration | None:
-    """The registration of the reconstruction in whose folder a model lies."""
+    """Return the registration of the reconstruction that contains a model."""
     parts = Path(stored).parts
     if len(parts) != 3 or parts[0] != RECONSTRUCTIONS:
         return None
-    made = reconstruction_in(records, parts[1])
-    return None if made is None else registration_by(records, made.id)
+    reconstruction = reconstruction_in(records, parts[1])
+    return None if reconstruction is None else registration_by(records, reconstruction.id)
 
 
 def name_of(path: Path) -> str:
-    """The name for a model's record: that of its file, or of its folder where it was reconstructed
-    from photos, as those files all have the same name."""
+    """Return the file name of a model, or its folder's for the fixed names of reconstructions."""
     if not path.with_name(cameras_file.FILE_NAME).is_file():
         return path.stem
     return path.parent.name if path.stem == "model" else f"{path.parent.name} {path.stem}"

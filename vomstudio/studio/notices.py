@@ -1,4 +1,4 @@
-"""Messages to the user, without saying how they are shown."""
+"""Messages to the user, independent of their presentation."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vomstudio.core.signals import Signal
 from vomstudio.project.journal.failures import NotWritten
 
 SAVE_AS = "save_as"
-"""The command that helps where a project cannot be written."""
+"""Command that helps if a project cannot be written."""
 UPDATE_DRAWN = "update_drawn_traces"
 """The command that gives traces the vertices of an imported drawing."""
 CONVERT = "convert_model"
@@ -19,11 +19,16 @@ CONVERT = "convert_model"
 
 @dataclass(frozen=True)
 class Notice:
-    """A message for the user.
+    """Message to the user.
 
-    level : "info", "hint" (disappears by itself), "warning" or "error"
-    action : name of a command that helps, offered beside the message
-    more : findings that are shown below the message, since the bar shows the newest notice only
+    Parameters
+    ----------
+    level : {"info", "hint", "warning", "error"}
+        A hint disappears by itself.
+    action : str
+        Name of a command that helps, offered with the message.
+    more : tuple of Finding
+        Further findings, shown below the message.
     """
 
     message: Finding | VomError
@@ -33,7 +38,7 @@ class Notice:
 
     @property
     def text(self) -> str:
-        """The translated sentences, each on its line."""
+        """The translated sentences, one per line."""
         return "\n".join(map(str, (self.message, *self.more)))
 
     @property
@@ -43,28 +48,28 @@ class Notice:
 
 
 class Notices:
-    """Passes notices on to whoever listens to `told`."""
+    """Passes notices on to the listeners of `posted`."""
 
     def __init__(self) -> None:
-        self.told: Signal[Notice] = Signal()
+        self.posted: Signal[Notice] = Signal()
 
-    def tell(self, notice: Notice) -> None:
-        """Pass a notice on."""
-        self.told.emit(notice)
+    def post(self, notice: Notice) -> None:
+        """Emit a notice."""
+        self.posted.emit(notice)
 
     def info(self, message: Finding) -> None:
-        """Report what was done."""
-        self.told.emit(Notice(message))
+        """Report a completed action."""
+        self.posted.emit(Notice(message))
 
     def hint(self, message: Finding) -> None:
         """Show a notice that disappears by itself."""
-        self.told.emit(Notice(message, "hint"))
+        self.posted.emit(Notice(message, "hint"))
 
     def warn(self, message: Finding | VomError, level: str = "warning") -> None:
         """Show a warning, or a notice of another level."""
-        self.told.emit(Notice(message, level))
+        self.posted.emit(Notice(message, level))
 
     def fail(self, error: VomError) -> None:
-        """The message of an error, with what helps where a project cannot be written."""
+        """Show an error, and offer a remedy if a project cannot be written."""
         helps = SAVE_AS if isinstance(error, NotWritten) else ""
-        self.told.emit(Notice(error, "error", helps))
+        self.posted.emit(Notice(error, "error", helps))

@@ -1,6 +1,6 @@
-"""The owner's thread: how other threads post calls to it, and how calls are delayed.
+"""Owner's thread: calls that other threads post to it, and delayed calls.
 
-A window brings its event loop; a program without one needs a queue and a clock.
+A window uses its event loop; a program without one needs a queue and a clock.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ class Post(Protocol):
 
 
 class Timer(Protocol):
-    """Makes a call once after a delay; starting it again begins anew."""
+    """Makes a call once after a delay; `start` restarts the delay."""
 
     def start(self, seconds: float | None = None) -> None:
-        """Start with this delay; None for the delay that the timer was created with."""
+        """Start with a delay, by default that of the timer's creation."""
 
     def stop(self) -> None: ...
 
@@ -34,20 +34,20 @@ class Timer(Protocol):
     def active(self) -> bool: ...
 
 
-def in_the_way(work: Call) -> None:
-    """Do work at once: an `Aside` for an owner that has nothing else to do."""
+def run_immediately(work: Call) -> None:
+    """Run the work at once: an `BlockingRunner` for an owner without an event loop."""
     work()
 
 
-class Aside(Protocol):
-    """Does long work while the owner waits for it, and goes on painting if it paints."""
+class BlockingRunner(Protocol):
+    """Runs long work while the owner waits for it but continues to paint."""
 
     def __call__(self, work: Call) -> None:
-        """Return when the work is done, in this thread or another; raise what it raises."""
+        """Return when the work is done, in this thread or another; raise its errors."""
 
 
 class Later(Protocol):
     """Creates timers of the owner's thread."""
 
     def __call__(self, seconds: float, call: Call) -> Timer:
-        """Create a timer, not yet started, that makes the call in the owner's thread."""
+        """Create a stopped timer for a call in the owner's thread."""

@@ -1,4 +1,4 @@
-"""Paths over open models, searched for in a thread."""
+"""Paths over open models, computed in a thread."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vomstudio.studio.background import Background
 from vomstudio.studio.models import Models
 from vomstudio.studio.photo_path_finding import PhotoPaths
 from vomstudio.studio.photos import ModelPhotos
-from vomstudio.studio.tools.followed_line import Answer, Way
+from vomstudio.studio.tools.followed_line import Answer, FollowedPath
 from vomstudio.studio.tools.interaction_types import Point
 
 if TYPE_CHECKING:
@@ -37,12 +37,12 @@ class _Search:
 
 
 class PathFinding:
-    """Searches one path after the other, and keeps the graph of the last model.
+    """Computes one path after another, and caches the graph of the last model.
 
     Parameters
     ----------
     background : Background
-        With one thread.
+        With a single thread.
     """
 
     def __init__(
@@ -52,11 +52,11 @@ class PathFinding:
         photos_of: Callable[[str], ModelPhotos | None] = lambda model_id: None,
     ) -> None:
         self._models, self._background, self._photos_of = models, background, photos_of
-        self._in_photos = PhotoPaths()
+        self._photo_paths = PhotoPaths()
         self._surface: SurfaceGraph | None = None
 
     def costs(self, model_id: str) -> tuple[str, ...]:
-        """As `studio.tools.followed_line.PathFinder` has it."""
+        """Return the available costs, see `studio.tools.followed_line.PathFinder`."""
         opened = self._models.open.get(model_id)
         data = None if opened is None else opened.data
         coloured = data is not None and (
@@ -79,12 +79,12 @@ class PathFinding:
         live: bool,
         answer: Answer,
     ) -> None:
-        """As `studio.tools.followed_line.PathFinder` has it."""
+        """Request a path, see `studio.tools.followed_line.PathFinder`."""
         opened = self._models.open.get(model_id)
         photos = self._photos_of(model_id) if photo else None
         data = None if opened is None else opened.data
         search = _Search(data, cost, ends, live, photo, photos)
-        # A newer search for the cursor replaces the one for its last position.
+        # A new search for the cursor replaces that for its last position.
         self._background.run(
             partial(self._find, search),
             answer,
@@ -93,28 +93,28 @@ class PathFinding:
         )
 
     def forget(self) -> None:
-        """Drop all searches and the graph: another project is opened."""
+        """Drop all searches and the graph because another project is opened."""
         self._background.cancel_all()
         self._surface = None
-        self._in_photos = PhotoPaths()
+        self._photo_paths = PhotoPaths()
 
     # --- in the thread -----------------------------------------------------------------------
-    def _find(self, search: _Search) -> Way:
+    def _find(self, search: _Search) -> FollowedPath:
         if search.data is None:
             raise InputError(Finding("model.not-open"))
         if search.photos is None:
             return self._over_surface(search)
         ends = np.asarray(search.ends)
         try:
-            return self._in_photos.way(
+            return self._photo_paths.find_path(
                 search.photos, search.photo, search.cost, ends, live=search.live
             )
         except VomError as error:
-            # Over the surface if the photo gives no path, with the reason.
-            way = self._over_surface(search)
-            return replace(way, warnings=(finding_of(error),), final=not search.live)
+            # Over the surface, with the reason, if the photo gives no path.
+            path = self._over_surface(search)
+            return replace(path, warnings=(finding_of(error),), final=not search.live)
 
-    def _over_surface(self, search: _Search) -> Way:
+    def _over_surface(self, search: _Search) -> FollowedPath:
         from vomstudio.extraction.following import Follower
         from vomstudio.extraction.surface_graph import SurfaceGraph
 
@@ -124,4 +124,4 @@ class PathFinding:
             surface.prepare()
             self._surface = surface
         path = Follower(surface, search.cost).follow(np.asarray(search.ends))
-        return Way(path.points, costs=path.costs)
+        return FollowedPath(path.points, costs=path.costs)

@@ -1,4 +1,4 @@
-"""Paths in the pixels of photos of open models, thrown on these."""
+"""Paths in the pixels of photos, projected onto open models."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vomstudio.core.files.regular import is_regular
 from vomstudio.core.findings import Finding
 from vomstudio.geometry import transform
 from vomstudio.studio.photos import ModelPhotos
-from vomstudio.studio.tools.followed_line import Way
+from vomstudio.studio.tools.followed_line import FollowedPath
 
 if TYPE_CHECKING:
     from vomstudio.extraction.calibrated_photos import CalibratedPhotos
@@ -19,34 +19,42 @@ if TYPE_CHECKING:
 
 
 class PhotoPaths:
-    """For one thread. The photo that was followed last is kept, with those that had a say."""
+    """Path finder for a single thread; it caches the last photo and those that confirm it."""
 
     def __init__(self) -> None:
-        self._of: ModelPhotos | None = None
+        self._photos: ModelPhotos | None = None
         self._opened: CalibratedPhotos | None = None
         self._follower: PhotoFollower | None = None
 
     def forget(self) -> None:
-        """Keep no pictures."""
-        self._of = self._opened = self._follower = None
+        """Drop the cached pictures."""
+        self._photos = self._opened = self._follower = None
 
-    def way(
+    def find_path(
         self, photos: ModelPhotos, photo: str, cost: str, ends: FloatArray, *, live: bool
-    ) -> Way:
-        """The path between two places (2, 3) of the model, in its file frame, as `Way`.
+    ) -> FollowedPath:
+        """Find the path between two places (2, 3) of a model, in its file frame.
 
-        live : the other photos are not asked
-        Raises GeometryError where the photo does not show both; InputError, UsageError.
+        Parameters
+        ----------
+        live : bool
+            Whether to skip the check by other photos.
+
+        Raises
+        ------
+        GeometryError
+            If the photo does not show both places.
+        InputError, UsageError
         """
         follower = self._followed_in(photos, photo, cost)
         views, row = follower.photos.views, follower.photos.chosen
         world = transform.apply(views.to_world, ends)
-        # What is only just hidden is at the edge of what was clicked.
+        # Points that are only just hidden are at the edge that was clicked.
         if not views.shows(row, world, 4.0 * views.resolution).all():
             raise GeometryError(Finding("photo.not-showing", photo=photo.rpartition("/")[2]))
         path = follower.follow(views.pixels(row, world), alone=live)
         points = transform.apply(transform.invert(views.to_world), path.points)
-        return Way(
+        return FollowedPath(
             points,
             photo,
             path.voters,
@@ -60,9 +68,9 @@ class PhotoPaths:
     def _followed_in(self, photos: ModelPhotos, photo: str, cost: str) -> PhotoFollower:
         from vomstudio.extraction.photo_following import PhotoFollower
 
-        if photos is not self._of or self._opened is None:
+        if photos is not self._photos or self._opened is None:
             self.forget()
-            self._opened, self._of = _opened(photos), photos
+            self._opened, self._photos = _opened(photos), photos
         follower, row = self._follower, photos.views.row(photo)
         if follower is None or follower.photos.chosen != row:
             self._follower = None
@@ -74,7 +82,7 @@ class PhotoPaths:
 
 
 def _opened(photos: ModelPhotos) -> CalibratedPhotos:
-    """With the cameras for the photos as they lie there, which may have been made smaller."""
+    """Return the cameras scaled to the photos in the folder, which may have been reduced."""
     from vomstudio.extraction.calibrated_photos import CalibratedPhotos, scaled
     from vomstudio.io.photos.cameras_file import FILE_NAME
     from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
@@ -82,7 +90,7 @@ def _opened(photos: ModelPhotos) -> CalibratedPhotos:
     views = photos.views
     paths = {row: photos.path(row) for row in range(len(views.views))}
     files = {row: path for row, path in paths.items() if path is not None and is_regular(path)}
-    near = tuple(scaled(view, files.get(row)) for row, view in enumerate(views.views))
-    cameras = replace(views.cameras, views=near)
-    own = PhotoViews(cameras, views.tree, views.to_world, views.resolution)
-    return CalibratedPhotos(own, 0, files, views.cameras.photos / FILE_NAME)
+    scaled_views = tuple(scaled(view, files.get(row)) for row, view in enumerate(views.views))
+    cameras = replace(views.cameras, views=scaled_views)
+    views_of_files = PhotoViews(cameras, views.tree, views.to_world, views.resolution)
+    return CalibratedPhotos(views_of_files, 0, files, views.cameras.photos / FILE_NAME)

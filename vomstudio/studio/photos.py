@@ -1,4 +1,4 @@
-"""The photos of the open models, and their folders."""
+"""Photos of the open models, and their folders."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ if TYPE_CHECKING:
     from vomstudio.geometry.rays.raytree import RayTree
     from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
 
-_KEPT = "cameras"
-# Of a cloud a line of sight meets points within so many times their usual spacing.
+VIEW_KEY = "cameras"
+# Distance in spacings within which a line of sight meets points of a cloud.
 _REACH_SPACINGS = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class ModelPhotos:
-    """The photos of one model; folder: where they lie, None where they were not found."""
+    """Photos of a model; `folder` is None if the photos were not found."""
 
     model_id: str
     name: str
@@ -42,14 +42,19 @@ class ModelPhotos:
     folder: Path | None
 
     def path(self, view: int) -> Path | None:
-        """File of a view's photo; None where the photos were not found."""
+        """Return the photo of a view, None if the photos were not found."""
         return None if self.folder is None else self.folder / self.views.views[view].name
 
 
 class PhotoLinks:
-    """The photos of the open models. changed: photos of a model were found, lost or moved with it.
+    """Photos of the open models.
 
     Nothing is read before `want`: preparing a model of millions of faces takes seconds.
+
+    Attributes
+    ----------
+    changed : Signal
+        Emitted when photos of a model were found, lost or moved.
     """
 
     def __init__(self, projects: Projects, models: Models, background: Background) -> None:
@@ -58,15 +63,15 @@ class PhotoLinks:
         self._ready: dict[str, ModelPhotos] = {}
         self._trees: dict[str, tuple[object, RayTree]] = {}
         self._problems: dict[str, Finding] = {}
-        self._wanted = False
+        self._is_enabled = False
 
-    # --- asked -------------------------------------------------------------------------------
+    # --- queries ------------------------------------------------------------------------------
     def of(self, model_id: str) -> ModelPhotos | None:
-        """The photos of a model; None where it has none or they are not read yet."""
+        """Return the photos of a model, None if it has none or they are not read yet."""
         return self._ready.get(model_id)
 
     def models(self) -> list[str]:
-        """The models that have photos, in the order of the project."""
+        """Return the models that have photos, in the order of the project."""
         return [m.id for m in self._projects.of(Model) if m.id in self._ready]
 
     def busy(self) -> bool:
@@ -74,73 +79,75 @@ class PhotoLinks:
         return self._background.is_busy
 
     def problem(self, model_id: str) -> Finding | None:
-        """Return why a model has no photos though it has cameras."""
+        """Return why the photos of a model with cameras cannot be used."""
         return self._problems.get(model_id)
 
     def want(self) -> None:
         """Search for photos from now on."""
-        if not self._wanted:
-            self._wanted = True
+        if not self._is_enabled:
+            self._is_enabled = True
             for model_id in self._models.open:
                 self.look(model_id)
 
-    # --- told --------------------------------------------------------------------------------
+    # --- choices of the user ------------------------------------------------------------------
     def open_cameras(self, model_id: str, path: Path) -> None:
-        """Use this file of cameras for a model, and keep the choice with the project."""
+        """Use this file of cameras for a model, and save the choice in the project."""
         self._remember(model_id, cameras=self._projects.project.model_path(path))
-        self._wanted = True
+        self._is_enabled = True
         self.look(model_id)
 
     def find_photos(self, model_id: str, folder: Path) -> None:
-        """Use the photos of this folder for a model, and keep the choice with the project."""
+        """Use the photos of this folder for a model, and save the choice in the project."""
         self._remember(model_id, photos=self._projects.project.model_path(folder))
         self.look(model_id)
 
     def forget_choices(self, model_id: str) -> None:
         """Use the cameras and photos beside the model again."""
-        kept = self._projects.view(_KEPT, {})
-        self._projects.keep_view(_KEPT, {id_: kept[id_] for id_ in kept if id_ != model_id})
+        choices = self._projects.view(VIEW_KEY, {})
+        self._projects.keep_view(
+            VIEW_KEY, {id_: choices[id_] for id_ in choices if id_ != model_id}
+        )
 
     def _remember(self, model_id: str, **values: str) -> None:
-        kept = self._projects.view(_KEPT, {})
-        before = kept.get(model_id)
-        new = {**kept, model_id: {**(before if isinstance(before, dict) else {}), **values}}
-        self._projects.keep_view(_KEPT, new)
+        choices = self._projects.view(VIEW_KEY, {})
+        choice = choices.get(model_id)
+        new = {**choices, model_id: {**(choice if isinstance(choice, dict) else {}), **values}}
+        self._projects.keep_view(VIEW_KEY, new)
 
     # --- reading -----------------------------------------------------------------------------
     def cameras_path(self, model_id: str) -> Path | None:
-        """The cameras that were chosen, else those beside the model's file."""
+        """Return the selected cameras of a model, else those beside its file."""
         record = self._projects.records.get(model_id)
         if not isinstance(record, Model):
             return None
-        if (chosen := self._chosen(model_id, "cameras")) is not None:
-            return chosen
+        if (selected := self._selected_path(model_id, "cameras")) is not None:
+            return selected
         file = self._projects.project.find_model(record)
-        beside = None if file is None else file.with_name(FILE_NAME)
-        return beside if beside is not None and is_regular(beside) else None
+        default = None if file is None else file.with_name(FILE_NAME)
+        return default if default is not None and is_regular(default) else None
 
-    def _chosen(self, model_id: str, what: str) -> Path | None:
-        """Inside the project paths are relative to it: it can be moved."""
-        choices = self._projects.view(_KEPT, {}).get(model_id)
-        kept = choices.get(what) if isinstance(choices, dict) else None
-        if not isinstance(kept, str) or not kept or "\0" in kept:
+    def _selected_path(self, model_id: str, what: str) -> Path | None:
+        """Paths within the project are relative to it, because it can be moved."""
+        choices = self._projects.view(VIEW_KEY, {}).get(model_id)
+        choice = choices.get(what) if isinstance(choices, dict) else None
+        if not isinstance(choice, str) or not choice or "\0" in choice:
             return None
-        return self._projects.project.folder / kept
+        return self._projects.project.folder / choice
 
     def look(self, model_id: str) -> None:
-        """Read the photos of a model that was opened, or whose file or cameras have moved."""
+        """Read the photos of a model that was opened, or whose file or cameras have changed."""
         opened, path = self._models.open.get(model_id), self.cameras_path(model_id)
         record = self._projects.records.get(model_id)
-        if not self._wanted or opened is None or path is None or not isinstance(record, Model):
+        if not self._is_enabled or opened is None or path is None or not isinstance(record, Model):
             return
         if isinstance(opened.data, StreamedCloud):
             self._problems[model_id] = Finding("model.cloud-too-large", model=record.name)
             return
         self._problems.pop(model_id, None)
-        kept = self._trees.get(model_id)
-        tree = kept[1] if kept is not None and kept[0] is opened.data else None
-        chosen = self._chosen(model_id, "photos")
-        # A project that was moved together with its photos.
+        cached_tree = self._trees.get(model_id)
+        tree = cached_tree[1] if cached_tree is not None and cached_tree[0] is opened.data else None
+        selected = self._selected_path(model_id, "photos")
+        # The project was moved together with its photos.
         around = self._projects.project.folder.parent
         data, resolution = opened.data, opened.resolution or 0.0
 
@@ -150,7 +157,7 @@ class PhotoLinks:
             self.changed.emit(model_id)
 
         self._background.run(
-            lambda: _read_photos(record, path, chosen, around, data, resolution, tree),
+            lambda: _read_photos(record, path, selected, around, data, resolution, tree),
             partial(self._store, data),
             refuse,
             key=model_id,
@@ -163,23 +170,23 @@ class PhotoLinks:
         self.changed.emit(photos.model_id)
 
     def edited(self, edit: Edit) -> None:
-        """Forget the photos of removed models, and read those of moved ones anew."""
-        for id_, after in edit.after.items():
-            before = edit.before[id_]
-            if isinstance(before, Model) and after is None:
+        """Drop the photos of removed models, and read those of moved ones again."""
+        for id_, record in edit.after.items():
+            record_before = edit.before[id_]
+            if isinstance(record_before, Model) and record is None:
                 self._background.cancel(id_)
                 self._ready.pop(id_, None)
                 self._trees.pop(id_, None)
                 self.changed.emit(id_)
             elif (
-                isinstance(before, Model)
-                and isinstance(after, Model)
-                and (before.to_world != after.to_world or before.path != after.path)
+                isinstance(record_before, Model)
+                and isinstance(record, Model)
+                and (record_before.to_world != record.to_world or record_before.path != record.path)
             ):
                 self.look(id_)
 
     def forget_all(self) -> None:
-        """Forget all photos: another project is opened."""
+        """Drop all photos because another project is opened."""
         self._background.cancel_all()
         self._ready.clear()
         self._trees.clear()
@@ -189,13 +196,13 @@ class PhotoLinks:
 def _read_photos(
     record: Model,
     path: Path,
-    chosen: Path | None,
+    selected: Path | None,
     around: Path,
     data: Mesh | PointCloud,
     resolution: float,
     tree: RayTree | None,
 ) -> ModelPhotos:
-    # Kernels take a third of a second to import: not while the window starts.
+    # Importing kernels takes a third of a second: not while the window starts.
     from vomstudio.geometry.rays.raytree import RayTree
     from vomstudio.photogrammetry.inspect.photo_views import PhotoViews
 
@@ -205,7 +212,7 @@ def _read_photos(
     # The first ray loads the kernels: not in the owner's thread.
     tree.cast(np.zeros(3), np.ones((1, 3)))
     views = PhotoViews(cameras, tree, np.asarray(record.to_world), resolution)
-    first = () if chosen is None else (chosen,)
-    folder = find_photos(cameras, path, first)
+    first_folders = () if selected is None else (selected,)
+    folder = find_photos(cameras, path, first_folders)
     folder = folder or find_photos(cameras, around / FILE_NAME)
     return ModelPhotos(record.id, record.name, views, folder)

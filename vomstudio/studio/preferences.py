@@ -1,4 +1,4 @@
-"""The user's settings, and how they are saved while the program runs."""
+"""Settings of the user, saved while the program runs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vomstudio.studio.owner_thread import PICTURE_FIRST_S, Later, Post
 
 
 class Preferences:
-    """`changed` is not sent for the list of recent files, which has `recent_changed`."""
+    """Settings; `changed` is not emitted for recent files, which have `recent_changed`."""
 
     def __init__(self, settings: Settings, notices: Notices, post: Post, later: Later) -> None:
         self.changed: Signal[()] = Signal()
@@ -23,7 +23,7 @@ class Preferences:
         self._recent = later(PICTURE_FIRST_S, self._write_soon)
 
     def keep(self) -> None:
-        """Write the settings to their file at once."""
+        """Write the settings to their file now."""
         self._recent.stop()
         try:
             self._file.write(self.settings)
@@ -32,22 +32,22 @@ class Preferences:
         self.changed.emit()
 
     def remember(self, path: Path) -> None:
-        """Add to the list of recent files."""
+        """Add a path to the list of recent files."""
         self.settings.add_recent(path.resolve())
         self.recent_changed.emit()
         self._recent.start()
 
     def keep_window(self, window: dict[str, str]) -> None:
-        """Remember place and panels of the window soon: a crash must not take them."""
+        """Save position and panels of the window soon, so that a crash keeps them."""
         if window != self.settings.window:
             self.settings.window = window
             self._write_soon()
 
     def mark_open(self, folder: Path, is_open: bool) -> None:
-        """Note that a project is open, so that it is offered after a crash."""
+        """Record that a project is open, so that it is offered after a crash."""
         name = str(folder.resolve())
-        kept = [path for path in self.settings.unclosed if path != name]
-        unclosed = [*kept, name] if is_open else kept
+        others = [path for path in self.settings.unclosed if path != name]
+        unclosed = [*others, name] if is_open else others
         if unclosed != self.settings.unclosed:
             self.settings.unclosed = unclosed
             self._write_soon()

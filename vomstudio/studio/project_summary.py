@@ -23,7 +23,7 @@ from vomstudio.project.tables.project_table import project_table
 
 @dataclass(frozen=True)
 class ModelFacts:
-    """features : how many were measured on it"""
+    """Model of a project; `features` is the number of features on it."""
 
     id: str
     name: str
@@ -36,7 +36,7 @@ class ModelFacts:
 
 @dataclass(frozen=True)
 class History:
-    """Steps that can be undone and done again, and the label of the next one each way."""
+    """Number of steps that can be undone and redone, and the labels of the next ones."""
 
     undo: int
     redo: int
@@ -46,9 +46,21 @@ class History:
 
 @dataclass(frozen=True)
 class ProjectSummary(Result):
-    """features : of all kinds; kinds, types, sets : how many of each; sound : every row of the
-    journal is what was written, else `problems` says what is not; unsaved : there are changes since
-    the last save; draft : there is an unfinished feature"""
+    """Summary of a project.
+
+    Parameters
+    ----------
+    features : int
+        Number of features of all kinds.
+    kinds, types, sets : dict of str to int
+        Number of features of each.
+    sound : bool
+        Whether every row of the journal is valid; otherwise `problems` contains the errors.
+    unsaved : bool
+        Whether there are changes since the last save.
+    draft : bool
+        Whether there is an unfinished feature.
+    """
 
     project: str
     schema: int
@@ -65,11 +77,11 @@ class ProjectSummary(Result):
 
 
 def summarise(folder: Path) -> ProjectSummary:
-    """Read a project's journal. Raises InputError where it is no project, or a newer one."""
+    """Read a project's journal. Raises InputError if it is not a project or too new."""
     schema, played = read_schema_and_replay(folder)
     records = played.records
     features = [r for r in records.values() if isinstance(r, Feature)]
-    typed = [f for f in features if isinstance(f, Typed)]
+    typed_features = [f for f in features if isinstance(f, Typed)]
     names = {r.id: r.name for r in records.values() if isinstance(r, FeatureType)}
     return ProjectSummary(
         project=str(folder),
@@ -79,8 +91,8 @@ def summarise(folder: Path) -> ProjectSummary:
         models=model_facts(records),
         features=len(features),
         kinds=dict(Counter(kind_of(f).name for f in features)),
-        types=dict(Counter(names.get(f.type_id, f.type_id) for f in typed)),
-        sets=dict(Counter(f.set_name for f in typed if f.set_name)),
+        types=dict(Counter(names.get(f.type_id, f.type_id) for f in typed_features)),
+        sets=dict(Counter(f.set_name for f in typed_features if f.set_name)),
         history=History(
             max(len(played.done) - 1, 0),
             len(played.undone),
@@ -104,8 +116,16 @@ def model_facts(records: Mapping[str, Record]) -> tuple[ModelFacts, ...]:
 
 @dataclass(frozen=True)
 class Fitted:
-    """rows : columns of the orientation table; skipped : id, name and reason of each feature that
-    has no orientation; limits : by which the rows were judged"""
+    """Orientation table of a project.
+
+    Parameters
+    ----------
+    rows : tuple of Row
+    skipped : tuple of dict
+        Id, name and reason of each feature without an orientation.
+    limits : Thresholds
+        Thresholds of the verdicts.
+    """
 
     rows: tuple[Row, ...]
     skipped: tuple[dict[str, Any], ...]
@@ -113,8 +133,18 @@ class Fitted:
 
 
 def fitted(folder: Path, names: Sequence[str] = ()) -> Fitted:
-    """The features of these ids or names, or all, as the window's table shows them. Raises
-    InputError where there is none of them."""
+    """Return the orientations of features as the window's table shows them.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Ids or names, by default all features.
+
+    Raises
+    ------
+    InputError
+        If no feature has one of the names.
+    """
     played = read_replay(folder)
     return fitted_records(
         played.records, Measurements(thresholds_of(played.settings)), folder, names
@@ -127,7 +157,7 @@ def fitted_records(
     folder: Path,
     names: Sequence[str] = (),
 ) -> Fitted:
-    """The same of a project that is open. Raises as `fitted`."""
+    """Return the orientations of features of an open project. Raises as `fitted`."""
     ids = matching_ids(records.values(), names, folder) if names else None
     table = project_table(records, measurements)
     return Fitted(

@@ -20,23 +20,34 @@ from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.record_map import RecordMap
 from vomstudio.project.session import Session
 from vomstudio.studio.notices import SAVE_AS, Notice, Notices
-from vomstudio.studio.owner_thread import Aside, in_the_way
+from vomstudio.studio.owner_thread import BlockingRunner, run_immediately
 from vomstudio.studio.preferences import Preferences
 
 T = TypeVar("T")
-_LARGE = 1_000_000
-"""Bytes of a journal above which reading it takes more than some tenths of a second."""
+LARGE_JOURNAL_BYTES = 1_000_000
+"""Size of a journal above which reading it takes several tenths of a second."""
 
 
 class Projects:
-    """The open project; another one may replace it.
+    """The open project, which another one may replace.
 
-    leaving : the open project is about to be closed; opened : another one has replaced it;
-    edited, history_changed : of whichever is open; saved : also under another name
+    Attributes
+    ----------
+    leaving : Signal
+        Emitted before the open project is closed.
+    opened : Signal
+        Emitted when another project has replaced it.
+    edited, history_changed : Signal
+        Signals of the open project.
+    saved : Signal
+        Emitted after saving, also under another name.
     """
 
     def __init__(
-        self, preferences: Preferences, notices: Notices, aside: Aside = in_the_way
+        self,
+        preferences: Preferences,
+        notices: Notices,
+        run_blocking: BlockingRunner = run_immediately,
     ) -> None:
         self.leaving: Signal[()] = Signal()
         self.opened: Signal[()] = Signal()
@@ -44,13 +55,13 @@ class Projects:
         self.history_changed: Signal[()] = Signal()
         self.saved: Signal[()] = Signal()
         self.measurements: Measurements | None = None
-        """Of the features of a project that has just been opened; None where they were not made."""
-        self._preferences, self._notices, self._aside = preferences, notices, aside
+        """Measurements of a project that has just been opened, None if not computed."""
+        self._preferences, self._notices, self._run_blocking = preferences, notices, run_blocking
         self._opening = False
         self._project: Project | None = None
-        self._told = False
+        self._has_warned = False
 
-    # --- the open one ------------------------------------------------------------------------
+    # --- access -------------------------------------------------------------------------------
     @property
     def is_open(self) -> bool:
         """Whether a project is open."""
@@ -65,44 +76,44 @@ class Projects:
 
     @property
     def session(self) -> Session:
-        """Its session."""
+        """The session of the open project."""
         return self.project.session
 
     @property
     def records(self) -> RecordMap:
-        """Its records by id."""
+        """The records of the open project by id."""
         return self.session.records
 
     def of(self, cls: type[T]) -> list[T]:
-        """The records of one class, in the order in which they came."""
+        """Return the records of one class, in the order of their creation."""
         return self.session.of(cls)
 
     def name_of(self, id_: str) -> str:
-        """Return the name of a record, or its id if it has no name or is gone."""
+        """Return the name of a record, or its id if it has no name or is missing."""
         return getattr(self.records.get(id_), "name", id_)
 
     def view(self, key: str, default: Any = None) -> Any:
-        """View state that is kept with the project."""
+        """Return view state that is stored with the project."""
         journal = self.project.journal
         return journal.view(key, default)
 
     def keep_view(self, key: str, value: Any) -> None:
-        """Keep view state with the project."""
+        """Store view state with the project."""
         journal = self.project.journal
         journal.set_view(key, value)
 
-    # --- coming and going --------------------------------------------------------------------
+    # --- opening and closing ------------------------------------------------------------------
     def new(self) -> None:
         """Create an untitled project and open it."""
         self._adopt(create_untitled(self._preferences.settings.recorded_settings))
-        if not self._told and not home_is_writable():
-            self._told = True
+        if not self._has_warned and not home_is_writable():
+            self._has_warned = True
             self._notices.warn(
                 Finding("project.home-not-writable", folder=self.project.folder.parent)
             )
 
     def open(self, folder: Path) -> None:
-        """Raises VomError with the present project untouched."""
+        """Open a project. Raises VomError; the present project then stays open."""
         present = self._project
         if present is not None and folder.resolve() == present.folder.resolve():
             return
@@ -120,17 +131,17 @@ class Projects:
 
     def _read(self, folder: Path) -> tuple[Project, Measurements | None]:
         journal = folder / JOURNAL
-        if not is_regular(journal) or journal.stat().st_size < _LARGE:
-            return self._held(folder), None
+        if not is_regular(journal) or journal.stat().st_size < LARGE_JOURNAL_BYTES:
+            return self._lock(folder), None
         read: list[tuple[Project, Measurements]] = []
 
         def work() -> None:
-            project = self._held(folder)
+            project = self._lock(folder)
             try:
                 measurements = Measurements(self._preferences.settings.thresholds)
                 measurements.of(project.session.records, [f.id for f in project.session.features()])
             except BaseException:
-                # Or nobody could open it again before the program ends.
+                # Otherwise the lock would remain until the program ends.
                 project.close()
                 raise
             read.append((project, measurements))
@@ -139,20 +150,19 @@ class Projects:
             with no_collection(stays=True):
                 work()
 
-        self._aside(whole)
+        self._run_blocking(whole)
         return read[0]
 
-    def _held(self, folder: Path) -> Project:
+    def _lock(self, folder: Path) -> Project:
         settings = self._preferences.settings
         return Project.open(folder, settings=settings.recorded_settings, without_lock=True)
 
     def unclosed(self, but: Collection[Path] = ()) -> list[Path]:
-        """Projects that a crash or a power cut has left open; none of `but`, which are opened
-        anyway."""
+        """Return projects that a crash left open, except those in `but`."""
         named = [Path(path) for path in self._preferences.settings.unclosed]
-        left = (*(f for f in named if is_free(f)), *untitled_projects(finished=False))
-        others = {path.resolve() for path in (self.project.folder, *but)}
-        return [f for f in left if not others & {f.resolve(), f.resolve() / JOURNAL}]
+        folders = (*(f for f in named if is_free(f)), *untitled_projects(finished=False))
+        excluded = {path.resolve() for path in (self.project.folder, *but)}
+        return [f for f in folders if not excluded & {f.resolve(), f.resolve() / JOURNAL}]
 
     def _adopt(self, project: Project, measurements: Measurements | None = None) -> None:
         if self._project is not None:
@@ -165,7 +175,7 @@ class Projects:
         self.opened.emit()
 
     def leave(self) -> None:
-        """Close the project, which another window can open then, whatever fails of it."""
+        """Close the project despite errors, so that another window can open it."""
         with ExitStack() as steps:
             steps.callback(self.project.close)
             steps.callback(self.leaving.emit)
@@ -175,10 +185,10 @@ class Projects:
         project = self.project
         self._preferences.mark_open(project.folder, is_open and not project.untitled)
 
-    # --- where it cannot be written ----------------------------------------------------------
+    # --- write errors -------------------------------------------------------------------------
     def _report_failure(self, failure: Finding | None) -> None:
         if failure is None:
-            self._notices.tell(Notice(Finding("project.on-disk-again"), "warning"))
+            self._notices.post(Notice(Finding("project.on-disk-again"), "warning"))
             return
         finding = Finding(
             "project.steps-in-memory",
@@ -186,20 +196,20 @@ class Projects:
             reason=failure.message,
             reason_code=failure.code,
         )
-        self._notices.tell(Notice(finding, "error", SAVE_AS))
+        self._notices.post(Notice(finding, "error", SAVE_AS))
 
     @property
     def kept(self) -> bool:
-        """Every step is on the disk, where the project was opened, and the next one can be."""
+        """Whether all steps are on the disk, and the next one can be written."""
         return self.project.write_failure is None
 
     @property
     def whole_on_disk(self) -> bool:
-        """Every step is on the disk, where the project was opened, though the next may not be."""
+        """Whether all steps are on the disk, in the original folder."""
         failure = self.project.write_failure
         return failure is None or not (is_lost(failure) or self.project.journal.waits)
 
-    # --- keeping -----------------------------------------------------------------------------
+    # --- saving -------------------------------------------------------------------------------
     def save(self) -> None:
         """Mark the present state as saved. Raises VomError."""
         self.session.save()
@@ -207,14 +217,14 @@ class Projects:
         self._notices.info(Finding("project.saved", project=self.project.name))
 
     def save_as(self, folder: Path) -> None:
-        """Raises TargetError."""
+        """Save under another name. Raises TargetError."""
         self._mark_open(False)
         try:
             left_out = self.project.save_as(folder)
         finally:
             self._mark_open(True)
         self._preferences.remember(folder)
-        # The same records under another name: no view has to be built anew.
+        # The same records under another name: views need not be rebuilt.
         self.history_changed.emit()
         self.saved.emit()
         self._notices.info(Finding("project.saved-as", folder=folder))
@@ -222,12 +232,13 @@ class Projects:
             self._notices.warn(finding)
 
     def discard(self) -> None:
-        """Undo what was not saved; it stays in the history. Raises VomError."""
-        # What cannot be written stays on the disk as it is: unsaved, and restored next time.
+        """Undo all unsaved changes, which stay in the history. Raises VomError."""
+        # If this cannot be written, the changes remain unsaved and are restored at the next
+        # start.
         if self.session.dirty and self.kept:
             self.session.discard_unsaved()
 
     @property
     def unsaved_reconstructions(self) -> bool:
-        """The project is untitled and holds reconstructions."""
+        """Whether the project is untitled and contains reconstructions."""
         return self.project.untitled and self.project.has_reconstructions

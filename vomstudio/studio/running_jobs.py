@@ -22,9 +22,19 @@ from vomstudio.studio.owner_thread import Post
 
 @dataclass
 class RunningJob:
-    """A running job as it is shown. title, stage : translated; total, done : steps of the stage.
-    resumable : what it has done is kept when it is stopped, which is then a pause. outcome : empty
-    while it runs."""
+    """Running job as it is displayed.
+
+    Parameters
+    ----------
+    title, stage : str
+        Translated.
+    total, done : int
+        Steps of the stage.
+    resumable : bool
+        Whether the result so far remains when it is stopped, as after a pause.
+    outcome : {"", "done", "stopped", "failed"}
+        "" while it runs.
+    """
 
     number: int
     title: str
@@ -40,7 +50,7 @@ class RunningJob:
     faults: list[Fault] = field(default_factory=list)
 
     def status(self) -> str:
-        """The stage, with its progress where that is known."""
+        """Return the stage, with its progress if known."""
         if not self.total:
             return self.stage
         return tr(
@@ -48,13 +58,15 @@ class RunningJob:
         )
 
     def text(self) -> str:
-        """Title and status in one line."""
+        """Return title and status in one line."""
         return f"{self.title}: {self.status()}" if self.stage else self.title
 
 
 class _Newest:
-    """Events of a job on their way to the owner. Of steps that come while the owner is busy only
-    the newest is passed on: hundreds in a moment, each shown, would keep it busy for a second."""
+    """Passes events of a job to the owner, dropping all but the newest step.
+
+    Hundreds of steps in a moment, each displayed, would block the owner for a second.
+    """
 
     def __init__(self, post: Post, deliver: Callable[[Event], None]) -> None:
         self._post, self._deliver = post, deliver
@@ -62,13 +74,13 @@ class _Newest:
         self._waiting: list[Event] | None = None
 
     def __call__(self, event: Event) -> None:
-        """From the worker's thread."""
+        """Receive an event in the worker's thread."""
         with self._lock:
             if isinstance(event, Step) and self._waiting is not None:
                 self._waiting[0] = event
                 return
             passed = [event]
-            # A step that follows another event must not overtake it.
+            # A step after another event must not overtake it.
             self._waiting = passed if isinstance(event, Step) else None
         self._post(partial(self._pass_on, passed))
 
@@ -80,7 +92,7 @@ class _Newest:
 
 
 class Jobs:
-    """One worker process for each lane, started when it is first needed."""
+    """Worker processes, one per lane, started on demand."""
 
     def __init__(self, post: Post) -> None:
         self.changed: Signal[()] = Signal()
@@ -88,7 +100,7 @@ class Jobs:
         self._post = post
         self.workers = {lane: Worker(partial(self._hand_over, lane)) for lane in Lane}
         self.jobs: dict[tuple[Lane, int], RunningJob] = {}
-        self._refused = 0
+        self._next_refused_number = 0
         self._closed = False
 
     def submit(
@@ -102,17 +114,26 @@ class Jobs:
         quiet: bool = False,
         resumable: bool = False,
     ) -> RunningJob:
-        """Start a job; on_done or on_failed is called in the owner's thread when it ends. After
-        `close` nothing is started and nothing called. quiet : it is not shown. resumable : the next
-        one like it goes on where this one is stopped."""
+        """Start a job.
+
+        `on_done` or `on_failed` is called in the owner's thread when it ends. After `close` no
+        job is started and nothing called.
+
+        Parameters
+        ----------
+        quiet : bool
+            Whether to hide it.
+        resumable : bool
+            Whether the next job of this kind continues where it was stopped.
+        """
         lane = job.lane
         worker = self.workers[lane]
         try:
             number = worker.submit(job, request, _Newest(self._post, partial(self._deliver, lane)))
         except WorkerError as error:
-            # Told like every other failure, once the caller has its job.
-            self._refused -= 1
-            number = self._refused
+            # Reported like every other failure, once the caller has the job.
+            self._next_refused_number -= 1
+            number = self._next_refused_number
             failed = Failed(number, error.to_dict(), error.exit_code)
             self._post(lambda: self._deliver(lane, failed))
         begun = RunningJob(number, title, worker, on_done, on_failed, quiet, resumable)
@@ -122,11 +143,11 @@ class Jobs:
         return begun
 
     def cancel(self, job: RunningJob) -> None:
-        """Ask a job to stop; on_failed is called when it has."""
+        """Request a job to stop; `on_failed` is called when it has."""
         job.worker.cancel(job.number)
 
     def visible(self) -> list[RunningJob]:
-        """The jobs that are shown, the oldest first."""
+        """Return the displayed jobs, oldest first."""
         return [job for job in self.jobs.values() if not job.quiet]
 
     def _hand_over(self, lane: Lane, fault: Fault) -> None:
@@ -141,7 +162,7 @@ class Jobs:
                 _report(tr("Background work"), event)
             return
         if isinstance(event, Fault):
-            # What the job's owner says at its end comes first.
+            # The result of the job is reported before its defects.
             job.faults.append(event)
             return
         if isinstance(event, Stage):
@@ -161,11 +182,11 @@ class Jobs:
         self.changed.emit()
 
     def finish(self, lane: Lane, timeout_s: float) -> None:
-        """Wait for what a lane is doing; its end is announced when the owner's loop runs."""
+        """Wait for the running job of a lane; its end is announced in the owner's event loop."""
         self.workers[lane].finish(timeout_s)
 
     def close(self) -> None:
-        """Stop all workers; nothing is called any more."""
+        """Stop all workers; no callback is called afterwards."""
         self._closed = True
         with ExitStack() as steps:
             steps.callback(self.closed.emit)

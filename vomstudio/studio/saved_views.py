@@ -1,4 +1,4 @@
-"""Views that a user has named: camera and clipping box, kept with the project as view state."""
+"""Named views: camera and clipping box, stored as view state of the project."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
-_KEY = "named_views"
-_MOST = 200
-_LONGEST = 80
+VIEW_KEY = "named_views"
+MAX_VIEWS = 200
+MAX_NAME_LENGTH = 80
 
 
 @dataclass(frozen=True)
 class SavedView:
-    """camera : as the viewport tells it; box : of the clipping box, None where it was off"""
+    """Named view: camera as the viewport returns it, and clipping box, None if it was off."""
 
     name: str
     camera: dict[str, Any]
@@ -25,43 +25,50 @@ class SavedView:
 
 
 class SavedViews:
-    """In the order in which they were saved. `read` and `keep` are of the project that is open:
-    read(key) and keep(key, value) of its view state."""
+    """Named views of the open project, in the order in which they were saved.
+
+    `read(key)` and `keep(key, value)` access the view state of the project.
+    """
 
     def __init__(self, read: Callable[[str], object], keep: Callable[[str, object], None]) -> None:
         self._read, self._keep = read, keep
 
     def all(self) -> list[SavedView]:
-        """What cannot be understood is left out: a lost view is no loss of work."""
-        kept = self._read(_KEY)
-        found: dict[str, SavedView] = {}
-        for each in kept if isinstance(kept, list) else []:
+        """Return all views, without those that cannot be read."""
+        stored = self._read(VIEW_KEY)
+        views: dict[str, SavedView] = {}
+        for each in stored if isinstance(stored, list) else []:
             if not isinstance(each, Mapping):
                 continue
             name, camera, box = each.get("name"), each.get("camera"), each.get("box")
             if isinstance(name, str) and name and isinstance(camera, dict):
-                found[name] = SavedView(name, camera, box if isinstance(box, dict) else None)
-        return list(found.values())[:_MOST]
+                views[name] = SavedView(name, camera, box if isinstance(box, dict) else None)
+        return list(views.values())[:MAX_VIEWS]
 
     def save(self, view: SavedView) -> None:
-        """Keep a view; one of the same name is replaced. Raises UsageError for a name that is none,
-        or where there are too many."""
+        """Save a view, replacing one with the same name.
+
+        Raises
+        ------
+        UsageError
+            If the name is empty or too long, or there are too many views.
+        """
         name = " ".join(view.name.split())
-        if not name or len(name) > _LONGEST:
+        if not name or len(name) > MAX_NAME_LENGTH:
             raise UsageError(
-                Finding("view.name-length", maximum=_LONGEST),
+                Finding("view.name-length", maximum=MAX_NAME_LENGTH),
                 field=tr("name"),
             )
-        others = [each for each in self.all() if each.name != name]
-        if len(others) >= _MOST:
+        other_views = [each for each in self.all() if each.name != name]
+        if len(other_views) >= MAX_VIEWS:
             raise UsageError(
-                Finding("view.too-many", maximum=_MOST),
+                Finding("view.too-many", maximum=MAX_VIEWS),
                 field=tr("name"),
             )
-        self._write([*others, SavedView(name, view.camera, view.box)])
+        self._write([*other_views, SavedView(name, view.camera, view.box)])
 
     def delete(self, name: str) -> None:
         self._write([each for each in self.all() if each.name != name])
 
     def _write(self, views: list[SavedView]) -> None:
-        self._keep(_KEY, [{"name": v.name, "camera": v.camera, "box": v.box} for v in views])
+        self._keep(VIEW_KEY, [{"name": v.name, "camera": v.camera, "box": v.box} for v in views])

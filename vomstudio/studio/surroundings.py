@@ -16,9 +16,9 @@ from vomstudio.studio.models import Models
 from vomstudio.studio.notices import Notices
 from vomstudio.studio.projects import Projects
 from vomstudio.studio.tools.local_surface import (
-    measured_anew,
-    model_of_earlier_rule,
-    of_earlier_rules,
+    features_of_earlier_rules,
+    find_model_of_earlier_rule,
+    remeasure,
 )
 
 
@@ -41,8 +41,8 @@ class Surroundings:
         """Return why there is nothing to update; None if there is."""
         if self._background.is_busy:
             return Finding("surroundings.running")
-        # Asked after every gesture, of thousands of features that lie on a few models.
-        models = self._projects.records.counted(model_of_earlier_rule)
+        # Called after every gesture for thousands of features that lie on a few models.
+        models = self._projects.records.counted(find_model_of_earlier_rule)
         if not models:
             return Finding("surroundings.up-to-date")
         hashes = self._hashes()
@@ -60,7 +60,7 @@ class Surroundings:
         self._notices.info(Finding("surroundings.earlier-rule", count=count))
 
     def update(self) -> None:
-        """Measure in a thread; the edit follows when all are measured."""
+        """Measure in a thread; the edit follows at the end."""
         if self.why_not() is not None:
             return
         features = list(self._updatable_features())
@@ -78,7 +78,7 @@ class Surroundings:
         )
 
     def _earlier(self) -> list[Surrounded]:
-        return self._projects.records.once(of_earlier_rules)
+        return self._projects.records.once(features_of_earlier_rules)
 
     def _hashes(self) -> dict[str, str]:
         """Return the content hashes of the open models by id."""
@@ -94,16 +94,16 @@ class Surroundings:
 
     def _finish(self, features: list[Surrounded], measured: Mapping[str, dict[str, Any]]) -> None:
         records = self._projects.records
-        # What was changed meanwhile has been measured by today's rule.
-        still = {
+        # Features that were changed meanwhile already follow the present rule.
+        unchanged = {
             f.id: measured[f.id] for f in features if f.id in measured and records.get(f.id) is f
         }
-        if not still or not self._editing.attempt(edits.update_surroundings, still):
+        if not unchanged or not self._editing.attempt(edits.update_surroundings, unchanged):
             return
-        left = len(self._earlier())
-        self._notices.info(Finding("surroundings.updated", count=len(still)))
-        if left:
-            self._notices.warn(Finding("surroundings.left-out", count=left))
+        remaining_count = len(self._earlier())
+        self._notices.info(Finding("surroundings.updated", count=len(unchanged)))
+        if remaining_count:
+            self._notices.warn(Finding("surroundings.left-out", count=remaining_count))
 
 
 def _measure(
@@ -114,4 +114,4 @@ def _measure(
     for feature in features:
         surface = surfaces[feature.model_id]
         if surface is not None:
-            measured[feature.id] = measured_anew(surface, feature)
+            measured[feature.id] = remeasure(surface, feature)

@@ -1,4 +1,4 @@
-"""The tools, of which at most one is active, and the context they work in."""
+"""Tools, at most one of which is active, and their context."""
 
 from __future__ import annotations
 
@@ -29,15 +29,26 @@ from vomstudio.studio.tools.tool_context import Tool
 T = TypeVar("T")
 
 NAVIGATE = "navigate"
-"""Stands for no tool where a tool is named."""
+"""Name for no active tool."""
 
 
 class ToolHost:
-    """Also the `ToolContext` of its tools.
+    """Host of the tools, and their `ToolContext`.
 
-    changed : a tool's state; undo_changed : sent after it, as undo may take back a tool's step;
-    active_changed : another tool is active; next_changed : feature type and set for what is made
-    next; preview : what is drawn of an unfinished feature; let_go : what was discarded unfinished
+    Attributes
+    ----------
+    changed : Signal
+        Emitted when the state of a tool changes.
+    undo_changed : Signal
+        Emitted after `changed`, because undo may refer to a step of a tool.
+    active_changed : Signal
+        Emitted when another tool becomes active.
+    next_changed : Signal
+        Emitted when feature type or set of the next feature change.
+    preview : Preview or None
+        Preview of the unfinished feature.
+    let_go : Signal
+        Emits unfinished work that was discarded.
     """
 
     def __init__(
@@ -64,20 +75,20 @@ class ToolHost:
         self.active_name = NAVIGATE
         self.next_type_id = "bedding"
         self.next_set = ""
-        self._next_of: dict[str, tuple[str, str]] = {}
+        self._next_by_tool: dict[str, tuple[str, str]] = {}
         self.tools: dict[str, Tool] = {entry.name: entry.tool(self) for entry in TOOLS}
 
     def of(self, kind: type[T]) -> T:
-        """The tool of this class."""
+        """Return the tool of a class."""
         return next(tool for tool in self.tools.values() if isinstance(tool, kind))
 
-    # --- which one ---------------------------------------------------------------------------
+    # --- active tool --------------------------------------------------------------------------
     def activate(self, name: str) -> None:
-        """Make a tool the active one; NAVIGATE for none. Refused while another one is open."""
+        """Activate a tool, NAVIGATE for none. Rejected while another one is open."""
         if name == self.active_name:
             return
-        if (left := self.active) is not None:
-            left.leave()
+        if (previous := self.active) is not None:
+            previous.leave()
         open_tool = self.open_tool
         if open_tool is not None and self.tools.get(name) is not open_tool:
             if name in self.tools:
@@ -85,39 +96,38 @@ class ToolHost:
                 self.active_changed.emit(self.active_name)
                 return
             self._notices.info(Finding("tool.draft-kept"))
-        self._next_of[self.active_name] = (self.next_type_id, self.next_set)
+        self._next_by_tool[self.active_name] = (self.next_type_id, self.next_set)
         self.active_name = name
         self.active_changed.emit(name)
-        # Each tool goes on with its own type and set: beds are traced while joints are painted.
-        wanted = self._next_of.get(name)
-        if name != NAVIGATE and open_tool is None and wanted is not None:
-            self.next_type_id, self.next_set = wanted
+        # Each tool has its own type and set: beds are traced while joints are painted.
+        type_and_set = self._next_by_tool.get(name)
+        if name != NAVIGATE and open_tool is None and type_and_set is not None:
+            self.next_type_id, self.next_set = type_and_set
             self.keep_next_type()
             self.next_changed.emit()
 
     @property
     def active(self) -> Tool | None:
-        """None while navigating."""
+        """The active tool, None while navigating."""
         return self.tools.get(self.active_name)
 
     @property
     def clicks_select(self) -> bool:
-        """A click on the outcrop selects what is there: while navigating, and while a tool asks for
-        a feature."""
+        """Whether clicks select features: while navigating, or if a tool requests a feature."""
         return self.active is None or bool(getattr(self.active, "selects", False))
 
     @property
     def open_tool(self) -> Tool | None:
-        """The tool that has something unfinished."""
+        """The tool with an unfinished feature."""
         return next((tool for tool in self.tools.values() if tool.open), None)
 
     def finish(self) -> None:
-        """Finish the open feature, else what the active tool is doing."""
+        """Finish the open feature, otherwise the action of the active tool."""
         if (tool := self.open_tool or self.active) is not None:
             tool.finish()
 
     def cancel(self) -> None:
-        """Discard the open feature, else what the active tool is doing."""
+        """Discard the open feature, otherwise cancel the action of the active tool."""
         if (tool := self.open_tool or self.active) is not None:
             tool.cancel()
 
@@ -127,34 +137,33 @@ class ToolHost:
             tool.pointer(event)
 
     def set_next(self, type_id: str, set_name: str) -> None:
-        """Set feature type and set of the next feature, and of the open one where it is new."""
+        """Set feature type and set of the next feature, and of the open one if it is new."""
         self.next_type_id, self.next_set = type_id, set_name
         for tool in self.tools.values():
             tool.set_type(type_id, set_name)
         self.next_changed.emit()
 
     def begin(self) -> None:
-        """Another project is opened: neither its types nor its sets are those of the last one, and
-        the mouse moves about until a tool is chosen."""
+        """Reset types, sets and tool for another project."""
         self.activate(NAVIGATE)
-        self._next_of.clear()
+        self._next_by_tool.clear()
         self.next_type_id, self.next_set = "bedding", ""
         self.keep_next_type()
         self.next_changed.emit()
 
     def keep_next_type(self) -> None:
-        """Choose another type for the next feature where the present one was removed."""
+        """Choose another type for the next feature if the present one was removed."""
         if self.next_type_id not in self._projects.records:
             self.next_type_id = self._projects.of(FeatureType)[0].id
 
     def document_changed(self) -> None:
-        """Tell the tools that the document has changed."""
+        """Notify the tools of a change of the document."""
         for tool in self.tools.values():
             tool.document_changed()
 
-    # --- coming and going with a project -----------------------------------------------------
+    # --- change of the project ----------------------------------------------------------------
     def forget(self) -> None:
-        """The project is being closed; an unfinished feature is kept as a draft."""
+        """Close the tools with the project; an unfinished feature is stored as a draft."""
         for tool in self.tools.values():
             tool.forget()
         self.paths.forget()
@@ -180,7 +189,7 @@ class ToolHost:
     def surface(self, model_id: str) -> PaintSurface | None:
         return self._models.surface(model_id)
 
-    def aside(self, work: Callable[[], T], then: Callable[[T | None], object]) -> None:
+    def run_in_background(self, work: Callable[[], T], then: Callable[[T | None], object]) -> None:
         self._background.run(work, then, lambda _: then(None))
 
     def measure(self, feature: Feature) -> Measurement:
@@ -195,7 +204,7 @@ class ToolHost:
     def show(self, preview: Preview | None) -> None:
         self.preview.emit(preview)
 
-    def say(self, message: Finding | VomError) -> None:
+    def report(self, message: Finding | VomError) -> None:
         self._notices.warn(message)
 
     def hint(self, message: Finding) -> None:

@@ -1,7 +1,7 @@
-"""Directions along which an outcrop is looked at, and what an error of each costs.
+"""Directions of view onto an outcrop, and the effect of their errors.
 
-Along the intersection of two planes both are seen edge on; along the line in a fault plane at right
-angles to its slip the whole displacement is seen (textbook 4.2).
+Along the intersection of two planes, both are seen edge on. Along the line in a fault plane
+that is perpendicular to its slip, the whole displacement is seen (textbook 4.2).
 """
 
 from __future__ import annotations
@@ -24,16 +24,20 @@ from vomstudio.studio.model_loading import OpenModel
 
 @dataclass(frozen=True)
 class Direction:
-    """line : axial, so that two views are meant, each the mirror image of the other
-    error95_deg : larger half-angle of its joint 95 % region; None where it is not known"""
+    """Direction of view: an axial line, which stands for two mirrored views.
+
+    `error95_deg` is the larger half-angle of its joint 95 % region, None if unknown.
+    """
 
     line: Line
     error95_deg: float | None
 
 
-def across_slip(slipped: Measurement) -> Direction | Finding:
-    """The line in the fault at right angles to its slip, or why there is none. Its error is that of
-    the slip's line, or of the plane where that has none."""
+def direction_across_slip(slipped: Measurement) -> Direction | Finding:
+    """Return the line in a fault perpendicular to its slip, or why it is undefined.
+
+    Its error is that of the slip line, or of the plane if the slip line has none.
+    """
     if slipped.on_plane is None or slipped.line is None:
         return Finding("selection.no-slip")
     normal = slipped.on_plane.normal()
@@ -44,9 +48,11 @@ def across_slip(slipped: Measurement) -> Direction | Finding:
     return Direction(Line.from_vector(across / size), slipped.total95_deg)
 
 
-def meeting_line(planes: Iterable[Measurement]) -> Direction | Finding:
-    """The intersection of two planes, or why there is none."""
-    uncertain = [found for each in planes if (found := as_uncertain(each)) is not None]
+def intersection_direction(planes: Iterable[Measurement]) -> Direction | Finding:
+    """Return the intersection of two planes, or why it is undefined."""
+    uncertain = [
+        uncertain_plane for each in planes if (uncertain_plane := as_uncertain(each)) is not None
+    ]
     if len(uncertain) != 2:
         return Finding("selection.not-two-planes")
     try:
@@ -59,8 +65,20 @@ def meeting_line(planes: Iterable[Measurement]) -> Direction | Finding:
 def depth_along(
     direction: npt.ArrayLike, models: Mapping[str, OpenModel], records: Mapping[str, Record]
 ) -> tuple[float, bool]:
-    """How deep the view through the boxes of all open models is, and whether that is in metres; 0
-    without models. direction : (3,) unit vector, World."""
+    """Return the depth of a view through the boxes of all open models.
+
+    Parameters
+    ----------
+    direction : (3,) float64
+        Unit vector, World.
+
+    Returns
+    -------
+    float
+        Depth, 0 without models.
+    bool
+        Whether it is in metres.
+    """
     along, metric = [], True
     for model_id, opened in models.items():
         model = records.get(model_id)

@@ -1,4 +1,4 @@
-"""Hidden records: view state, kept with the project and not subject to undo."""
+"""Hidden records: view state, stored with the project and not subject to undo."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from vomstudio.core.signals import Signal
 from vomstudio.project.kinds import group_of
 from vomstudio.studio.projects import Projects
 
-_KEPT = "hidden"
+VIEW_KEY = "hidden"
 
 
 class Visibility:
-    """changed : the ids that were shown or hidden"""
+    """Visibility of records; `changed` emits the ids that were shown or hidden."""
 
     def __init__(self, projects: Projects) -> None:
         self.changed: Signal[tuple[str, ...]] = Signal()
@@ -20,15 +20,15 @@ class Visibility:
         self.hidden: set[str] = set()
 
     def load(self) -> None:
-        """Read what the open project has kept, without a signal."""
-        self.hidden = {id_ for id_ in self._projects.view(_KEPT, []) if isinstance(id_, str)}
+        """Read the state of the open project, without a signal."""
+        self.hidden = {id_ for id_ in self._projects.view(VIEW_KEY, []) if isinstance(id_, str)}
 
     def visible(self, id_: str) -> bool:
         """Whether a record, feature type or group is shown."""
         return id_ not in self.hidden
 
     def show_only(self, ids: Iterable[str]) -> None:
-        """These features with their types, and no others; the models stay as they are."""
+        """Show only these features with their types; the models stay as they are."""
         ids = set(ids)
         features = self._projects.session.features()
         groups = {group_of(f) for f in features if f.id in ids}
@@ -48,5 +48,5 @@ class Visibility:
     def _set(self, hidden: set[str], changed: set[str]) -> None:
         if changed:
             self.hidden = hidden
-            self._projects.keep_view(_KEPT, sorted(hidden))
+            self._projects.keep_view(VIEW_KEY, sorted(hidden))
             self.changed.emit(tuple(changed))

@@ -1,4 +1,4 @@
-"""All parts that a program works with, with or without a window, connected."""
+"""All parts of the application, connected, with or without a window."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from vomstudio.studio.layer_export import GisLayers
 from vomstudio.studio.model_loading import ModelLoader
 from vomstudio.studio.models import Models
 from vomstudio.studio.notices import Notices
-from vomstudio.studio.owner_thread import Aside, Call, Later, Post, in_the_way
+from vomstudio.studio.owner_thread import BlockingRunner, Call, Later, Post, run_immediately
 from vomstudio.studio.path_finding import PathFinding
 from vomstudio.studio.photos import PhotoLinks
 from vomstudio.studio.preferences import Preferences
@@ -44,15 +44,26 @@ from vomstudio.studio.visibility import Visibility
 
 
 class Workspace:
-    """Connects the parts; here is only what concerns several of them.
+    """Connects the parts, and contains only what concerns several of them.
 
-    Views connect to these signals, never to a session: another project may replace it.
-    project_opened : another project, and no model of it yet; edited, history_changed : what is
-    derived has been brought up to date; recovery_found : projects that a crash has left open
+    Views connect to these signals, never to a session, since another project may replace it.
+
+    Attributes
+    ----------
+    project_opened : Signal
+        Emitted when another project is open, before its models are loaded.
+    edited, history_changed : Signal
+        Emitted after derived quantities have been updated.
+    recovery_found : Signal
+        Emits projects that a crash left open.
     """
 
     def __init__(
-        self, settings: Settings, post: Post, later: Later, aside: Aside = in_the_way
+        self,
+        settings: Settings,
+        post: Post,
+        later: Later,
+        run_blocking: BlockingRunner = run_immediately,
     ) -> None:
         self.project_opened: Signal[()] = Signal()
         self.edited: Signal[Edit] = Signal()
@@ -63,7 +74,7 @@ class Workspace:
         self._closed = False
 
         def hand_over(call: Call) -> None:
-            # By the time the call is made its receiver may be gone.
+            # The receiver may be gone by the time the call is made.
             post(lambda: None if self._closed else call())
 
         def background(name: str, **options: Any) -> Background:
@@ -75,7 +86,7 @@ class Workspace:
         self.preferences = Preferences(settings, self.notices, hand_over, later)
         self.jobs = Jobs(hand_over)
         self.selection = Selection()
-        self.projects = Projects(self.preferences, self.notices, aside)
+        self.projects = Projects(self.preferences, self.notices, run_blocking)
         self.editing = Editing(self.projects, self.notices)
         self.derived = DerivedQuantities(self.projects, lambda: settings.thresholds)
         self.visibility = Visibility(self.projects)
@@ -159,7 +170,7 @@ class Workspace:
         self.models.loaded.connect(self.elements.loaded)
         self.models.loaded.connect(self.surroundings.offer)
 
-    # --- coming and going of a project -------------------------------------------------------
+    # --- change of the project ----------------------------------------------------------------
     def _begin(self) -> None:
         session = self.projects.session
         self.derived.begin()
@@ -188,7 +199,7 @@ class Workspace:
         for problem in problems:
             self.notices.warn(_left_out((problem,)))
         if len(problems) > 1:
-            # The bar shows the newest notice only.
+            # The bar shows only the newest notice.
             self.notices.warn(_left_out(problems))
 
     def _leave(self) -> None:
@@ -204,27 +215,37 @@ class Workspace:
         self.models.open.clear()
 
     def offer_recovery(self, but: Collection[Path] = ()) -> None:
-        """Send `recovery_found` where a crash has left projects open; but : is opened anyway."""
-        if found := self.projects.unclosed(but):
-            self.recovery_found.emit(found)
+        """Emit `recovery_found` if a crash left projects open, except those in `but`."""
+        if folders := self.projects.unclosed(but):
+            self.recovery_found.emit(folders)
 
     @property
-    def worth_asking(self) -> bool:
-        """Whether closing now would discard work that the user may want to save."""
+    def has_work_to_save(self) -> bool:
+        """Whether closing now would discard unsaved work."""
         session, is_open = self.projects.session, self.tools.open_tool is not None
-        made = self.projects.unsaved_reconstructions
-        if self.projects.whole_on_disk and not session.dirty and not is_open and not made:
+        has_reconstructions = self.projects.unsaved_reconstructions
+        if (
+            self.projects.whole_on_disk
+            and not session.dirty
+            and not is_open
+            and not has_reconstructions
+        ):
             return False
-        return bool(session.features()) or is_open or not self.projects.project.untitled or made
+        return (
+            bool(session.features())
+            or is_open
+            or not self.projects.project.untitled
+            or has_reconstructions
+        )
 
     def discard(self) -> None:
-        """Undo what was not saved; it stays in the history. Raises VomError."""
+        """Undo all unsaved changes, which stay in the history. Raises VomError."""
         if (tool := self.tools.open_tool) is not None:
             tool.cancel()
         self.projects.discard()
 
     def close(self) -> None:
-        """The program ends: close the project and stop all workers, whatever fails of it."""
+        """Close the project and stop all workers despite errors, at the end of the program."""
         self._closed = True
         for background in self._backgrounds:
             background.stop()
@@ -253,17 +274,26 @@ class Workspace:
         self.layers.write_soon()
 
     def _warn_of_namesakes(self, edit: Edit) -> None:
-        """Names are free, but tables and layers tell features apart by them. A single new feature
-        has the next free number, so only renamed and imported ones are looked at."""
-        new = {id_: r for id_, r in edit.after.items() if isinstance(r, Feature) and r.name}
-        old = {id_: edit.before[id_] for id_ in new}
-        renamed = {i for i, r in old.items() if isinstance(r, Feature) and r.name != new[i].name}
-        added = {i for i, r in old.items() if r is None}
-        looked_at = renamed | (added if len(added) > 1 else set())
-        if not looked_at:
+        """Warn of features with the same name, since tables and layers identify them by name.
+
+        Only renamed and imported features are checked: a single new one has the next free
+        number.
+        """
+        new_records = {id_: r for id_, r in edit.after.items() if isinstance(r, Feature) and r.name}
+        old_records = {id_: edit.before[id_] for id_ in new_records}
+        renamed = {
+            i
+            for i, r in old_records.items()
+            if isinstance(r, Feature) and r.name != new_records[i].name
+        }
+        added = {i for i, r in old_records.items() if r is None}
+        renamed_or_added = renamed | (added if len(added) > 1 else set())
+        if not renamed_or_added:
             return
         count = Counter(feature.name for feature in self.projects.session.features())
-        twice = sorted({new[i].name for i in looked_at if count[new[i].name] > 1})
+        twice = sorted(
+            {new_records[i].name for i in renamed_or_added if count[new_records[i].name] > 1}
+        )
         if twice:
             self.notices.warn(
                 Finding(
@@ -274,18 +304,18 @@ class Workspace:
             )
 
     def delete_selected(self, but: Collection[str] = ()) -> bool:
-        """Delete the selected features, as one edit; False where nothing was deleted."""
+        """Delete the selected features in one edit. Return False if nothing was deleted."""
         records = self.projects.records
-        chosen = [i for i in self.selection.ids if get_feature(records, i) is not None]
-        ids = [i for i in chosen if i not in but]
+        feature_ids = [i for i in self.selection.ids if get_feature(records, i) is not None]
+        ids = [i for i in feature_ids if i not in but]
         return bool(ids) and self.editing.attempt(edits.delete, ids)
 
 
 def _left_out(problems: Sequence[Finding]) -> Finding:
-    first = problems[0]
+    example = problems[0]
     return Finding(
         "project.parts-left-out",
         count=len(problems),
-        first=first.message,
-        first_code=first.code,
+        first=example.message,
+        first_code=example.code,
     )

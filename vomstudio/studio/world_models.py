@@ -1,4 +1,4 @@
-"""Models of files in World: as the file says, as the user does, or as they stand in a project."""
+"""Models of files in World: as the file states, as the user declares, or as in a project."""
 
 from __future__ import annotations
 
@@ -30,11 +30,24 @@ from vomstudio.project.records import Model
 
 @dataclass(frozen=True, eq=False)
 class WorldModel:
-    """data : in World, metres; crs : of World, None for a local frame
-    metric : its unit is known; warnings : of its reader
-    to_world : (4, 4) from the frame of its file
-    in_project : the record by which it stands in a project; None where it stands as its file says
-    registration : by which it stands in World, of the project or beside its file; None for none
+    """Model in World.
+
+    Parameters
+    ----------
+    data : Mesh or PointCloud
+        In World, metres.
+    crs : str or None
+        CRS of World, None for a local frame.
+    metric : bool
+        Whether its unit is known.
+    warnings : tuple of Finding
+        Warnings of its reader.
+    to_world : (4, 4) float64
+        Matrix from the frame of its file.
+    in_project : Model, optional
+        Record that places it in a project; None if its file places it.
+    registration : Registration, optional
+        Registration in the project or beside the file.
     """
 
     data: Mesh | PointCloud
@@ -48,8 +61,10 @@ class WorldModel:
 
     @property
     def placed(self) -> bool:
-        """Whether north and Up are those of the Earth: not of a model that was made of photos
-        without control points or GPS."""
+        """Whether north and up are those of the Earth.
+
+        They are not for a model from photos without control points or GPS.
+        """
         if self.in_project is not None:
             return self.in_project.frame.has_north
         if self.registration is not None:
@@ -58,20 +73,23 @@ class WorldModel:
 
     @property
     def in_metres(self) -> bool:
-        """Whether lengths may be called metres: a file that says nothing is taken to be in them, a
-        model that was made of photos without scale is not."""
+        """Whether lengths are in metres.
+
+        Files that state no unit are assumed to be in metres; photo models without scale are
+        not.
+        """
         return self.metric or (self.in_project is None and self.placed)
 
     @property
     def registration_in_world(self) -> Registration | None:
-        """The registration of a file that has `data` as its coordinates."""
+        """Registration of a file that has `data` as its coordinates."""
         if self.registration is None:
             return None
         return change_file_frame(self.registration, self.to_world)
 
     @property
     def axes(self) -> Axes:
-        """What files and labels say of World's axes."""
+        """Meaning of World's axes for files and labels."""
         return Axes(self.in_metres, self.placed)
 
 
@@ -81,17 +99,27 @@ def read_in_world(
     options: FrameOptions = DEFAULT_FRAME,
     project: str | Path | None = None,
 ) -> WorldModel:
-    """The model in a file, as its file says that it stands; one that says nothing as declared, else
-    as local, in metres, z up. project : a folder; the model then stands as it does there. Raises
-    InputError, UsageError, Cancelled."""
+    """Read the model of a file in World, as the file or the options state.
+
+    Files without a frame are assumed to be local, in metres, with z up.
+
+    Parameters
+    ----------
+    project : str or Path, optional
+        Folder of a project, whose placement of the model is used.
+
+    Raises
+    ------
+    InputError, UsageError, Cancelled
+    """
     check_place(options, project)
     progress = progress or Silent()
-    # Readers begin a stage of their own once the libraries of the format are imported.
+    # Readers start a stage when the libraries of the format are imported.
     progress.stage(tr("Reading {file}", file=Path(path).name))
     loaded = read_model(path, progress, options)
     progress.stage(tr("Preparing the model"))
     if project is not None:
-        return as_in_project(loaded, model_in(project, loaded))
+        return place_as_in_project(loaded, find_project_model(project, loaded))
     established = establish_frame(loaded, options)
     frame = established.frame
     crs = None if frame.crs is None else world_crs(frame.crs, frame.unit_m)
@@ -105,14 +133,16 @@ def read_in_world(
     return WorldModel(data, crs, metric, warnings, loaded, matrix, registration=registration)
 
 
-def read_beside(
+def read_comparison_model(
     path: str | Path,
     progress: Progress | None = None,
     project: str | Path | None = None,
     options: FrameOptions = DEFAULT_FRAME,
 ) -> WorldModel:
-    """The model that another one is held against: as it stands in the project where that has it,
-    else as its file says. Raises as `read_in_world`."""
+    """Read the model of a comparison, preferably as placed in the project.
+
+    Raises as `read_in_world`.
+    """
     if project is None:
         return read_in_world(path, progress, options)
     progress = progress or Silent()
@@ -121,7 +151,7 @@ def read_beside(
     progress.stage(tr("Preparing the model"))
     models = _models_of(project)
     if any(model.content_hash == loaded.content_hash for model in models):
-        return as_in_project(loaded, model_in(project, loaded))
+        return place_as_in_project(loaded, find_project_model(project, loaded))
     return read_in_world(path, progress)
 
 
@@ -129,27 +159,34 @@ def check_place(options: FrameOptions, project: str | Path | None) -> None:
     """Raise UsageError if both a project and options define the frame of a model."""
     if project is None or not options.is_given:
         return
-    given = [name.replace("_", "-") for name in given_options(options)]
+    options_given = [name.replace("_", "-") for name in given_options(options)]
     raise UsageError(
         Finding("option.not-with-project"),
-        field=f"--{given[0]}",
+        field=f"--{options_given[0]}",
     )
 
 
-def model_in(project: str | Path, loaded: LoadedModel) -> Model:
-    """The record of a file's model in a project, which may be open in a window. Raises InputError
-    for what is no project, UsageError where it does not have this model."""
+def find_project_model(project: str | Path, loaded: LoadedModel) -> Model:
+    """Return the record of a file's model in a project, which may be open in a window.
+
+    Raises
+    ------
+    InputError
+        If the folder is not a project.
+    UsageError
+        If it does not contain this model.
+    """
     models = _models_of(project)
-    same = [model for model in models if model.content_hash == loaded.content_hash]
-    if not same:
+    same_file = [model for model in models if model.content_hash == loaded.content_hash]
+    if not same_file:
         names = [f"{model.name} ({model.path})" for model in models]
         raise UsageError(
             Finding("project.other-model", models=names or None),
             file=Path(project),
             field="--project",
         )
-    named = [model for model in same if Path(model.path).name == loaded.path.name]
-    return (named or same)[0]
+    named = [model for model in same_file if Path(model.path).name == loaded.path.name]
+    return (named or same_file)[0]
 
 
 def _models_of(project: str | Path) -> list[Model]:
@@ -160,8 +197,8 @@ def _models_of(project: str | Path) -> list[Model]:
     return [record for record in records.values() if isinstance(record, Model)]
 
 
-def as_in_project(loaded: LoadedModel, model: Model) -> WorldModel:
-    """A model that was read, by its record."""
+def place_as_in_project(loaded: LoadedModel, model: Model) -> WorldModel:
+    """Return a loaded model with the placement of its record."""
     frame = model.frame
     crs = None if frame.crs is None else world_crs(frame.crs, frame.unit_m)
     matrix = np.asarray(model.to_world, np.float64)

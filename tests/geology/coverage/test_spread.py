@@ -7,7 +7,7 @@ import pytest
 import scipy.stats
 from scipy.spatial.transform import Rotation
 
-from vomstudio.geology.coverage.repeat_selection import chosen_for_repeating
+from vomstudio.geology.coverage.repeat_selection import select_for_repetition
 from vomstudio.geology.coverage.spread import (
     by_interpreter,
     held_errors,
@@ -189,15 +189,15 @@ def test_interpreters_who_differ_are_told_from_those_who_do_not() -> None:
 
 def test_a_tenth_is_chosen_and_chosen_again() -> None:
     ids = [f"trace-{i}" for i in range(95)]
-    chosen = chosen_for_repeating(ids)
+    chosen = select_for_repetition(ids)
     assert len(chosen) == 10
-    assert chosen_for_repeating(ids[::-1]) == chosen
-    assert chosen_for_repeating(ids, seed="other") != chosen
-    assert len(chosen_for_repeating(["one"])) == 1
-    assert chosen_for_repeating([]) == ()
+    assert select_for_repetition(ids[::-1]) == chosen
+    assert select_for_repetition(ids, seed="other") != chosen
+    assert len(select_for_repetition(["one"])) == 1
+    assert select_for_repetition([]) == ()
     # Every pick has the same chance.
     counts = dict.fromkeys(ids, 0)
     for seed in range(1000):
-        for id_ in chosen_for_repeating(ids, 0.2, str(seed)):
+        for id_ in select_for_repetition(ids, 0.2, str(seed)):
             counts[id_] += 1
     assert scipy.stats.chisquare(list(counts.values())).pvalue > 0.01

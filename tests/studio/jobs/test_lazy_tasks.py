@@ -7,8 +7,8 @@ import sys
 
 LOADED = """
 import sys
-from vomstudio.studio.jobs.tasks import task_of
-assert task_of({name!r}).name == {name!r}
+from vomstudio.studio.jobs.tasks import find_task
+assert find_task({name!r}).name == {name!r}
 jobs = [m for m in sys.modules if m.startswith("vomstudio.studio.jobs.")]
 print(*sorted(m for m in jobs if m.endswith("_tasks")))
 """

@@ -22,7 +22,7 @@ from vomstudio.photogrammetry.georeferencing.control_check import ControlCheck
 from vomstudio.photogrammetry.survey.check_results import SurveyReport
 from vomstudio.studio.jobs import serialisation
 from vomstudio.studio.jobs.survey_tasks import ControlFacts
-from vomstudio.studio.jobs.tasks import TASKS, task_of
+from vomstudio.studio.jobs.tasks import TASKS, find_task
 
 
 @dataclass(frozen=True)
@@ -92,12 +92,12 @@ def test_what_cannot_cross_is_refused_by_its_name(free: Any, name: str, kind: st
 
 
 # Whoever looks for one that does not exist has looked at all.
-assert task_of("missing") is None
+assert find_task("missing") is None
 
 
 @pytest.mark.parametrize("name", sorted(TASKS))
 def test_every_job_asks_and_answers_in_frozen_dataclasses(name: str) -> None:
-    job = task_of(name)
+    job = find_task(name)
     assert job is not None
     assert job.name == name
     for cls in (job.request, job.result):
@@ -156,7 +156,7 @@ def restored(cls: type[Any], sent: Any) -> Any:
 @pytest.mark.parametrize("part", ["request", "result"])
 @pytest.mark.parametrize("name", sorted(TASKS))
 def test_requests_and_results_of_jobs_are_restored(name: str, part: str, is_full: bool) -> None:
-    cls = getattr(task_of(name), part)
+    cls = getattr(find_task(name), part)
     sent = serialisation.encode(example(cls, is_full=is_full))
     assert serialisation.encode(restored(cls, sent)) == sent
 

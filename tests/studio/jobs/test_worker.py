@@ -157,7 +157,7 @@ def test_a_waiting_job_can_be_cancelled(worker):
 
 
 def test_cancelling_a_waiting_job_never_ends_the_one_before_it(worker, monkeypatch):
-    monkeypatch.setattr("vomstudio.studio.jobs.supervisor._GRACE_S", 0.1)
+    monkeypatch.setattr("vomstudio.studio.jobs.supervisor.CANCEL_GRACE_S", 0.1)
     first, second = Listener(), Listener()
     worker.submit(COUNT, To(200), first)
     first.until(lambda e: isinstance(e, Step))
@@ -168,7 +168,7 @@ def test_cancelling_a_waiting_job_never_ends_the_one_before_it(worker, monkeypat
 
 
 def test_a_job_that_does_not_listen_is_ended_with_its_process(worker, monkeypatch):
-    monkeypatch.setattr("vomstudio.studio.jobs.supervisor._GRACE_S", 0.2)
+    monkeypatch.setattr("vomstudio.studio.jobs.supervisor.CANCEL_GRACE_S", 0.2)
     heard = Listener()
     job = worker.submit(DEAF, Nothing(), heard)
     heard.until(lambda e: isinstance(e, Stage))

@@ -79,7 +79,7 @@ class Context:
     def surface(self, model_id):
         return None
 
-    def aside(self, work, then):
+    def run_in_background(self, work, then):
         then(work())
 
     def measure(self, feature):
@@ -92,10 +92,10 @@ class Context:
         self.shown.append(preview)
         self.rows_when_shown.append(len(self.journal.kept))
 
-    def say(self, message):
+    def report(self, message):
         self.said.append(message)
 
-    hint = say
+    hint = report
 
     def tool_changed(self):
         pass

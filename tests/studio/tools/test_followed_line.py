@@ -14,7 +14,7 @@ from vomstudio.project import edits
 from vomstudio.project.journal.replay import replay
 from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.session import Session
-from vomstudio.studio.tools.followed_line import Way
+from vomstudio.studio.tools.followed_line import FollowedPath
 from vomstudio.studio.tools.interaction_types import Pointer
 from vomstudio.studio.tools.trace import TraceTool
 
@@ -45,7 +45,7 @@ def bowed(ends) -> np.ndarray:
 def answer_all(context) -> None:
     asked, context.paths.asked = context.paths.asked, []
     for _, _, ends, _, answer in asked:
-        answer(Way(bowed(ends)))
+        answer(FollowedPath(bowed(ends)))
 
 
 def clicks(tool, *points) -> None:
@@ -95,7 +95,7 @@ def test_the_way_to_the_cursor_is_shown_before_the_click(tool, context):
     tool.pointer(event(Pointer.MOVE, at=B))
     ((_, cost, ends, live, answer),) = context.paths.asked
     assert (cost, ends, live) == ("dark", (A, B), True)
-    answer(Way(bowed(ends)))
+    answer(FollowedPath(bowed(ends)))
     assert np.allclose(context.shown[-1].ahead, bowed((A, B)))
     # The click takes it as it is.
     clicks(tool, B)
@@ -108,9 +108,9 @@ def test_a_way_for_an_older_place_of_the_cursor_changes_nothing(tool, context):
     tool.pointer(event(Pointer.MOVE, at=C))
     (_, _, first, _, late), (_, _, second, _, answer) = context.paths.asked
     shown = len(context.shown)
-    late(Way(bowed(first)))
+    late(FollowedPath(bowed(first)))
     assert len(context.shown) == shown
-    answer(Way(bowed(second)))
+    answer(FollowedPath(bowed(second)))
     assert np.allclose(context.shown[-1].ahead, bowed(second))
 
 
@@ -202,8 +202,8 @@ def in_photo(photo: str, at, kind=Pointer.CLICK, handle=None):
     return replace(event(kind, at=at, handle=handle), in_photo=True, photo=photo)
 
 
-def voted(ends, photo: str) -> Way:
-    return Way(bowed(ends), photo, ("other.jpg", "third.jpg"), judged=8, confirmed=6)
+def voted(ends, photo: str) -> FollowedPath:
+    return FollowedPath(bowed(ends), photo, ("other.jpg", "third.jpg"), judged=8, confirmed=6)
 
 
 def test_what_is_clicked_in_a_photo_is_followed_there_and_the_votes_are_kept(tool, context):
@@ -230,7 +230,7 @@ def test_the_way_to_the_cursor_in_a_photo_is_asked_again_with_the_votes(tool, co
     tool.pointer(in_photo("a.jpg", B, Pointer.MOVE))
     ((_, _, ends, live, answer),) = context.paths.asked
     assert live
-    answer(Way(bowed(ends), "a.jpg", final=False))
+    answer(FollowedPath(bowed(ends), "a.jpg", final=False))
     assert np.allclose(context.shown[-1].ahead, bowed((A, B)))
     context.paths.asked = []
     tool.pointer(in_photo("a.jpg", B))
@@ -265,7 +265,7 @@ def test_why_a_piece_is_not_followed_in_the_photo_is_said_once(tool, context):
     tool.pointer(in_photo("a.jpg", B))
     ((_, _, ends, _, answer),) = context.paths.asked
     finding = Finding("photo.not-showing", photo="a.jpg")
-    answer(Way(bowed(ends), warnings=(finding,)))
+    answer(FollowedPath(bowed(ends), warnings=(finding,)))
     assert context.said == [finding]
     assert tool.votes is None
 
@@ -372,7 +372,7 @@ def test_what_waits_is_not_added_to_a_trace_that_cannot_be_kept(tool, context):
     context.session._journal.refuse = OSError("disk full")
     asked, context.paths.asked = context.paths.asked, []
     for _, _, ends_, _, answer in asked:
-        answer(Way(np.array(ends_)))
+        answer(FollowedPath(np.array(ends_)))
     assert tool.vertices == straight
 
 
@@ -386,7 +386,7 @@ class Rock:
         return None
 
 
-def hopping(ends) -> Way:
+def hopping(ends) -> FollowedPath:
     """A way that bends in the plane z = 0, of which the second third is 15 cm above it, behind rock
     that costs much."""
     one, other = map(np.asarray, ends)
@@ -395,7 +395,7 @@ def hopping(ends) -> Way:
     points[20:40, 2] += 0.15
     costs = np.full(61, 0.1)
     costs[[19, 20, 39, 40]] = 1.0
-    return Way(points, costs=costs)
+    return FollowedPath(points, costs=costs)
 
 
 def test_a_stretch_on_a_parallel_contact_is_drawn_and_kept(tool, context, monkeypatch):

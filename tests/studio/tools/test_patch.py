@@ -24,7 +24,7 @@ from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.records import Model
 from vomstudio.project.session import Session
 from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
-from vomstudio.studio.tools.painted_area import area_of
+from vomstudio.studio.tools.painted_area import patch_area
 from vomstudio.studio.tools.patch import PatchTool
 
 # One face of a dipping, slightly rough bed; some 1 600 squares of 10 cm.
@@ -384,7 +384,7 @@ def test_what_cannot_be_written_is_not_done(tool, context):
 def test_the_stroke_is_shown_live_with_its_fit_and_is_gone_with_its_release(
     tool, context, monkeypatch
 ):
-    monkeypatch.setattr("vomstudio.studio.tools.brush_stroke._LIVE_SHARE", 1.0)
+    monkeypatch.setattr("vomstudio.studio.tools.brush_stroke.MAX_LIVE_SHARE", 1.0)
     stroke(tool, (1.0, 1.0), (1.5, 1.0), release=False)
     preview = context.shown[-1]
     assert len(preview.area.corners) == len(within((1.0, 1.0)) | within((1.5, 1.0)))
@@ -405,7 +405,7 @@ def test_the_stroke_is_shown_live_with_its_fit_and_is_gone_with_its_release(
 
 
 def test_a_fit_that_takes_long_is_left_out_until_it_is_its_turn(tool, context, monkeypatch):
-    monkeypatch.setattr("vomstudio.studio.tools.brush_stroke._LIVE_SHARE", 1e-9)
+    monkeypatch.setattr("vomstudio.studio.tools.brush_stroke.MAX_LIVE_SHARE", 1e-9)
     stroke(tool, (1.0, 1.0), (2.0, 1.0), release=False)
     first = tool.measurement
     tool.pointer(at(Pointer.DRAG_MOVE, (3.0, 1.0)))
@@ -449,7 +449,7 @@ def test_the_first_brush_suits_the_model(context):
 def test_a_patch_is_drawn_where_its_faces_are(tool, context):
     stroke(tool, (1.0, 1.0))
     (patch,) = patches(context)
-    area = area_of(patch, MODEL, context.surface("m1"))
+    area = patch_area(patch, MODEL, context.surface("m1"))
     there = MESH.vertices[MESH.faces[sorted(ids(patch))]]
     np.testing.assert_allclose(area.origin + area.corners, there, atol=1e-6)
     assert len(area.border)
@@ -474,7 +474,7 @@ def test_points_of_a_cloud_are_painted_like_faces():
     assert ids(patch) == set(np.flatnonzero(near).tolist())
     assert (patch.element, patch.area, patch.n) == ("point", None, int(near.sum()))
     assert context.measure(patch).fit.dip_deg == pytest.approx(36.9, abs=2.0)
-    area = area_of(patch, MODEL, context.surface("m1"))
+    area = patch_area(patch, MODEL, context.surface("m1"))
     assert area.corners.shape == (patch.n, 3)
 
 

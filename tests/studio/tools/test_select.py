@@ -14,9 +14,9 @@ from vomstudio.geometry.streaming.surfaces import surface_of
 from vomstudio.project import edits
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.session import Session
-from vomstudio.studio.tools.element_selection import ChosenElements, combined
+from vomstudio.studio.tools.element_selection import ElementSelection, combine_masks
 from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent
-from vomstudio.studio.tools.select import MOST_IN_PATCH, SelectTool
+from vomstudio.studio.tools.select import MAX_PATCH_ELEMENTS, SelectTool
 
 # The model stands in World as it does in its file.
 MESH = sheet(41, y=lambda x, z: 0.02 * np.sin(9.0 * x))
@@ -53,21 +53,21 @@ def drag(tool, x0, y0, x1, y1, **keys) -> None:
 
 
 def test_keys_and_buttons_say_what_is_done_with_what_is_found(tool):
-    tool.set_way("rectangle")
+    tool.set_mode("rectangle")
     tool.set_through(True)
     drag(tool, 150, 100, 250, 200)
-    first = tool.chosen.mask.copy()
+    first = tool.selection.mask.copy()
     drag(tool, 240, 100, 300, 200, shift=True)
-    both = tool.chosen.mask.copy()
+    both = tool.selection.mask.copy()
     assert (first & ~both).sum() == 0
     assert both.sum() > first.sum()
     drag(tool, 150, 100, 200, 200, ctrl=True)
     assert 0 < tool.count < both.sum()
     drag(tool, 240, 100, 250, 200, shift=True, ctrl=True)
-    assert (tool.chosen.mask & ~first).sum() == 0
+    assert (tool.selection.mask & ~first).sum() == 0
     for _ in range(3):
         assert tool.undo()
-    assert np.array_equal(tool.chosen.mask, first)
+    assert np.array_equal(tool.selection.mask, first)
     tool.set_combine("intersect")
     drag(tool, 0, 0, 10, 10)
     assert tool.count == 0
@@ -76,19 +76,19 @@ def test_keys_and_buttons_say_what_is_done_with_what_is_found(tool):
 
 
 def test_a_shape_of_nothing_says_so_and_changes_nothing(tool, context):
-    tool.set_way("rectangle")
+    tool.set_mode("rectangle")
     drag(tool, 1, 1, 2, 2)
-    assert tool.chosen is None
+    assert tool.selection is None
     assert context.said[-1] == Finding("selection.nothing-inside", through=False)
     tool.set_through(True)
     drag(tool, 1, 1, 2, 2)
     assert context.said[-1] == Finding("selection.nothing-inside", through=True)
     drag(tool, 100, 100, 200, 200, ctrl=True)
     assert context.said[-1] == Finding("selection.empty")
-    tool.set_way("lasso")
+    tool.set_mode("lasso")
     tool.pointer(event(Pointer.CLICK, 100, 100))
     assert context.said[-1] == Finding("selection.hold-button")
-    tool.set_way("polygon")
+    tool.set_mode("polygon")
     for x in (100.0, 200.0):
         tool.pointer(event(Pointer.CLICK, x, 100.0))
     assert tool.finish() is None
@@ -99,7 +99,7 @@ def test_a_shape_of_nothing_says_so_and_changes_nothing(tool, context):
 
 
 def test_a_piece_follows_the_wheel_and_one_undo_takes_it_back(tool, context):
-    tool.set_way("grow")
+    tool.set_mode("grow")
     tool.set_tolerance(angle_deg=2.0, distance=0.5)
     tool.pointer(event(Pointer.CLICK, face=800))
     few = tool.count
@@ -123,13 +123,13 @@ def test_thresholds_that_take_nothing_or_everything_are_said(tool, context):
     assert context.said[-1] == Finding("growth.isolated")
     tool.set_tolerance(angle_deg=90.0, distance=100.0)
     assert context.said[-1] == Finding("growth.whole-model")
-    assert tool.chosen.mask.all()
+    assert tool.selection.mask.all()
 
 
 def test_enter_makes_one_patch_of_what_is_chosen(tool, context):
-    tool.set_way("rectangle")
+    tool.set_mode("rectangle")
     drag(tool, 150, 100, 250, 200)
-    ids = tool.chosen.ids()
+    ids = tool.selection.ids()
     before = context.session.undo_label
     assert tool.finish() == context.made[-1]
     (patch,) = context.session.of(Patch)
@@ -144,8 +144,8 @@ def test_enter_makes_one_patch_of_what_is_chosen(tool, context):
 
 
 def test_far_too_many_are_no_patch(tool, context, monkeypatch):
-    assert MOST_IN_PATCH > 1_000_000
-    monkeypatch.setattr("vomstudio.studio.tools.select.MOST_IN_PATCH", 100)
+    assert MAX_PATCH_ELEMENTS > 1_000_000
+    monkeypatch.setattr("vomstudio.studio.tools.select.MAX_PATCH_ELEMENTS", 100)
     tool.changes.everything()
     assert tool.finish() is None
     assert context.said[-1].code == "selection.too-many"
@@ -154,39 +154,39 @@ def test_far_too_many_are_no_patch(tool, context, monkeypatch):
 
 
 def test_no_shape_is_drawn_over_a_photo(tool, context):
-    tool.set_way("rectangle")
+    tool.set_mode("rectangle")
     tool.pointer(PointerEvent(Pointer.DRAG_START, 10, 10, Button.LEFT, in_photo=True))
     assert not tool.drawing
     assert context.said[-1] == Finding("selection.not-in-photo")
 
 
 def test_rings_inversion_hiding_and_cutting(tool, context):
-    tool.set_way("rectangle")
+    tool.set_mode("rectangle")
     drag(tool, 150, 100, 250, 200)
-    first = tool.chosen.mask.copy()
+    first = tool.selection.mask.copy()
     tool.changes.wider()
-    wider = tool.chosen.mask.copy()
+    wider = tool.selection.mask.copy()
     assert (first & ~wider).sum() == 0
     assert wider.sum() > first.sum()
     tool.changes.narrower()
-    assert np.array_equal(tool.chosen.mask, first)
+    assert np.array_equal(tool.selection.mask, first)
     tool.changes.cut_out()
     model_id, mask = context.elements.cut[-1]
     assert model_id == "m1"
     assert np.array_equal(mask, first)
-    tool.hide_chosen()
-    assert tool.chosen is None
+    tool.hide_selected()
+    assert tool.selection is None
     assert np.array_equal(context.elements.hidden("m1"), first)
     # What is hidden is not chosen again, by whatever way.
     tool.changes.everything()
-    assert np.array_equal(tool.chosen.mask, ~first)
+    assert np.array_equal(tool.selection.mask, ~first)
     tool.cancel()
     assert context.let_go[0].label == "Hide what was chosen"
     assert context.let_go[0].bring_back()
     assert context.elements.hidden("m1") is None
-    assert np.array_equal(tool.chosen.mask, first)
+    assert np.array_equal(tool.selection.mask, first)
     tool.changes.invert()
-    assert np.array_equal(tool.chosen.mask, ~first)
+    assert np.array_equal(tool.selection.mask, ~first)
     tool.changes.isolate()
     assert np.array_equal(context.elements.hidden("m1"), first)
     tool.changes.show_all()
@@ -200,11 +200,11 @@ def test_rings_inversion_hiding_and_cutting(tool, context):
 def test_by_field_and_by_colour(tool, context):
     height = MESH.vertices[MESH.faces].mean(axis=1)[:, 2]
     low, high = np.quantile(height, [0.4, 0.6])
-    tool.changes.by_field("elevation", low, high)
-    assert np.array_equal(tool.chosen.mask, (height >= low) & (height <= high))
-    tool.changes.by_field("elevation", 1e6, 2e6)
+    tool.changes.select_by_field("elevation", low, high)
+    assert np.array_equal(tool.selection.mask, (height >= low) & (height <= high))
+    tool.changes.select_by_field("elevation", 1e6, 2e6)
     assert context.said[-1] == Finding("selection.no-such-value")
-    tool.changes.by_colour(10.0)
+    tool.changes.select_by_colour(10.0)
     assert "no colours" in str(context.said[-1])
 
 
@@ -220,21 +220,21 @@ def test_a_model_that_goes_takes_what_is_chosen_with_it(tool, context):
 def test_steps_and_combinations():
     one = np.array([True, True, False, False])
     two = np.array([False, True, True, False])
-    assert combined(one, two, "new").tolist() == two.tolist()
-    assert combined(one, two, "add").tolist() == [True, True, True, False]
-    assert combined(one, two, "subtract").tolist() == [True, False, False, False]
-    assert combined(one, two, "intersect").tolist() == [False, True, False, False]
-    chosen = ChosenElements("m1", 4)
+    assert combine_masks(one, two, "new").tolist() == two.tolist()
+    assert combine_masks(one, two, "add").tolist() == [True, True, True, False]
+    assert combine_masks(one, two, "subtract").tolist() == [True, False, False, False]
+    assert combine_masks(one, two, "intersect").tolist() == [False, True, False, False]
+    chosen = ElementSelection("m1", 4)
     assert chosen.change(one, "one")
     assert not chosen.change(one.copy(), "again")
     assert chosen.change(two, "two")
-    assert np.array_equal(ChosenElements.from_dict(chosen.to_dict()).mask, two)
+    assert np.array_equal(ElementSelection.from_dict(chosen.to_dict()).mask, two)
     assert chosen.undo()
     assert chosen.mask.tolist() == one.tolist()
     assert chosen.undo()
     assert not chosen.undo()
     with pytest.raises(ValueError, match=r".+"):
-        ChosenElements.from_dict({"model_id": "m", "size": 4, "bits": "AAAA"})
+        ElementSelection.from_dict({"model_id": "m", "size": 4, "bits": "AAAA"})
 
 
 def test_points_of_a_cloud_are_chosen_too(context):

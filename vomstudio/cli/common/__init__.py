@@ -1,1 +1,1 @@
-"""What every command of the command line shares: its words, its output, its first word."""
+"""Common parts of all commands: arguments, output, selection of the command."""

@@ -1,4 +1,4 @@
-"""Words on the command line, and what is said about wrong ones."""
+"""Arguments of the command line, and errors about them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from vomstudio.cli.common.first_word import nearest_of
+from vomstudio.cli.common.first_word import nearest_word
 from vomstudio.cli.common.reporting import NoReport, Reporter
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
@@ -18,57 +18,60 @@ if TYPE_CHECKING:
     from vomstudio.cli.common.output import Output
 
 Subparsers = Any
-"""argparse's own class for these is private."""
+"""The class of argparse is private."""
 Run = Callable[[argparse.Namespace, "Output"], None]
 
 
-class HelpWanted(Exception):
-    """--help or --version: the text to show."""
+class HelpRequested(Exception):
+    """Raised by --help and --version, with the text to show."""
 
 
 class Parser(argparse.ArgumentParser):
-    """Raises instead of printing and exiting."""
+    """Parser that raises errors instead of printing and exiting."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         kwargs.setdefault("allow_abbrev", False)
         super().__init__(*args, **kwargs)
-        # What begins so is no option: -5,3,2 is a place.
+        # Such a word is not an option: -5,3,2 is a place.
         self._negative_number_matcher = re.compile(r"^-\.?\d[-+\d.,eE]*$")
 
     def _get_values(self, action: argparse.Action, arg_strings: list[str]) -> Any:
-        # An empty word is a variable of a script that was never set. As a path it would be the
-        # current folder, with all that lies in it.
+        # An empty word is an unset variable of a script. As a path it would be the current folder
+        # with all its contents.
         named = action.dest == "output" or not action.option_strings
         if named and action.nargs != argparse.PARSER and "" in arg_strings:
             raise UsageError(Finding("name.empty"), field=_name_of(action))
-        # Whoever writes - means standard output, and got a file of that name.
+        # Users who write - mean standard output, not a file of that name.
         if action.dest == "output" and arg_strings == ["-"]:
             raise UsageError(Finding("output.is-stdout"), field=_name_of(action))
         return super()._get_values(action, arg_strings)
 
     def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
-        # Words to choose from differ by more than capitals: PCA is pca.
+        # Choices differ by more than capitals: PCA is pca.
         value = super()._get_value(action, arg_string)
         if isinstance(action, argparse._SubParsersAction) or action.choices is None:
             return value
-        same = [c for c in action.choices if isinstance(c, str) and c == str(value).casefold()]
-        return same[0] if same else value
+        matches = [c for c in action.choices if isinstance(c, str) and c == str(value).casefold()]
+        return matches[0] if matches else value
 
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str] | None = None, namespace: Any = None
     ) -> tuple[argparse.Namespace, list[str]]:
-        """What is left over is refused by the parser whose words they are: it knows its options,
-        and where its help is. Misspelt options come first, since they may be what is missing."""
+        """Parse, and reject unknown words in the parser of their command.
+
+        That parser knows its options and its help. Misspelt options are reported first, because
+        they may be the missing ones.
+        """
         words = list(args or ())
         if unknown := next(self._unknown_options(words), None):
             self._refuse_option(unknown)
-        found, left = super().parse_known_args(words, namespace)
-        if left:
-            raise self._unknown_argument(" ".join(left))
-        return found, left
+        namespace_parsed, remaining = super().parse_known_args(words, namespace)
+        if remaining:
+            raise self._unknown_argument(" ".join(remaining))
+        return namespace_parsed, remaining
 
     def _unknown_options(self, words: Sequence[str]) -> Iterator[str]:
-        """Options that this parser does not have, up to a word that another one reads."""
+        """Yield options that this parser does not have, up to a word of a subparser."""
         options = self._option_string_actions
         deeper = self._subparsers_choices()
         if not {"-h", "--help"}.isdisjoint(words):
@@ -89,10 +92,10 @@ class Parser(argparse.ArgumentParser):
         return frozenset(name for action in within for name in action.choices)
 
     def _refuse_option(self, option: str) -> NoReturn:
-        # Without what all of them begin with, which would make them alike.
-        bare = {name.lstrip("-"): name for name in self._option_string_actions}
-        if nearest := nearest_of(option.lstrip("-").casefold(), [*bare], 0.7):
-            raise self._misspelt(option, bare[nearest], option)
+        # Without the common leading dashes, which would make all options similar.
+        names_by_letters = {name.lstrip("-"): name for name in self._option_string_actions}
+        if nearest := nearest_word(option.lstrip("-").casefold(), [*names_by_letters], 0.7):
+            raise self._misspelt(option, names_by_letters[nearest], option)
         raise self._unknown_argument(option)
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
@@ -100,7 +103,7 @@ class Parser(argparse.ArgumentParser):
             super()._check_value(action, value)
         except argparse.ArgumentError:
             choices = [str(choice) for choice in action.choices or ()]
-            if nearest := nearest_of(str(value).casefold(), choices):
+            if nearest := nearest_word(str(value).casefold(), choices):
                 raise self._misspelt(str(value), nearest, _name_of(action)) from None
             finding = Finding("option.not-a-choice", value=value, choices=choices)
             raise UsageError(finding, field=_name_of(action)) from None
@@ -126,7 +129,7 @@ class Parser(argparse.ArgumentParser):
         return UsageError(finding, field=value)
 
     def _print_message(self, message: str, file: object = None) -> None:
-        raise HelpWanted(message.rstrip("\n"))
+        raise HelpRequested(message.rstrip("\n"))
 
 
 def _name_of(action: argparse.Action) -> str | None:
@@ -180,13 +183,13 @@ def add_azimuth(parser: Parser) -> None:
 
 
 def progress_of(args: argparse.Namespace) -> Reporter:
-    """Return what the command's long work reports to."""
+    """Return the reporter of the command's long work."""
     reporter: Reporter = args.reporter
     return reporter
 
 
 def report_reading(args: argparse.Namespace, path: str | Path) -> Reporter:
-    """Report that a file is being read, and return what the work after that reports to."""
+    """Report that a file is being read, and return the reporter of the following work."""
     progress = progress_of(args)
     progress.stage(tr("Reading {file}", file=Path(path).name))
     return progress

@@ -1,4 +1,4 @@
-"""The option `--curved` of `fit`: one bed that bends, through several traces of it."""
+"""Option `--curved` of `fit`: one bent bed through several traces."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ if TYPE_CHECKING:
 
 
 def fitted(path: str, groups: PointGroups) -> dict[str, Any]:
-    """What `--curved` adds to the object. Raises GeometryError."""
+    """Return the result of `--curved`. Raises GeometryError."""
     from vomstudio.geology.beds.curved import curved_bed
 
     with numbers_of(path, "--curved"):
-        found = curved_bed([str(name) for name in groups.ids], groups.points, groups.offsets)
+        fit = curved_bed([str(name) for name in groups.ids], groups.points, groups.offsets)
     return {
-        "degree": found.degree,
-        "p": found.p,
-        "rms_m": found.rms_m,
-        "n": found.n,
-        "n_effective": found.n_effective,
-        "dips": [asdict(one) for one in found.dips],
+        "degree": fit.degree,
+        "p": fit.p,
+        "rms_m": fit.rms_m,
+        "n": fit.n,
+        "n_effective": fit.n_effective,
+        "dips": [asdict(dip) for dip in fit.dips],
     }
 
 
 def result_text(fit: dict[str, Any]) -> str:
-    """Return the fit of a bent bed in words, with its local dip at each trace."""
+    """Describe the fit of a bent bed, with its local dip at each trace."""
     if fit["p"] is None:
         text = tr("One plane explains all of the traces.")
     else:
@@ -42,10 +42,10 @@ def result_text(fit: dict[str, Any]) -> str:
         )
     rows = [
         [
-            one["id"],
-            text_tables.measured_plane(one, "error95_deg"),
+            dip["id"],
+            text_tables.measured_plane(dip, "error95_deg"),
         ]
-        for one in fit["dips"]
+        for dip in fit["dips"]
     ]
     heads = [tr("id"), tr("plane")]
     return f"{text}\n" + text_tables.table(heads, ["", tr("dip direction/dip ± 95 %")], rows)

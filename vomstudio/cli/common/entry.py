@@ -1,4 +1,7 @@
-"""From the words of a command line to its exit code. Heavy imports wait in the commands."""
+"""Entry point: run a command line and return its exit code.
+
+Commands import their libraries late.
+"""
 
 from __future__ import annotations
 
@@ -12,12 +15,16 @@ import traceback
 import warnings
 from collections.abc import Sequence
 
-from vomstudio.cli.common.arguments import HelpWanted, Parser
+from vomstudio.cli.common.arguments import HelpRequested, Parser
 from vomstudio.cli.common.first_word import COMMANDS, check_first_word
-from vomstudio.cli.common.global_options import OWN_OPTIONS, add_own_options, run_own_option
-from vomstudio.cli.common.output import Channel, Output, stdout_kept, to_json
+from vomstudio.cli.common.global_options import (
+    GLOBAL_OPTIONS,
+    add_global_options,
+    run_global_option,
+)
+from vomstudio.cli.common.output import Channel, Output, preserved_stdout, to_json
 from vomstudio.cli.common.reporting import reporting
-from vomstudio.cli.common.stop_signals import stop_signals_heard
+from vomstudio.cli.common.stop_signals import stop_signals_as_interrupts
 from vomstudio.core.errors import Cancelled, InputError, VomError
 from vomstudio.core.failures import (
     log,  # noqa: F401 - without a log nothing of it reaches stderr
@@ -30,10 +37,10 @@ from vomstudio.core.words import tr
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command; returns its exit code and never raises, whatever happens in it."""
-    words = [_from_home(word) for word in (sys.argv[1:] if argv is None else argv)]
+    """Run one command and return its exit code; no exception leaves this function."""
+    words = [_expand_home(word) for word in (sys.argv[1:] if argv is None else argv)]
     memory_limit.enable_limits()
-    with stdout_kept() as channel, stop_signals_heard():
+    with preserved_stdout() as channel, stop_signals_as_interrupts():
         try:
             return _run(words, channel)
         except BrokenPipeError:  # `| head` has seen enough
@@ -44,28 +51,28 @@ def main(argv: Sequence[str] | None = None) -> int:
             return _fail(error, None, Output(as_json=False))
 
 
-def _from_home(word: str) -> str:
-    """What a shell makes of `~/`, for words that come from a script, or stand behind a `=`."""
+def _expand_home(word: str) -> str:
+    """Expand `~/` like a shell, for words from a script or after a `=`."""
     option, equals, value = word.partition("=") if word.startswith("--") else ("", "", word)
     if value != "~" and not value.startswith("~/"):
         return word
     return word if os.path.lexists(value) else option + equals + os.path.expanduser(value)
 
 
-def _progress_wanted(words: Sequence[str]) -> bool:
+def _shows_progress(words: Sequence[str]) -> bool:
     return "--progress=json" in words or ("--progress", "json") in itertools.pairwise(words)
 
 
 def _run(words: list[str], channel: Channel) -> int:
     begun_s = time.monotonic()
-    # Read before they are parsed: wrong words too are answered in the form that was asked for.
-    output = Output(as_json="--json" in words, as_events=_progress_wanted(words))
+    # Read before parsing, so that errors of parsing have the requested form.
+    output = Output(as_json="--json" in words, as_events=_shows_progress(words))
     failure: VomError | None = None
     debug = os.environ.get("VOMSTUDIO_DEBUG", "") not in ("", "0")
     try:
         with warnings.catch_warnings():
             if not debug:
-                # A library's warning is for programmers; what users must know is said in words.
+                # Warnings of libraries are for programmers; users get findings.
                 warnings.simplefilter("ignore")
             check_first_word(words)
             args = _parser(words).parse_args(words)
@@ -76,29 +83,29 @@ def _run(words: list[str], channel: Channel) -> int:
             ) as args.reporter:
                 args.run(args, output)
             stop_requests.check()
-        said = output.for_stdout()
-    except HelpWanted as wanted:
+        text = output.for_stdout()
+    except HelpRequested as wanted:
         channel.write(f"{wanted}\n")
         return 0
     except KeyboardInterrupt:
         failure = Cancelled()
     except Exception as error:  # noqa: BLE001 - the promise is a sentence, never a traceback
-        # A library that is interrupted while it is read says that it is not well installed.
-        failure = Cancelled() if stop_requests.is_requested() else _in_a_sentence(error)
+        # An import that is interrupted looks like a broken installation.
+        failure = Cancelled() if stop_requests.is_requested() else _to_vom_error(error)
         if debug:
             traceback.print_exception(error)
     if failure is not None:
         return _fail(failure, channel if output.as_json else None, output)
-    _say(output.for_stderr())
-    channel.write(said)
+    _write_stderr(output.for_stderr())
+    channel.write(text)
     return InputError.exit_code if output.failed else 0
 
 
-class _OurFault(VomError):
+class _InternalError(VomError):
     exit_code = 1
 
 
-def _in_a_sentence(error: Exception) -> VomError:
+def _to_vom_error(error: Exception) -> VomError:
     match error:
         case VomError():
             return error
@@ -106,30 +113,32 @@ def _in_a_sentence(error: Exception) -> VomError:
             return VomError(finding)
         case MemoryError():
             remedy = tr("Close other programs and try again.")
-            return _OurFault(Finding("job.out-of-memory", remedy=remedy))
+            return _InternalError(Finding("job.out-of-memory", remedy=remedy))
         case OSError():
-            return _from_system(error)
+            return _from_os_error(error)
     logging.getLogger(__name__).error("an internal error", exc_info=error)
-    return _OurFault(Finding("command.internal-error", type=type(error).__name__, error=str(error)))
+    return _InternalError(
+        Finding("command.internal-error", type=type(error).__name__, error=str(error))
+    )
 
 
-def _from_system(error: OSError) -> VomError:
+def _from_os_error(error: OSError) -> VomError:
     finding = Finding("system.refused", reason=error.strerror or str(error))
     if isinstance(error, BrokenPipeError) or error.filename is None:
-        return _OurFault(finding)
+        return _InternalError(finding)
     name = os.fsdecode(error.filename) if isinstance(error.filename, bytes) else error.filename
     return InputError(finding, file=str(name))
 
 
 def _fail(error: VomError, channel: Channel | None, output: Output) -> int:
     sentence = f"vomstudio: {' '.join(str(error).splitlines())}"
-    _say(output.line_for_stderr(sentence, error=error.to_dict()) + "\n")
+    _write_stderr(output.line_for_stderr(sentence, error=error.to_dict()) + "\n")
     if channel is not None:
         channel.write(to_json({"error": error.to_dict()}) + "\n")
     return error.exit_code
 
 
-def _say(text: str) -> None:
+def _write_stderr(text: str) -> None:
     if text and sys.stderr is not None:
         try:
             sys.stderr.write(text)
@@ -139,17 +148,19 @@ def _say(text: str) -> None:
 
 
 def _parser(words: Sequence[str]) -> Parser:
-    """Of the command alone that the words begin with, since each one brings its imports; else of
-    all."""
+    """Return the parser of the command that the words start with, or of all commands.
+
+    Each command brings its imports.
+    """
     parser = Parser(
         prog="vomstudio",
         description=tr("Geology measured on virtual outcrop models."),
         epilog=tr("Without a command the window opens: vomstudio [FILE or PROJECT]."),
     )
-    add_own_options(parser)
+    add_global_options(parser)
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)
-    first = words[0] if words else ""
-    for name in [first] if first in COMMANDS else [] if first in OWN_OPTIONS else COMMANDS:
+    command = words[0] if words else ""
+    for name in [command] if command in COMMANDS else [] if command in GLOBAL_OPTIONS else COMMANDS:
         importlib.import_module(f"vomstudio.cli.{name}").add_parser(subparsers)
-    parser.set_defaults(run=run_own_option, quiet=False)
+    parser.set_defaults(run=run_global_option, quiet=False)
     return parser

@@ -1,4 +1,4 @@
-"""How a model is placed in World, by options of a command."""
+"""Options that place a model in World."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ import argparse
 import sys
 from typing import Any
 
-from vomstudio.cli.common.arguments import HelpWanted, Parser
+from vomstudio.cli.common.arguments import HelpRequested, Parser
 from vomstudio.cli.common.first_word import COMMANDS
 from vomstudio.cli.common.output import Output
 from vomstudio.core.errors import UsageError
@@ -14,11 +14,11 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.version import __version__
 from vomstudio.core.words import tr
 
-OWN_OPTIONS = ("--version", "--install-desktop", "--uninstall-desktop")
-_GRAPHICS_WITHIN_S = 30
+GLOBAL_OPTIONS = ("--version", "--install-desktop", "--uninstall-desktop")
+GRAPHICS_TIMEOUT_S = 30
 
 
-def add_own_options(parser: Parser) -> None:
+def add_global_options(parser: Parser) -> None:
     parser.add_argument(
         "--version",
         action="store_true",
@@ -38,10 +38,10 @@ def add_own_options(parser: Parser) -> None:
     parser.add_argument("--json", action="store_true", help=tr("print one JSON object on stdout"))
 
 
-def run_own_option(args: argparse.Namespace, output: Output) -> None:
+def run_global_option(args: argparse.Namespace, output: Output) -> None:
     if args.version:
         if not args.json:
-            raise HelpWanted(f"VOM Studio {__version__}")
+            raise HelpRequested(f"VOM Studio {__version__}")
         output.result(_versions())
     elif args.install_desktop:
         from vomstudio.core.files.desktop import install
@@ -77,16 +77,19 @@ def _versions() -> dict[str, Any]:
 
 
 def _graphics() -> dict[str, str] | None:
-    """Asked in a process of its own, since a broken driver ends it; None where there is none."""
+    """Return the graphics driver, None if unknown.
+
+    A separate process is used, because a broken driver may end it.
+    """
     import json
     import subprocess
 
     command = [sys.executable, "-P", "-m", "vomstudio", "--graphics"]
     try:
-        said = subprocess.run(
-            command, capture_output=True, text=True, check=True, timeout=_GRAPHICS_WITHIN_S
+        output = subprocess.run(
+            command, capture_output=True, text=True, check=True, timeout=GRAPHICS_TIMEOUT_S
         ).stdout
-        found: dict[str, str] = json.loads(said.splitlines()[-1])
+        versions: dict[str, str] = json.loads(output.splitlines()[-1])
     except (OSError, subprocess.SubprocessError, ValueError, IndexError):
         return None
-    return found
+    return versions

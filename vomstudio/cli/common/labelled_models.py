@@ -1,4 +1,4 @@
-"""A model with what was found on it as fields, written to a file."""
+"""Output of a model with computed fields."""
 
 from __future__ import annotations
 
@@ -21,8 +21,10 @@ def write_labelled(
     fields: Mapping[str, GenericArray],
     target: str | None = None,
 ) -> list[Finding]:
-    """The model in World with these fields, to `target`, else to `args.labels`; returns warnings.
-    Raises TargetError."""
+    """Write the model in World with these fields to `target`, by default `args.labels`.
+
+    Returns warnings. Raises TargetError.
+    """
     from vomstudio.io.models.model_copy import companions
     from vomstudio.io.models.writing import write_model
 

@@ -1,8 +1,8 @@
-"""Where a command's words go: one JSON object or text on stdout, everything else on stderr.
+"""Output of a command: a JSON object or text on stdout, everything else on stderr.
 
-Libraries print to stdout, from C as well as from Python. So descriptor 1 is pointed at 2 for as
-long as a command runs, and its result goes to the descriptor saved before. Nothing is written until
-the command is done: a failure leaves one sentence, and no half of a result.
+Libraries print to stdout, from C as well as from Python. Therefore descriptor 1 is redirected
+to 2 while a command runs, and its result is written to the saved descriptor. Nothing is written
+until the command is done: a failure leaves one message and no partial result.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from vomstudio.core.words import to_translate, tr
 
 
 class Output:
-    """What a command has to say, until it may be said."""
+    """Output of a command, collected until it is complete."""
 
     def __init__(self, *, as_json: bool, as_events: bool = False) -> None:
         self.as_json = as_json
         self.as_events = as_events
-        """Stderr is JSON lines, all of it: whoever parses progress can't have prose between."""
+        """Whether stderr consists of JSON lines only, so that programs can parse the progress."""
         self.quiet = False
-        """Notes and warnings are not shown; errors are."""
+        """Whether to omit notes and warnings; errors are always shown."""
         self.failed = False
-        """Set by a command that has a result and yet must not exit 0 (`info` of several files)."""
+        """Whether the exit code is an error despite a result (`info` of several files)."""
         self._result: Mapping[str, Any] | None = None
         self._text: list[str] = []
         self._notes: list[str] = []
@@ -44,11 +44,11 @@ class Output:
         self._result = value
 
     def text(self, text: str) -> None:
-        """Text for people: the result in words."""
+        """Add text for people to the result."""
         self._text.append(text)
 
     def note(self, text: str) -> None:
-        """What was noticed on the way: for people, never part of the result."""
+        """Add a note for people, which is not part of the result."""
         self._notes.append(text)
 
     def error(self, text: str) -> None:
@@ -87,19 +87,21 @@ _SEVERITIES = {
 
 
 def for_terminal(text: str) -> str:
-    """Names in a file of somebody else are words: what would steer a terminal, or turn the order of
-    what follows, is shown by its number."""
-    return _STEERING.sub(_numbered, text)
+    """Escape control characters and those that change the direction of text.
+
+    Names in files from elsewhere must not control the terminal.
+    """
+    return STEERING_CHARACTERS.sub(_escape_character, text)
 
 
 def to_json(value: object) -> str:
-    """One line of strict JSON: what is undefined or infinite is null."""
+    """Return one line of strict JSON; undefined and infinite values are null."""
     text = json.dumps(_plain(value), ensure_ascii=False, allow_nan=False)
     return for_terminal(text)
 
 
 def _plain(value: object) -> object:
-    """Numpy's numbers and arrays, paths and tuples as JSON knows them."""
+    """Convert numpy's numbers and arrays, paths and tuples for JSON."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, Finding):
@@ -117,23 +119,23 @@ def _plain(value: object) -> object:
     raise TypeError(f"{type(value).__name__} has no place in JSON")
 
 
-_STEERING = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
-"""Control characters but for tab and line feed, and those that set the direction of text."""
+STEERING_CHARACTERS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
+"""Control characters except tab and line feed, and those that set the direction of text."""
 
 
-def _numbered(found: re.Match[str]) -> str:
-    return f"\\u{ord(found[0]):04x}"
+def _escape_character(match: re.Match[str]) -> str:
+    return f"\\u{ord(match[0]):04x}"
 
 
 class Channel:
-    """The true standard output, as bytes of UTF-8 whatever the locale."""
+    """Original standard output, as UTF-8 for any locale."""
 
     def __init__(self, descriptor: int | None, stream: TextIO | None) -> None:
         self._descriptor = descriptor
         self._stream = stream
 
     def write(self, text: str) -> None:
-        """Write all of it. Raises `BrokenPipeError` where nobody reads any more, `TargetError`."""
+        """Write all text. Raises `BrokenPipeError` if the reader has closed, or `TargetError`."""
         try:
             if self._descriptor is not None:
                 data = memoryview(text.encode("utf-8", "replace"))
@@ -152,8 +154,8 @@ class Channel:
 
 
 @contextlib.contextmanager
-def stdout_kept() -> Iterator[Channel]:
-    """Yield the true stdout; meanwhile whatever prints, prints to stderr."""
+def preserved_stdout() -> Iterator[Channel]:
+    """Yield the original stdout; meanwhile everything that is printed goes to stderr."""
     stream = sys.stdout
     try:
         ours = stream is not None and stream.fileno() == 1
@@ -165,13 +167,13 @@ def stdout_kept() -> Iterator[Channel]:
     if saved is None:
         with contextlib.suppress(OSError):
             if stream is None and not _is_open(1):
-                # Closed by the caller: else the first file opened would be descriptor 1.
-                _point_stdout_elsewhere()
+                # Closed by the caller: otherwise the first opened file would be descriptor 1.
+                _redirect_stdout()
         with contextlib.redirect_stdout(sys.stderr):
             yield Channel(None, stream)
         return
     try:
-        _point_stdout_elsewhere()
+        _redirect_stdout()
         with contextlib.redirect_stdout(sys.stderr):
             yield Channel(saved, None)
     finally:
@@ -189,18 +191,18 @@ def _is_open(descriptor: int) -> bool:
     return True
 
 
-def _point_stdout_elsewhere() -> None:
+def _redirect_stdout() -> None:
     try:
         os.dup2(2, 1)
     except OSError:  # stderr is closed
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, 1)
-        os.close(nowhere)
+        null = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(null, 1)
+        os.close(null)
 
 
 @contextlib.contextmanager
 def stderr_silenced() -> Iterator[None]:
-    """Discard all that is written to stdout and stderr within the block, from C as from Python."""
+    """Discard all output to stdout and stderr within the block, from C and Python."""
     saved = {number: os.dup(number) for number in (1, 2) if _is_open(number)}
     try:
         with (

@@ -40,7 +40,7 @@ class Snapshot:
 
     @property
     def label(self) -> str:
-        """Name of the stage with the number of its part, safe to write to a terminal."""
+        """Return the name of the stage with the number of its part, safe for a terminal."""
         name = for_terminal(" ".join(self.stage.split())) or tr("Working")
         if self.part is None:
             return name
@@ -78,7 +78,7 @@ class StepClock:
         steps = self.done - first_done
         if steps <= 0 or self._last_s - first_s < MIN_TIME_FOR_ESTIMATE_S:
             return None
-        # A step that takes longer than the mean of those before makes the rest slower too.
+        # A step that takes longer than the earlier mean slows the remaining ones too.
         overdue = (now_s - first_s) / (steps + steps / self._increases)
         per_step = max((self._last_s - first_s) / steps, overdue)
         return max(0.0, per_step * (self.total - self.done) - (now_s - self._last_s))

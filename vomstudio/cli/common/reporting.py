@@ -84,17 +84,17 @@ class PlainLines:
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
-        self._shown: tuple[object, str] | None = None
+        self._last_shown: tuple[object, str] | None = None
         self._shown_s = -MIN_LINE_GAP_S
 
     def show(self, snapshot: Snapshot) -> None:
         """See `Painter`."""
         stage = (snapshot.part, snapshot.stage)
-        if not snapshot.stage or stage == self._shown:
+        if not snapshot.stage or stage == self._last_shown:
             return
         if snapshot.elapsed_s - self._shown_s < MIN_LINE_GAP_S:
             return
-        self._shown, self._shown_s = stage, snapshot.elapsed_s
+        self._last_shown, self._shown_s = stage, snapshot.elapsed_s
         total = snapshot.total
         count = f" ({total})" if total is not None and 1 < total <= MAX_COUNT else ""
         self._stream.write(f"[{clock(snapshot.elapsed_s)}] {snapshot.label}{count}\n")
@@ -158,7 +158,7 @@ class ProgressDisplay:
     def _draw(self) -> None:
         if self._finished.wait(max(0.0, self._begun_s + self._delay_s - time.monotonic())):
             return
-        # Nobody reads stderr any more: the command goes on, its exit code is the message.
+        # The reader of stderr has closed: the command continues, and its exit code is the result.
         with contextlib.suppress(OSError, ValueError):
             painter = choose_painter(self._stream)
             while not self._finished.is_set():
@@ -177,7 +177,7 @@ def choose_painter(stream: TextIO) -> Painter:
         from vomstudio.cli.common.terminal_line import TerminalLine
 
         return TerminalLine(stream)
-    except ImportError:  # an incomplete installation, which is no reason to end the command
+    except ImportError:  # An incomplete installation must not end the command.
         return PlainLines(stream)
 
 

@@ -1,4 +1,4 @@
-"""What asks a command to end ends it as Ctrl+C does: in a sentence, with nothing half done."""
+"""Signals that end a command like Ctrl+C: with a message and without partial results."""
 
 from __future__ import annotations
 
@@ -14,9 +14,11 @@ _NAMES = ("SIGTERM", "SIGHUP")
 
 
 @contextlib.contextmanager
-def stop_signals_heard() -> Iterator[None]:
-    """Within the block SIGTERM and SIGHUP raise KeyboardInterrupt; those that whoever started the
-    program has ignored (nohup) stay ignored."""
+def stop_signals_as_interrupts() -> Iterator[None]:
+    """Raise KeyboardInterrupt on SIGTERM and SIGHUP within the block.
+
+    Signals that the parent ignores (nohup) remain ignored.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -1,4 +1,4 @@
-"""What `fit` and `trace` say of straight traces: the band of planes, and what picks one out."""
+"""Straight traces in `fit` and `trace`: the band of planes, and its combination with sets."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def add_sets(parser: Parser) -> None:
 
 
 def read_sets(args: argparse.Namespace) -> list[SetPrior]:
-    """Raises InputError, GeometryError, UsageError."""
+    """Read the sets of planes. Raises InputError, GeometryError, UsageError."""
     from vomstudio.geology.band_figures import table_priors
     from vomstudio.io.text.orientation_reading import read_orientations
 
@@ -39,7 +39,7 @@ def read_sets(args: argparse.Namespace) -> list[SetPrior]:
     )
 
 
-def bands_told(
+def figures_by_trace(
     bands: Mapping[Any, PlaneBand], priors: Sequence[SetPrior]
 ) -> dict[Any, BandFigures]:
     from vomstudio.geology.band_figures import band_figures

@@ -21,7 +21,7 @@ from vomstudio.cli.common.progress_snapshot import MAX_COUNT, Snapshot, clock
 from vomstudio.core.words import tr
 
 DEFAULT_COLUMNS = 80
-"""Width where a terminal reports none."""
+"""Width if a terminal reports none."""
 MIN_BAR_CELLS, MAX_BAR_CELLS = 10, 20
 _FRAMES, _ASCII_FRAMES = "⠋⠙⠹⠸⠼⠴⠦⠧⠇⠏", "|/-\\"
 _SPINNER, _FIGURES = Style(color="cyan"), Style(dim=True)
@@ -37,7 +37,7 @@ class TerminalLine:
         self._console = Console(file=stream, force_terminal=True, highlight=False)
         self._frames = _ASCII_FRAMES if self._console.options.ascii_only else _FRAMES
         self._frame = 0
-        self._drawn = False
+        self._has_line = False
 
     def show(self, snapshot: Snapshot) -> None:
         """See `Painter`."""
@@ -45,21 +45,21 @@ class TerminalLine:
             return
         self._frame += 1
         self._write(self._segments(snapshot, self._columns() - 1))
-        self._drawn = True
+        self._has_line = True
 
     def close(self) -> None:
         """Clear the line. See `Painter`."""
-        if self._drawn and self._is_in_foreground():
+        if self._has_line and self._is_in_foreground():
             self._write([])
 
     def _write(self, segments: list[Segment]) -> None:
         erase = Control(ControlType.CARRIAGE_RETURN, (ControlType.ERASE_IN_LINE, 2))
-        with self._console as console:  # one write for both: nothing flickers
+        with self._console as console:  # A single write avoids flicker.
             console.control(erase)
             console.print(Segments(segments), end="", soft_wrap=True)
 
     def _segments(self, snapshot: Snapshot, columns: int) -> list[Segment]:
-        """Fit the line into the width: the bar goes first, then the figures, then the name."""
+        """Fit the line into the width by dropping the bar, then the figures, then the name."""
         spinner = self._frames[self._frame % len(self._frames)] + " "
         label = snapshot.label
         figures = _figures(snapshot)
@@ -80,10 +80,10 @@ class TerminalLine:
     def _bar(self, snapshot: Snapshot, cells: int) -> list[Segment]:
         bar = ProgressBar(total=snapshot.total, completed=snapshot.done, width=cells)
         options = self._console.options.update(width=cells)
-        drawn = [s for s in self._console.render(bar, options) if s.text != "\n"]
-        # Without colours, or in ASCII, the remaining part of a bar is left out.
-        missing = cells - sum(segment.cell_length for segment in drawn)
-        return [*drawn, Segment(" " * missing)]
+        segments = [s for s in self._console.render(bar, options) if s.text != "\n"]
+        # Without colours, or in ASCII, the remaining part of a bar is omitted.
+        missing = cells - sum(segment.cell_length for segment in segments)
+        return [*segments, Segment(" " * missing)]
 
     def _columns(self) -> int:
         try:
@@ -102,7 +102,7 @@ class TerminalLine:
 
 
 def _figures(snapshot: Snapshot) -> list[str]:
-    """Count, remaining time and elapsed time, the most important first."""
+    """Return count, remaining time and elapsed time, the most important first."""
     figures = []
     if snapshot.total is not None and snapshot.total > 1:
         done = min(snapshot.done, snapshot.total)
@@ -117,7 +117,7 @@ def _figures(snapshot: Snapshot) -> list[str]:
 
 
 def rounded_time(seconds: float) -> str:
-    """Format an estimate without more figures than it is worth."""
+    """Format an estimate with its significant digits."""
     if seconds < 57.5:
         return tr("{count} s", count=max(5, 5 * math.ceil(seconds / 5)))
     minutes = max(1, round(seconds / 60))

@@ -1,4 +1,4 @@
-"""Results in words: small tables for a terminal, numbers with their usual digits."""
+"""Text output: small tables for a terminal, numbers with their usual digits."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vomstudio.project.tables.number_format import number as number
 
 
 def table(heads: Sequence[str], units: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Columns under their heads and units, aligned: numbers to the right, words to the left."""
+    """Return aligned columns under heads and units: numbers to the right, words to the left."""
     lines = [list(heads), list(units), *map(list, rows)]
     widths = [max(len(line[i]) for line in lines) for i in range(len(heads))]
     right = [
@@ -35,7 +35,7 @@ def labelled(rows: Sequence[tuple[str, str]], width: int = 0, indent: str = "") 
 
 
 def inclination(value: Any, decimals: int = 1) -> str:
-    """Two digits before the point, and a sign where it points up."""
+    """Return two digits before the point, with a sign if negative."""
     if value is None:
         return "-"
     sign = "-" if round(value, decimals) < 0 else ""
@@ -43,7 +43,7 @@ def inclination(value: Any, decimals: int = 1) -> str:
 
 
 def line(direction: Mapping[str, Any], decimals: int = 1) -> str:
-    """`125.3/26.1` from trend_deg and plunge_deg."""
+    """Return `125.3/26.1` from trend_deg and plunge_deg."""
     return (
         f"{azimuth(direction['trend_deg'], decimals)}/"
         f"{inclination(direction['plunge_deg'], decimals)}"
@@ -51,7 +51,7 @@ def line(direction: Mapping[str, Any], decimals: int = 1) -> str:
 
 
 def plane(attitude: Mapping[str, Any], decimals: int = 1) -> str:
-    """`132.0/41.5` from dip_direction_deg and dip_deg."""
+    """Return `132.0/41.5` from dip_direction_deg and dip_deg."""
     return (
         f"{azimuth(attitude['dip_direction_deg'], decimals)}/"
         f"{inclination(attitude['dip_deg'], decimals)}"
@@ -59,7 +59,7 @@ def plane(attitude: Mapping[str, Any], decimals: int = 1) -> str:
 
 
 def measured_line(row: Mapping[str, Any]) -> str:
-    """`125/26 ± 3.1°` from trend_deg, plunge_deg and the total 95 % error, or that of the fit."""
+    """Return `125/26 ± 3.1°` from trend_deg, plunge_deg and the total or fit error (95 %)."""
     from vomstudio.geology.notation import format_attitude
     from vomstudio.geology.orientation import Line
 
@@ -69,7 +69,7 @@ def measured_line(row: Mapping[str, Any]) -> str:
 
 
 def measured_plane(row: Mapping[str, Any], error: str = "total95_deg") -> str:
-    """`132/42 ± 2.4°` from dip_direction_deg, dip_deg and the column of the 95 % error."""
+    """Return `132/42 ± 2.4°` from dip_direction_deg, dip_deg and the column of the 95 % error."""
     from vomstudio.geology.notation import format_attitude
     from vomstudio.geology.orientation import Plane
 

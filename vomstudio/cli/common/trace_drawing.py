@@ -1,4 +1,4 @@
-"""`vomstudio trace --from-ortho`: lines drawn on an orthophoto come back to the surface."""
+"""`vomstudio trace --from-ortho`: lines of a drawing are projected onto the surface."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from vomstudio.cli.common.arguments import progress_of
 from vomstudio.cli.common.frames_of_models import frame_options
 from vomstudio.cli.common.output import Output
-from vomstudio.cli.common.unitless_lengths import named_by_unit
+from vomstudio.cli.common.unitless_lengths import add_unitless_names
 from vomstudio.core.errors import InputError, UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr_n
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> None:
-    """Raises UsageError, InputError, GeometryError or TargetError."""
+    """Run the command. Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.core.files.atomic import check_target
     from vomstudio.products.ortho import back_projection
     from vomstudio.project.tables.line_table import write_line_table
@@ -60,7 +60,7 @@ def run(args: argparse.Namespace, options: DrawnTraceOptions, out: Output) -> No
         force=args.force,
     )
     result["warnings"] = warnings
-    out.result(named_by_unit(result, metric=model.in_metres))
+    out.result(add_unitless_names(result, metric=model.in_metres))
     out.warn(warnings)
     out.text(
         tr_n(
@@ -90,7 +90,7 @@ def _add(
     from vomstudio.studio.headless_project import HeadlessProject
 
     with HeadlessProject.open(Path(project), progress_of(args)) as desk:
-        drawn = desk.add_drawing(
+        traces = desk.add_drawing(
             brought,
             names,
             sidecar,
@@ -100,13 +100,13 @@ def _add(
             options.set or "",
             update=options.update,
         )
-        messages = (*desk.warnings, *drawn.messages, *desk.save())
+        messages = (*desk.warnings, *traces.messages, *desk.save())
         records = desk.session.records
     warnings += [each for each in messages if each not in warnings]
     ids = {
-        "added": [trace.id for trace in drawn.traces],
-        "updated": [trace.id for trace in drawn.edited] if options.update else [],
-        "unchanged": drawn.unchanged,
+        "added": [trace.id for trace in traces.traces],
+        "updated": [trace.id for trace in traces.edited] if options.update else [],
+        "unchanged": traces.unchanged,
     }
     return {
         state: [

@@ -1,4 +1,4 @@
-"""`vomstudio trace --propose`: lines that stand out of the noise, the least doubtful first."""
+"""`vomstudio trace --propose`: lines above the noise, the most reliable first."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from vomstudio.cli.common.arguments import progress_of
 from vomstudio.cli.common.frames_of_models import frame_options
 from vomstudio.cli.common.naming import numbers_of
 from vomstudio.cli.common.output import Output
-from vomstudio.cli.common.unitless_lengths import named_by_unit, unit_of
+from vomstudio.cli.common.unitless_lengths import add_unitless_names, unit_of
 from vomstudio.core.words import tr, tr_n
 from vomstudio.extraction.trace_options import ProposalOptions
 
 
 def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None:
-    """Raises UsageError, InputError, GeometryError or TargetError."""
+    """Run the command. Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.core.files.atomic import check_target
     from vomstudio.extraction.proposals.edge_pictures import wearing_edges
     from vomstudio.extraction.proposals.traces import propose_traces
     from vomstudio.extraction.surface_graph import SurfaceGraph
     from vomstudio.io.models.opening import resolution
     from vomstudio.project.tables.line_table import write_line_table
-    from vomstudio.studio.jobs.edge_detection import edges_by
+    from vomstudio.studio.jobs.edge_detection import open_edge_finder
     from vomstudio.studio.world_models import read_in_world
 
     check_target(args.output, force=args.force, inputs=[args.model])
     progress = progress_of(args)
     model = read_in_world(args.model, progress, frame_options(args), args.project)
     data, spacing = model.data, resolution(model.data)
-    with edges_by(options.onnx_model, progress) as edges, numbers_of(args.model):
+    with open_edge_finder(options.onnx_model, progress) as edges, numbers_of(args.model):
         proposed = propose_traces(
             SurfaceGraph(data if edges is None else wearing_edges(data, spacing, *edges)),
             options,
@@ -41,7 +41,7 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
         )
     write_line_table(
         args.output,
-        [(one.line, one.points) for one in proposed.proposals],
+        [(proposal.line, proposal.points) for proposal in proposed.proposals],
         crs=model.crs,
         north_known=model.placed,
         source=tr("{model}, proposed and not looked at", model=Path(args.model).name),
@@ -49,7 +49,7 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
     )
     result: dict[str, Any] = {**proposed.to_dict(), "table": args.output}
     result["warnings"] = [*model.warnings, *proposed.warnings]
-    out.result(named_by_unit(result, metric=model.in_metres))
+    out.result(add_unitless_names(result, metric=model.in_metres))
     out.warn(result["warnings"])
     lines = [
         tr_n(
@@ -62,11 +62,11 @@ def run(args: argparse.Namespace, options: ProposalOptions, out: Output) -> None
         tr(
             "{line}: {length:.3g} {unit}, evidence {evidence:.1f}, doubt {doubt:.2f}",
             unit=unit_of(model.in_metres),
-            line=one.line,
-            length=one.length_m,
-            evidence=one.evidence,
-            doubt=one.doubt,
+            line=proposal.line,
+            length=proposal.length_m,
+            evidence=proposal.evidence,
+            doubt=proposal.doubt,
         )
-        for one in proposed.proposals
+        for proposal in proposed.proposals
     ]
     out.text("\n".join(lines))

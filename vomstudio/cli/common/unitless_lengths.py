@@ -1,7 +1,7 @@
-"""Lengths in the JSON of a model that has no metres: also named without a unit.
+"""Lengths in the JSON of a model without metres, also under names without a unit.
 
-Scripts rely on the names that end in `_m`. Where a model was made of photos without scale, whose
-lengths are in units of its own, the same figures also stand under names without the unit.
+Scripts rely on names that end in `_m`. Lengths of a model from photos without scale are in its
+units, so the same values are repeated under names without the unit.
 """
 
 from __future__ import annotations
@@ -12,31 +12,33 @@ from typing import Any
 from vomstudio.core.words import tr
 from vomstudio.geometry.units import without_metres
 
-# A row of the orientation table keeps its columns, whatever the unit: the table's header names it.
-_ROW = {"pole_trend_deg", "n_points", "extent_m"}
+# A row of the orientation table keeps its columns in any unit: the table's header states it.
+ROW_KEYS = {"pole_trend_deg", "n_points", "extent_m"}
 
 
-def named_by_unit(result: Mapping[str, Any], *, metric: bool) -> dict[str, Any]:
-    """The object of a command whose lengths are in metres, or in the unit of a model without any:
-    beside each `NAME_m` and `NAME_m2` stands then `NAME`, or `NAME_units` where `NAME` is something
-    else."""
-    return dict(result) if metric else _bare(result)
+def add_unitless_names(result: Mapping[str, Any], *, metric: bool) -> dict[str, Any]:
+    """Return a result in which lengths without metres also have a name without a unit.
+
+    `NAME` is added to each `NAME_m` and `NAME_m2`, or `NAME_units` if `NAME` has another
+    meaning.
+    """
+    return dict(result) if metric else _add_names(result)
 
 
 def unit_of(metric: bool) -> str:
-    """For sentences: the unit of lengths."""
+    """Return the unit of lengths in sentences."""
     return "m" if metric else tr("units")
 
 
-def _bare(value: Any) -> Any:
+def _add_names(value: Any) -> Any:
     if isinstance(value, list | tuple):
-        return [_bare(each) for each in value]
-    if not isinstance(value, Mapping) or value.keys() >= _ROW:
+        return [_add_names(each) for each in value]
+    if not isinstance(value, Mapping) or value.keys() >= ROW_KEYS:
         return value
-    told: dict[str, Any] = {}
+    renamed: dict[str, Any] = {}
     for name, each in value.items():
-        bare = without_metres(name, value)
-        told[name] = _bare(each)
-        if bare != name:
-            told[bare] = told[name]
-    return told
+        plain_name = without_metres(name, value)
+        renamed[name] = _add_names(each)
+        if plain_name != name:
+            renamed[plain_name] = renamed[name]
+    return renamed

@@ -1,4 +1,4 @@
-"""`vomstudio measurable`: how well a plane could be measured, before anyone picks."""
+"""`vomstudio measurable`: expected quality of a plane before it is picked."""
 
 from vomstudio.cli.measurable.command import add_parser, run
 

@@ -1,4 +1,4 @@
-"""`vomstudio measurable`: how well a plane could be measured, before anyone picks."""
+"""`vomstudio measurable`: expected quality of a plane before it is picked."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from vomstudio.cli.common.frames_of_models import (
 )
 from vomstudio.cli.common.labelled_models import write_labelled
 from vomstudio.cli.common.output import Output
-from vomstudio.cli.common.unitless_lengths import named_by_unit
+from vomstudio.cli.common.unitless_lengths import add_unitless_names
 from vomstudio.core.errors import UsageError
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
@@ -53,7 +53,7 @@ def add_parser(subparsers: Subparsers) -> None:
 
 
 def run(args: argparse.Namespace, out: Output) -> None:
-    """Raises UsageError, InputError, GeometryError or TargetError."""
+    """Run the command. Raises UsageError, InputError, GeometryError or TargetError."""
     from vomstudio.cli.common.naming import numbers_of
     from vomstudio.core.files.atomic import check_target
     from vomstudio.io.models.writing import choose_writer
@@ -79,17 +79,17 @@ def run(args: argparse.Namespace, out: Output) -> None:
     progress = progress_of(args)
     model = read_in_world(args.model, progress, frame_options(args), args.project)
     with numbers_of(args.model):
-        found = measurable_map(
+        mapped = measurable_map(
             model.data, plane, _with_registration(options, model, plane), progress
         )
     warnings = [*model.warnings, *reading, *unknown_unit(model)]
-    warnings += found.warnings
-    result: dict[str, Any] = {"file": args.output, **found.to_dict()}
+    warnings += mapped.warnings
+    result: dict[str, Any] = {"file": args.output, **mapped.to_dict()}
     if raster:
         result["raster"] = write_raster(
             args.output,
             model.data,
-            found,
+            mapped,
             crs=model.crs,
             cell_m=target.gsd_m,
             force=args.force,
@@ -97,11 +97,11 @@ def run(args: argparse.Namespace, out: Output) -> None:
         )
     elif args.output is not None:
         args.labels = args.output
-        warnings += write_labelled(args, model, found.as_fields())
+        warnings += write_labelled(args, model, mapped.as_fields())
     result["warnings"] = warnings
-    out.result(named_by_unit(result, metric=model.in_metres))
+    out.result(add_unitless_names(result, metric=model.in_metres))
     out.warn(warnings)
-    out.text(_result_text(found))
+    out.text(_result_text(mapped))
 
 
 def _plane(target: MeasurableTarget, azimuth: Any) -> tuple[Plane, tuple[Finding, ...]]:

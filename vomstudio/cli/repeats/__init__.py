@@ -1,4 +1,4 @@
-"""`vomstudio repeats`: how far apart repeated picks lie, beside the errors that they state."""
+"""`vomstudio repeats`: repeatability of picks, compared with their stated errors."""
 
 from vomstudio.cli.repeats.command import add_parser, run
 

@@ -1,4 +1,4 @@
-"""The command `vomstudio repeats`."""
+"""Command `vomstudio repeats`."""
 
 from __future__ import annotations
 
@@ -97,11 +97,11 @@ def _result_text(repeats: TableRepeats) -> str:
         tr_n(
             "{name}: {error:.2f} deg (95 %), {count} repeat",
             "{name}: {error:.2f} deg (95 %), {count} repeats",
-            own.spread.n,
-            name=own.name or tr("not named"),
-            error=own.spread.error95_deg,
+            interpreter.spread.n,
+            name=interpreter.name or tr("not named"),
+            error=interpreter.spread.error95_deg,
         )
-        for own in repeats.interpreters
+        for interpreter in repeats.interpreters
     ]
     left_out = [
         Finding("feature.left-out", feature=each.id, reason=each.reason)

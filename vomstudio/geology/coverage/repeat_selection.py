@@ -12,7 +12,7 @@ from vomstudio.core.findings import Finding
 SHARE = 0.1
 
 
-def chosen_for_repeating(
+def select_for_repetition(
     ids: Collection[str], share: float = SHARE, seed: str = ""
 ) -> tuple[str, ...]:
     """A random share of the picks, at least one, in random order.

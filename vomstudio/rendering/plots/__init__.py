@@ -1,1 +1,1 @@
-"""Data sets and pictures of PyVista, for scripts."""
+"""Data sets and plots of PyVista, for scripts."""

@@ -1,5 +1,8 @@
-"""Models as data sets of PyVista: World less an integer origin near their middle, which stands in
-`field_data["origin"]`."""
+"""Models as data sets of PyVista.
+
+Coordinates are World minus an integer origin near the middle, which `field_data["origin"]`
+contains.
+"""
 
 from __future__ import annotations
 
@@ -15,15 +18,25 @@ from vomstudio.geometry.mesh import Material, Mesh
 
 
 def local_origin(bounds: FloatArray) -> FloatArray:
-    """(3,) whole metres near the middle of bounds (2, 3)."""
+    """Return an integer origin (3,), in metres, near the middle of bounds (2, 3)."""
     return np.asarray(np.round(np.mean(bounds, axis=0)), np.float64)
 
 
 def mesh_dataset(mesh: Mesh, origin: FloatArray) -> Any:
-    """PolyData of a mesh with one material or none, else a MultiBlock with one block a material.
+    """Return a mesh as PolyData, or as MultiBlock with one block per material.
 
-    mesh : in World. A block has the texture coordinates active, and names its material and the file
-    of its texture in `field_data["material"]` and `field_data["texture"]`.
+    Parameters
+    ----------
+    mesh : Mesh
+        In World.
+    origin : (3,) float64
+        Subtracted from all coordinates.
+
+    Returns
+    -------
+    PolyData or MultiBlock
+        A block has active texture coordinates, and the names of its material and texture file
+        in `field_data["material"]` and `field_data["texture"]`.
     """
     import pyvista
 
@@ -40,7 +53,7 @@ def mesh_dataset(mesh: Mesh, origin: FloatArray) -> Any:
 
 
 def cloud_dataset(cloud: PointCloud, origin: FloatArray) -> Any:
-    """PolyData of points with their colours, normals and fields."""
+    """Return points with colours, normals and fields as PolyData."""
     import pyvista
 
     data = pyvista.PolyData(np.asarray(cloud.points) - origin)
@@ -60,7 +73,7 @@ def _block(mesh: Mesh, faces: Int32Array, origin: FloatArray, material: Material
     data: Any = pyvista.PolyData.from_regular_faces(mesh.vertices[used] - origin, corners)
     _add_values(data, mesh.colors, mesh.fields, used)
     if mesh.uv is not None:
-        # VTK knows no corner without a place in the picture.
+        # VTK requires texture coordinates for every corner.
         data.active_texture_coordinates = np.nan_to_num(mesh.uv[used])
     if material is not None:
         data.add_field_data([material.name], "material")
@@ -85,15 +98,15 @@ def _add_values(
     data.set_active_scalars("RGB" if colors is not None else None)
 
 
-def blocks_of(data: Any) -> Sequence[Any]:
-    """The data sets of a MultiBlock, or the one itself."""
+def dataset_blocks(data: Any) -> Sequence[Any]:
+    """Return the data sets of a MultiBlock, or the data set itself."""
     import pyvista
 
     return list(data) if isinstance(data, pyvista.MultiBlock) else [data]
 
 
-def texture_of(block: Any) -> Path | None:
-    """The file of a block's texture, where it is there."""
+def texture_file(block: Any) -> Path | None:
+    """Return the texture file of a block, None if it does not exist."""
     if "texture" not in block.field_data or block.active_texture_coordinates is None:
         return None
     path = Path(str(block.field_data["texture"][0]))

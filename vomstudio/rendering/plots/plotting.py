@@ -1,4 +1,4 @@
-"""A picture of models and what was measured on them, drawn by PyVista."""
+"""Plots of models and their features with PyVista."""
 
 from __future__ import annotations
 
@@ -14,21 +14,32 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.rendering.plots.datasets import (
-    blocks_of,
     cloud_dataset,
+    dataset_blocks,
     local_origin,
     mesh_dataset,
-    texture_of,
+    texture_file,
 )
 from vomstudio.rendering.view.first_view import first_view
 
-_GREY = "#b8b2a8"
+MODEL_COLOR = "#b8b2a8"
 
 
 @dataclass(frozen=True, eq=False)
 class DrawnFeature:
-    """line : (n, 3) World, joined in order; ring : (c, 3) of a plane's disc, or None
-    label : beside `anchor` (3,); color : #rrggbb"""
+    """Feature of a plot.
+
+    Parameters
+    ----------
+    line : (n, 3) float64
+        Vertices in World.
+    ring : (c, 3) float64 or None
+        Ring of a plane's disc.
+    anchor : (3,) float64
+        Position of the label.
+    color : str
+        #rrggbb.
+    """
 
     name: str
     line: FloatArray
@@ -41,8 +52,10 @@ class DrawnFeature:
 def draw(
     plotter: Any, models: Sequence[Mesh | PointCloud], features: Sequence[DrawnFeature]
 ) -> Any:
-    """Fill a plotter with models and features in World, less one origin for all of them, and look
-    at the exposed side of the first model."""
+    """Add models and features in World to a plotter, and view the exposed side of the first.
+
+    All coordinates are reduced by a common origin.
+    """
     origin = _origin(models, features)
     for model in models:
         _add_model(plotter, model, origin)
@@ -69,8 +82,8 @@ def _origin(models: Sequence[Mesh | PointCloud], features: Sequence[DrawnFeature
     corners = [model.bounds for model in models] or [f.anchor[None] for f in features]
     if not corners:
         return np.zeros(3)
-    every = np.concatenate(corners)
-    return local_origin(np.array([every.min(axis=0), every.max(axis=0)]))
+    points = np.concatenate(corners)
+    return local_origin(np.array([points.min(axis=0), points.max(axis=0)]))
 
 
 def _add_model(plotter: Any, model: Mesh | PointCloud, origin: FloatArray) -> None:
@@ -78,11 +91,13 @@ def _add_model(plotter: Any, model: Mesh | PointCloud, origin: FloatArray) -> No
 
     if isinstance(model, PointCloud):
         data = cloud_dataset(model, origin)
-        colors = {"scalars": "RGB", "rgb": True} if "RGB" in data.point_data else {"color": _GREY}
+        colors = (
+            {"scalars": "RGB", "rgb": True} if "RGB" in data.point_data else {"color": MODEL_COLOR}
+        )
         plotter.add_mesh(data, style="points", point_size=2, show_scalar_bar=False, **colors)
         return
-    for block in blocks_of(mesh_dataset(model, origin)):
-        path = texture_of(block)
+    for block in dataset_blocks(mesh_dataset(model, origin)):
+        path = texture_file(block)
         if path is not None:
             texture = pyvista.read_texture(str(path))
             plotter.add_mesh(block, texture=texture, lighting=False)
@@ -90,7 +105,7 @@ def _add_model(plotter: Any, model: Mesh | PointCloud, origin: FloatArray) -> No
             plotter.add_mesh(block, scalars="RGB", rgb=True, lighting=False)
         else:
             diffuse = block.field_data.get("diffuse", None)
-            plotter.add_mesh(block, color=_GREY if diffuse is None else diffuse)
+            plotter.add_mesh(block, color=MODEL_COLOR if diffuse is None else diffuse)
 
 
 def _add_feature(plotter: Any, feature: DrawnFeature, origin: FloatArray) -> None:
@@ -109,7 +124,7 @@ def _add_feature(plotter: Any, feature: DrawnFeature, origin: FloatArray) -> Non
 
 
 def _look(plotter: Any, models: Sequence[Mesh | PointCloud]) -> None:
-    """From the exposed side, up in the picture being up in World."""
+    """View the exposed side, with World's up direction up in the picture."""
     if not models:
         plotter.reset_camera()
         return
@@ -120,12 +135,14 @@ def _look(plotter: Any, models: Sequence[Mesh | PointCloud]) -> None:
 
 
 def off_screen_plotter() -> Any:
-    """One that needs no display: `show` puts a still picture into a notebook, `screenshot` gives
-    its pixels."""
+    """Return a plotter without a window.
+
+    `show` returns a static picture in a notebook, `screenshot` the pixels.
+    """
     import pyvista
 
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
-        # VTK comes to this by itself, after it has complained that there is no display.
+        # VTK would choose this too, after a warning about the missing display.
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     plotter: Any = pyvista.Plotter(off_screen=True)
     plotter.set_background("white")

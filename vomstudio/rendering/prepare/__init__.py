@@ -1,1 +1,1 @@
-"""Models on their way to the scene, made beside the window: what the workers do and hand over."""
+"""Preparation of models for the scene in worker threads."""

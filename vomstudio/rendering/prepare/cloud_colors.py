@@ -1,4 +1,4 @@
-"""The colours that the points of a cloud are drawn with while it shows no field."""
+"""Colours of the points of a cloud that shows no field."""
 
 from __future__ import annotations
 
@@ -11,26 +11,29 @@ from vomstudio.geometry.cloud import PointCloud
 
 
 def coloring(sample: PointCloud) -> Callable[[PointCloud, IntegerArray], ByteArray]:
-    """Gives (n, 3) for rows (n,) of pieces of a cloud: its own colours, else its intensity, else a
-    quiet ramp of height, by one rule for all, which follows from a sample of it."""
+    """Return a function that colours points: by their colours, intensity or height.
+
+    All pieces of a cloud are coloured by the same rule, which is derived from a sample. The
+    function returns (n, 3) uint8 for rows (n,) of a piece.
+    """
     if sample.colors is not None:
 
-        def own(piece: PointCloud, rows: IntegerArray) -> ByteArray:
+        def own_colors(piece: PointCloud, rows: IntegerArray) -> ByteArray:
             assert piece.colors is not None
             return np.asarray(piece.colors[rows, :3], np.uint8)
 
-        return own
-    chosen = ""
+        return own_colors
+    name_of_intensity = ""
     for name, field in sample.fields.items():
         if "intensity" in name.lower() and float(np.ptp(field)) > 0:
-            chosen = name
+            name_of_intensity = name
 
     def values_of(piece: PointCloud) -> AnyArray:
-        return piece.fields[chosen] if chosen else piece.points[:, 2]
+        return piece.fields[name_of_intensity] if name_of_intensity else piece.points[:, 2]
 
     values = values_of(sample)
-    some = np.asarray(values[:: max(1, len(values) // 100_000)], np.float64)
-    low, high = np.nanpercentile(some, [2.0, 98.0])
+    sample_values = np.asarray(values[:: max(1, len(values) // 100_000)], np.float64)
+    low, high = np.nanpercentile(sample_values, [2.0, 98.0])
     dark, light = np.array([70.0, 66.0, 62.0]), np.array([232.0, 226.0, 214.0])
 
     def ramp(piece: PointCloud, rows: IntegerArray) -> ByteArray:

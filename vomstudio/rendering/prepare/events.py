@@ -1,7 +1,7 @@
-"""What the workers hand over to the thread that draws, piece by piece.
+"""Results of the workers, which are handed over to the drawing thread piece by piece.
 
-From then on it belongs to that thread alone. Nothing of VTK is imported here: the window knows
-these before it has VTK.
+From then on only that thread uses them. VTK is not imported here, because the window uses these
+classes before VTK is loaded.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
 
 class Stopped(Exception):
-    """The model is no longer wanted."""
+    """Raised in a worker whose model has been removed."""
 
 
 @dataclass(frozen=True, eq=False)
 class Registered:
-    """A worker knows how large the model is: bounds (2, 3) in its file frame."""
+    """The bounds (2, 3) of a model in its file frame are known."""
 
     data: Mesh | PointCloud
     bounds: FloatArray
@@ -39,9 +39,9 @@ class Registered:
 
 @dataclass(frozen=True, eq=False)
 class ProxyReady:
-    """What stands for a mesh while the camera moves.
+    """Simplified mesh that is drawn while the camera moves.
 
-    rows : of the mesh's vertices, one for each point of `data`
+    `rows` contains the vertex of the mesh for each point of `data`.
     """
 
     data: vtkPolyData
@@ -57,7 +57,7 @@ class MeshChunkReady:
 
 @dataclass(frozen=True, eq=False)
 class NodeReady:
-    """A node of a cloud, and what it is made of. `piece` is in the order of `data`."""
+    """Node of a cloud, with its points as `piece` in the order of `data`."""
 
     chunk: PointChunk
     data: vtkPolyData
@@ -69,19 +69,17 @@ class NodeReady:
 
 @dataclass(frozen=True, eq=False)
 class NodesDropped:
-    """Nodes that are not needed any more; who took them lets them go when they are off the
-    screen."""
+    """Nodes that are no longer needed; their actors are removed when they are off the screen."""
 
     pieces: dict[int, Piece]
     nodes: CloudNodes
 
 
 class NodeStream(Protocol):
-    """What fetches the nodes of a cloud beside the window; see `Streamer`. For the window's
-    thread."""
+    """Fetches the nodes of a cloud in the background, see `Streamer`. For the window's thread."""
 
     turn: int
-    """Number of the last view that has asked for other nodes."""
+    """Number of the last view that needed other nodes."""
 
     def needed(self, view: View) -> dict[int, float]: ...
 
@@ -92,14 +90,14 @@ class NodeStream(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class StreamStarted:
-    """The nodes that stand for the whole of a cloud have been handed over."""
+    """The nodes for an overview of a cloud have been handed over."""
 
     streamer: NodeStream
 
 
 @dataclass(frozen=True)
 class ViewDone:
-    """All that the streamer was asked for with this number has been handed over."""
+    """All nodes requested under this number have been handed over."""
 
     turn: int
 
@@ -113,7 +111,7 @@ class ChunksDone:
 class TextureReady:
     material: int
     texture: Texture | None
-    """None where it could not be read."""
+    """None if it could not be read."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +132,7 @@ class Problem:
 
 @dataclass(frozen=True, eq=False)
 class FieldReady:
-    """A model's field as colours: one array for each stand-in and each chunk, in their order."""
+    """Colours of a model's field: one array per proxy and per chunk, in their order."""
 
     style: FieldStyle
     scale: Scale
@@ -159,4 +157,4 @@ Event = (
 )
 Emit = Callable[[Event], None]
 Submit = Callable[[Callable[[], None]], object]
-"""Has a job run later, one after the other."""
+"""Runs jobs later, one after another."""

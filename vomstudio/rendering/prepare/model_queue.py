@@ -1,4 +1,4 @@
-"""Models on their way to the scene: prepared in threads, handed over in order."""
+"""Queue of models that are prepared in threads and handed over in order."""
 
 from __future__ import annotations
 
@@ -36,11 +36,14 @@ NICENESS = 5
 
 
 class ModelWork:
-    """What `next` gives belongs to the thread that asks; everything but the work itself is done in
-    that thread."""
+    """Preparation of models.
+
+    Results of `next` belong to the calling thread; only the preparation itself runs in other
+    threads.
+    """
 
     def __init__(self, notify: Callable[[], None]) -> None:
-        """notify : called from any thread when there is something to be taken."""
+        """Create a queue; `notify` is called in any thread when results are available."""
         self._notify = notify
         self._inbox: collections.deque[tuple[str, threading.Event, Event]] = collections.deque()
         self._stops: dict[str, threading.Event] = {}
@@ -49,13 +52,13 @@ class ModelWork:
         self._streams: ThreadPoolExecutor | None = None
 
     def expect(self, model_id: str) -> threading.Event:
-        """A model will be prepared under this id, unless the event is set before."""
+        """Register a model to be prepared, unless the event is set before."""
         self.forget(model_id)
         stop = self._stops[model_id] = threading.Event()
         return stop
 
     def forget(self, model_id: str) -> None:
-        """Nothing of a model arrives any more."""
+        """Cancel the preparation of a model."""
         stop = self._stops.pop(model_id, None)
         if stop is not None:
             stop.set()
@@ -67,7 +70,7 @@ class ModelWork:
             stop.set()
 
     def close(self) -> None:
-        """Stop everything, and wait until it has stopped."""
+        """Stop all workers, and wait for them."""
         for stop in (*self._stops.values(), *self._field_stops.values()):
             stop.set()
         for pool in (self._pool, self._streams):
@@ -82,7 +85,7 @@ class ModelWork:
         return bool(self._inbox)
 
     def next(self) -> tuple[str, Event] | None:
-        """Id of a model and what has been prepared of it; None where there is nothing."""
+        """Return the id of a model and a result, None if there are no results."""
         while self._inbox:
             model_id, stop, event = self._inbox.popleft()
             if self._stops.get(model_id) is stop:
@@ -98,14 +101,14 @@ class ModelWork:
         whole_side: int | None,
         budget: int,
     ) -> None:
-        """Have a model prepared that is expected; see `preparation`."""
+        """Prepare a registered model, see `preparation`."""
         from vomstudio.rendering.prepare import preparation
 
         stop = self._stops[model_id]
         emit = self._emitter(model_id, stop, stop)
         pool = self._workers()
         if self._streams is None:
-            # Of its own: what takes long does not keep it waiting.
+            # A thread of its own, so that long preparation does not delay it.
             self._streams = thread_pool(1, "clouds", niceness=NICENESS)
         submit = _submitter(self._streams, stop)
 
@@ -120,11 +123,11 @@ class ModelWork:
                 origin = np.round(bounds.mean(axis=0))
                 emit(Registered(data, bounds, origin))
                 if isinstance(data, Mesh):
-                    # Only now: what comes before the model is registered would be lost.
+                    # Results before the registration of the model would be lost.
                     _submitter(pool, stop)(pictures)
                     preparation.prepare_mesh(data, origin, stop, emit)
                 else:
-                    # A thread that starts waits for its turn, and who has it started waits as well.
+                    # Starting a thread takes time, in which this thread waits too.
                     submit(lambda: None)
                     preparation.prepare_cloud(data, origin, stop, emit, submit, budget)
 
@@ -144,10 +147,10 @@ class ModelWork:
         proxies: Sequence[IntegerArray],
         parts: Sequence[IntegerArray],
     ) -> None:
-        """Have the colours of a field made; see `preparation.prepare_field`."""
+        """Compute the colours of a field, see `preparation.prepare_field`."""
         from vomstudio.rendering.prepare import preparation
 
-        # What was worked out may be forgotten while it is being coloured.
+        # A computed field may be removed while it is being coloured.
         data = replace(data, fields=dict(data.fields))
         self.forget_field(model_id)
         stop = self._field_stops[model_id] = threading.Event()
@@ -165,7 +168,7 @@ class ModelWork:
         return self._pool
 
     def _emitter(self, model_id: str, model: threading.Event, stop: threading.Event) -> Emit:
-        """What a worker hands its events over with. model : the event of `expect`"""
+        """Return the function with which a worker emits the results of a model."""
 
         def emit(event: Event) -> None:
             if stop.is_set():
@@ -177,7 +180,7 @@ class ModelWork:
 
     @contextlib.contextmanager
     def _reporting(self, emit: Emit, code: str, **values: str) -> Iterator[None]:
-        """Errors in a thread reach nobody by themselves: show and log them here."""
+        """Log and report errors of a thread, which would be lost otherwise."""
         try:
             yield
         except Stopped:
@@ -190,8 +193,11 @@ class ModelWork:
 
 
 def _submitter(pool: ThreadPoolExecutor, stop: threading.Event) -> Submit:
-    """Has work run later in a pool. A pool that is being closed refuses what its own threads still
-    hand it: that is no failure where the model is no longer wanted."""
+    """Return a function that runs work later in a pool.
+
+    A pool that is being closed rejects work of its threads, which is not an error if the model
+    was removed.
+    """
 
     def submit(work: Callable[[], None]) -> None:
         try:

@@ -1,8 +1,8 @@
-"""From a model's arrays to what the scene draws and picks with, in a worker thread.
+"""Conversion of a model's arrays to data for drawing and picking, in a worker thread.
 
-Everything made here is a private copy that nobody else touches until it is handed over through
-`emit`; from then on it belongs to the thread that draws. The work goes in pieces whose numpy and
-VTK calls release the interpreter lock, so that a window beside it stays alive.
+All results are private copies until they are handed over through `emit`; then they belong to
+the drawing thread. The work is done in pieces whose numpy and VTK calls release the interpreter
+lock, so that the window stays responsive.
 """
 
 from __future__ import annotations
@@ -69,15 +69,15 @@ def pieces(count: int, stop: threading.Event, size: int = PIECE) -> Iterator[sli
 
 
 def finite_bounds(points: FloatingArray, stop: threading.Event) -> FloatArray:
-    """(2, 3) corners of the finite points; zeros where there is none."""
+    """Return the bounds (2, 3) of the finite points, zeros if there are none."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for part in pieces(len(points), stop):
         # In rows of many points: a reduction along rows of three is eight times slower.
         flat = np.ascontiguousarray(points[part]).reshape(-1)
-        whole = len(flat) // ROW * ROW
-        for some in (flat[:whole].reshape(-1, ROW), flat[whole:].reshape(-1, 3)):
-            if some.size:
-                lowest, highest = np.fmin.reduce(some, axis=0), np.fmax.reduce(some, axis=0)
+        row_end = len(flat) // ROW * ROW
+        for rows in (flat[:row_end].reshape(-1, ROW), flat[row_end:].reshape(-1, 3)):
+            if rows.size:
+                lowest, highest = np.fmin.reduce(rows, axis=0), np.fmax.reduce(rows, axis=0)
                 low = np.fmin(low, np.fmin.reduce(lowest.reshape(-1, 3), axis=0))
                 high = np.fmax(high, np.fmax.reduce(highest.reshape(-1, 3), axis=0))
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
@@ -86,7 +86,7 @@ def finite_bounds(points: FloatingArray, stop: threading.Event) -> FloatArray:
 
 
 def local_points(points: FloatArray, origin: FloatArray, stop: threading.Event) -> Float32Array:
-    """float32 of points less origin, subtracted in float64."""
+    """Return points minus origin as float32, subtracted in float64."""
     out = np.empty((len(points), 3), np.float32)
     for part in pieces(len(points), stop):
         out[part] = points[part] - origin
@@ -125,7 +125,7 @@ def prepare_mesh(
 
 
 def material_groups(mesh: Mesh) -> list[tuple[int, slice]]:
-    """(material, run of faces); material -1 where the file names none."""
+    """Return the materials with their runs of faces; -1 for faces without a material."""
     offsets = mesh.material_offsets
     if not mesh.materials:
         return [(-1, slice(0, len(mesh.faces)))]
@@ -142,7 +142,7 @@ def material_groups(mesh: Mesh) -> list[tuple[int, slice]]:
 def vertex_colors(
     mesh: Mesh, groups: list[tuple[int, slice]], stop: threading.Event
 ) -> ByteArray | None:
-    """(n, 3) from the file, else sampled from small versions of the textures, else None."""
+    """Return vertex colours (n, 3) of the file or of reduced textures, None without both."""
     if mesh.colors is not None:
         return np.array(mesh.colors, np.uint8)
     small = {
@@ -161,9 +161,9 @@ def vertex_colors(
         worn = np.zeros(len(out), np.bool_)
         for part in pieces(rows.stop - rows.start, stop):
             worn[mesh.faces[rows.start + part.start : rows.start + part.stop].reshape(-1)] = True
-        every = np.flatnonzero(worn)
-        for part in pieces(len(every), stop):
-            used = every[part]
+        used_vertices = np.flatnonzero(worn)
+        for part in pieces(len(used_vertices), stop):
+            used = used_vertices[part]
             if picture is not None and mesh.uv is not None:
                 uv = mesh.uv[used]
                 good = np.isfinite(uv).all(axis=1)
@@ -183,10 +183,10 @@ def make_proxy(
     colors: ByteArray | None,
     stop: threading.Event,
 ) -> tuple[vtkPolyData, Int32Array] | None:
-    """About PROXY_FACES triangles with a colour per vertex, and the rows of `points` that they use;
-    None where the mesh is small.
+    """Return a mesh of about PROXY_FACES triangles, and its rows of `points`.
 
-    All materials are merged first: decimated one by one they leave gaps at their borders.
+    It has vertex colours. None if the mesh is small. All materials are merged first, because
+    separate decimation leaves gaps at their borders.
     """
     if len(faces) <= PROXY_ABOVE:
         return None
@@ -211,23 +211,23 @@ def make_proxy(
         binned.SetPointGenerationModeToUseInputPoints()
         binned.Update()
         out = binned.GetOutput()
-        made = out.GetNumberOfCells()
+        face_count = out.GetNumberOfCells()
         if stop.is_set():
             raise Stopped
-        if 0.6 * PROXY_FACES <= made <= 1.1 * PROXY_FACES:
+        if 0.6 * PROXY_FACES <= face_count <= 1.1 * PROXY_FACES:
             break
-        cell *= float(np.sqrt(max(made, 100) / (0.9 * PROXY_FACES)))
+        cell *= float(np.sqrt(max(face_count, 100) / (0.9 * PROXY_FACES)))
     return compact(out, colors is not None)
 
 
 def compact(data: vtkPolyData, colored: bool) -> tuple[vtkPolyData, Int32Array]:
-    """The same triangles on only the points they use, neighbours near each other in memory, and
-    which points these are.
+    """Return the triangles with only the points they use, and the rows of these.
 
-    The decimation keeps every point it was given, which makes drawing three times slower.
+    The result is sorted by locality. The decimation keeps all its points, which makes drawing
+    three times slower.
     """
-    faces = vtk_data.array_of(data.GetPolys().GetConnectivityArray()).reshape(-1, 3)
-    points = vtk_data.array_of(data.GetPoints().GetData())
+    faces = vtk_data.to_array(data.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    points = vtk_data.to_array(data.GetPoints().GetData())
     corner = points[faces[:, 0]]
     low = corner.min(axis=0)
     faces = faces[
@@ -238,7 +238,7 @@ def compact(data: vtkPolyData, colored: bool) -> tuple[vtkPolyData, Int32Array]:
     place = np.empty(len(used), np.int32)
     place[order] = np.arange(len(used), dtype=np.int32)
     used = used[order]
-    colors = vtk_data.array_of(data.GetPointData().GetScalars())[used] if colored else None
+    colors = vtk_data.to_array(data.GetPointData().GetScalars())[used] if colored else None
     faces = place[inverse.reshape(-1)].reshape(-1, 3)
     return vtk_data.triangles(points[used], faces, colors=colors), used.astype(np.int32)
 
@@ -251,7 +251,7 @@ def mesh_chunks(
     rows: slice,
     stop: threading.Event,
 ) -> Iterator[MeshChunkReady]:
-    """The faces of one material in runs of neighbours."""
+    """Yield the faces of a material in chunks of neighbours."""
     faces = np.asarray(mesh.faces[rows])
     corner = points[faces[:, 0]]
     low = np.nanmin(corner, axis=0)
@@ -292,7 +292,7 @@ def mesh_chunks(
 
 
 def uv_per_metre(corners: Float32Array, uv: Float32Array) -> float:
-    """Square root of texture area over surface area: image widths per metre."""
+    """Return the square root of texture area over surface area: image widths per metre."""
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = float(np.linalg.norm(np.cross(a, b), axis=1).sum())
     s, t = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
@@ -301,8 +301,11 @@ def uv_per_metre(corners: Float32Array, uv: Float32Array) -> float:
 
 
 def make_locator(chunk: FaceChunk) -> vtkStaticCellLocator:
-    """A cell locator of one chunk. Building one holds the interpreter lock, for 1.2 s where it is
-    made of five million faces at once, so each chunk has its own."""
+    """Return the cell locator of a chunk.
+
+    Building one holds the interpreter lock, for 1.2 s with five million faces, so each chunk
+    has its own.
+    """
     locator = vtkStaticCellLocator()
     locator.SetDataSet(vtk_data.triangles(chunk.points, chunk.faces))
     locator.BuildLocator()
@@ -316,25 +319,30 @@ def prepare_textures(
     emit: Emit,
     whole_side: int | None = None,
 ) -> None:
-    """Emit every texture of the mesh, decoded and reduced to at most `limit` pixels a side; see
-    `load_texture`."""
-    seen: dict[Path, Texture | None] = {}
+    """Emit every texture of the mesh, decoded and reduced, see `load_texture`.
+
+    Parameters
+    ----------
+    limit : int
+        Maximum side, pixels.
+    """
+    loaded: dict[Path, Texture | None] = {}
     for i, material in enumerate(mesh.materials):
         if stop.is_set():
             raise Stopped
         path = material.texture
         if path is None or mesh.uv is None:
             continue
-        if path not in seen:
+        if path not in loaded:
             try:
-                seen[path] = load_texture(path, limit, whole_side)
-                reduced = seen[path]
+                loaded[path] = load_texture(path, limit, whole_side)
+                reduced = loaded[path]
                 if reduced is not None and reduced.note is not None:
                     emit(Problem(reduced.note))
             except TextureProblem as error:
-                seen[path] = None
+                loaded[path] = None
                 emit(Problem(error.finding))
-        emit(TextureReady(i, seen[path]))
+        emit(TextureReady(i, loaded[path]))
     emit(TexturesDone())
 
 
@@ -349,10 +357,14 @@ def prepare_cloud(
     submit: Submit,
     budget: int = POINT_BUDGET,
 ) -> None:
-    """Emit the nodes that stand for the whole, and a streamer that fetches the others.
+    """Emit the nodes for an overview, and a streamer that fetches the others.
 
-    submit : has a job run after this one, beside the window
-    budget : how many points may be there to be drawn
+    Parameters
+    ----------
+    submit : callable
+        Runs a job after this one in the background.
+    budget : int
+        Maximum number of points in memory.
     """
 
     def check() -> None:
@@ -378,8 +390,10 @@ def prepare_field(
     stop: threading.Event,
     emit: Emit,
 ) -> None:
-    """Emit the colours of a field for stand-ins and chunks, given the rows that each shows. The
-    nodes of clouds come and go: they are coloured when they are shown."""
+    """Emit the colours of a field for proxies and chunks, given the rows that each shows.
+
+    Nodes of clouds come and go, and are coloured when they are shown.
+    """
 
     def check() -> None:
         if stop.is_set():

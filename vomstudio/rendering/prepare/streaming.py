@@ -1,8 +1,8 @@
-"""The nodes of a cloud that the present view needs, fetched beside the window.
+"""Streaming of the cloud nodes that the view needs, in the background.
 
-The scene tells the streamer what is seen and is told which nodes that needs; the streamer hands
-over those that are not there yet, and takes back those that were not needed for longest, so that no
-more points are there than the budget allows. Once a view has everything, nothing is done any more.
+The scene passes the view and receives the nodes that it needs. The streamer hands over those
+that are missing, and drops those that were not needed for longest to keep the point budget.
+Once a view is complete, nothing is done.
 """
 
 from __future__ import annotations
@@ -37,36 +37,39 @@ from vomstudio.rendering.view.camera import Camera, Eye
 from vomstudio.rendering.view.spatial_blocks import PointChunk
 
 SHOWN_SHARE = 0.5
-"""Of the points that may be there, so many are shown at most: the rest is what was seen before."""
-MOST_SHOWN = 3_000_000
+"""Maximum share of the point budget that is shown; the rest caches nodes of earlier views."""
+MAX_SHOWN_POINTS = 3_000_000
 
 
 def view_of(
     eye: Eye, camera: Camera, size: tuple[int, int], to_world: FloatArray, from_world: FloatArray
 ) -> View:
-    """What the eye sees, in the file's frame."""
+    """Return the view of an eye in the file's frame."""
     linear = to_world[:3, :3]
     scale = float(np.cbrt(abs(np.linalg.det(linear)))) or 1.0
     position = from_world[:3, :3] @ eye.position + from_world[:3, 3]
     axes = np.stack([eye.right, eye.up, eye.direction]) @ linear / scale
     half = eye.half_height / scale if eye.orthographic else eye.half_height
-    # A little nearer than anything will ever be seen from: the true near plane moves with what is
-    # loaded.
-    near = max(1e-3 * camera.distance, 1e-6) / scale
+    # Closer than anything will ever be viewed, because the true near plane depends on the loaded
+    # nodes.
+    near_depth = max(1e-3 * camera.distance, 1e-6) / scale
     return View(
         tuple(position.tolist()),
         tuple(tuple(row) for row in axes.tolist()),
         float(half),
         size[0] / max(size[1], 1),
         eye.orthographic,
-        near,
+        near_depth,
         size[1],
     )
 
 
 class Streamer:
-    """`begin` and what is submitted run in a thread beside the window's, one after the other;
-    everything else is the window's thread's."""
+    """Streamer of the nodes of a cloud.
+
+    `begin` and submitted work run in a background thread, one after another; everything else
+    runs in the window's thread.
+    """
 
     def __init__(
         self,
@@ -82,15 +85,15 @@ class Streamer:
         sample = cloud.overview() if isinstance(cloud, StreamedCloud) else cloud
         self._colors = coloring(sample)
         self._view: View | None = None
-        self._chosen: tuple[int, ...] = ()
-        self._there: dict[int, Piece] = {}
+        self._requested: tuple[int, ...] = ()
+        self._fetched: dict[int, Piece] = {}
         self._used: dict[int, int] = {}
         self._broken: set[int] = set()
         self.turn = 0
-        """Number of the last view that has asked for other nodes."""
+        """Number of the last view that needed other nodes."""
 
     def begin(self) -> None:
-        """Hand over the nodes that stand for the whole."""
+        """Hand over the nodes for an overview."""
         for row, piece in zip(self._nodes.first, self._nodes.fetch(self._nodes.first), strict=True):
             self._hand_over(row, piece)
         self._emit(StreamStarted(self))
@@ -99,37 +102,42 @@ class Streamer:
         self._emit(LocatorReady([]))
 
     def needed(self, view: View) -> dict[int, float]:
-        """The nodes that a view shows once they are there, the most needed first, and the spacing
-        at which the points of each close the surface together with the others."""
-        most = min(int(self._nodes.budget * SHOWN_SHARE), MOST_SHOWN)
-        rows = self._nodes.choose(view, most)
+        """Return the nodes that a view needs, most important first, with their spacing.
+
+        The spacing is that at which the points of a node close the surface together with the
+        others.
+        """
+        max_points = min(int(self._nodes.budget * SHOWN_SHARE), MAX_SHOWN_POINTS)
+        rows = self._nodes.choose(view, max_points)
         if self._broken:
             rows = rows[[row not in self._broken for row in rows.tolist()]]
         return self._nodes.closing(rows)
 
     def closing(self, rows: list[int]) -> dict[int, float]:
-        """As `needed`, of given nodes."""
+        """Return the same as `needed` for given nodes."""
         return self._nodes.closing(np.array(rows, np.int64))
 
     def look(self, view: View) -> dict[int, float] | None:
-        """What `needed` gives, and have that fetched; None where the view is the last one. ViewDone
-        with the number in `turn` says that everything has been handed over."""
+        """Return and fetch the needed nodes, None if the view is unchanged.
+
+        ViewDone with the number in `turn` follows when all are handed over.
+        """
         if view == self._view:
             return None
         self._view = view
-        shown = self.needed(view)
-        rows = tuple(shown)
-        if rows != self._chosen:
-            self._chosen = rows
+        needed = self.needed(view)
+        rows = tuple(needed)
+        if rows != self._requested:
+            self._requested = rows
             self.turn += 1
             turn = self.turn
             self._submit(lambda: self._follow(rows, turn))
-        return shown
+        return needed
 
     def _follow(self, rows: tuple[int, ...], turn: int) -> None:
         try:
             self._used.update(dict.fromkeys(rows, turn))
-            missing = [row for row in rows if row not in self._there and row not in self._broken]
+            missing = [row for row in rows if row not in self._fetched and row not in self._broken]
             while missing:
                 if turn != self.turn:
                     return
@@ -143,7 +151,7 @@ class Streamer:
             self._emit(ViewDone(turn))
         except Stopped:
             pass
-        except Exception as error:  # noqa: BLE001 - a thread has nobody above it to tell
+        except Exception as error:  # noqa: BLE001 - a thread has no caller to handle the error
             if not isinstance(error, VomError):
                 ERRORS.report(error, "while points of a cloud were read")
             try:
@@ -167,15 +175,15 @@ class Streamer:
         for row, piece in zip(rows, pieces, strict=True):
             self._hand_over(row, piece)
 
-    def _make_room(self, wanted: int, turn: int) -> None:
-        held = sum(int(self._nodes.counts[row]) for row in self._there)
-        kept = set(self._nodes.first)
+    def _make_room(self, requested: int, turn: int) -> None:
+        point_count = sum(int(self._nodes.counts[row]) for row in self._fetched)
+        kept_rows = set(self._nodes.first)
         dropped: dict[int, Piece] = {}
-        for row in sorted(self._there.keys() - kept, key=lambda r: self._used.get(r, 0)):
-            if held + wanted <= self._nodes.budget or self._used.get(row) == turn:
+        for row in sorted(self._fetched.keys() - kept_rows, key=lambda r: self._used.get(r, 0)):
+            if point_count + requested <= self._nodes.budget or self._used.get(row) == turn:
                 break
-            dropped[row] = self._there.pop(row)
-            held -= int(self._nodes.counts[row])
+            dropped[row] = self._fetched.pop(row)
+            point_count -= int(self._nodes.counts[row])
         if dropped:
             self._emit(NodesDropped(dropped, self._nodes))
 
@@ -191,4 +199,4 @@ class Streamer:
         data = vtk_data.point_set(at, self._colors(piece.cloud, rows))
         spacing = float(self._nodes.spacing[row])
         self._emit(NodeReady(chunk, data, spacing, row, Piece(piece.cloud, rows, ids)))
-        self._there[row] = piece
+        self._fetched[row] = piece

@@ -1,4 +1,4 @@
-"""Pictures for the surface, decoded beside the window's thread."""
+"""Textures, decoded in the background."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 
 OVERVIEW_SIDE = 512
-LARGEST_FILE_PIXELS = 1 << 30
+MAX_FILE_PIXELS = 1 << 30
 
 
 class TextureProblem(Exception):
@@ -27,12 +27,16 @@ class TextureProblem(Exception):
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """One resolution of a picture, rows from the bottom.
+    """One resolution of a texture, with the rows from the bottom.
 
-    width, height : of the whole, in pixels
-    tiles : the picture whole, or its quarters: lower left, lower right, upper left, upper right,
-        each with a rim of one pixel that repeats its neighbours', across the border of the picture
-        those of the far side
+    Parameters
+    ----------
+    width, height : int
+        Size of the whole picture, pixels.
+    tiles : tuple of arrays
+        The whole picture, or its quarters: lower left, lower right, upper left, upper right.
+        Each has a rim of one pixel from its neighbours, across the border of the picture from
+        the far side.
     """
 
     width: int
@@ -42,9 +46,9 @@ class Level:
 
 @dataclass(frozen=True, eq=False)
 class Texture:
-    """Picture with its mipmap levels: levels[0] is the finest, each next one half its side.
+    """Picture with its mipmap levels, the finest first, each with half the previous side.
 
-    note : finding about a picture that had to be reduced, else None
+    `note` is a finding about a picture that had to be reduced, else None.
     """
 
     path: Path
@@ -61,7 +65,7 @@ def open_picture(path: Path):  # type: ignore[no-untyped-def]
         raise TextureProblem(
             Finding("display.texture-unreadable", file=str(path), reason=reason(error))
         ) from error
-    if picture.width * picture.height > LARGEST_FILE_PIXELS:
+    if picture.width * picture.height > MAX_FILE_PIXELS:
         raise TextureProblem(
             Finding(
                 "display.texture-too-large",
@@ -76,12 +80,12 @@ def open_picture(path: Path):  # type: ignore[no-untyped-def]
 def reason(error: Exception) -> str:
     if isinstance(error, FileNotFoundError):
         return tr("file not found")
-    said = error.message if isinstance(error, InputError) else str(error)
-    return said.splitlines()[0][:120].rstrip(".") if said else type(error).__name__
+    text = error.message if isinstance(error, InputError) else str(error)
+    return text.splitlines()[0][:120].rstrip(".") if text else type(error).__name__
 
 
 def overview(path: Path) -> ByteArray | None:
-    """A small RGB version (rows from the top) to take vertex colours from; None if unreadable."""
+    """Return a small RGB version (rows from the top) for vertex colours, None if unreadable."""
     try:
         with open_picture(path) as picture:
             picture.draft("RGB", (OVERVIEW_SIDE, OVERVIEW_SIDE))
@@ -127,9 +131,9 @@ def load_texture(path: Path, limit: int, whole_side: int | None = None) -> Textu
                 )
                 picture.draft("RGB", (max(1, width // factor), max(1, height // factor)))
             image = convert_to_rgb(picture)
-            left = max(1, -(-max(image.size) // limit))
-            if left > 1:
-                image = image.reduce(left)
+            reduction = max(1, -(-max(image.size) // limit))
+            if reduction > 1:
+                image = image.reduce(reduction)
         except (OSError, ValueError, SyntaxError) as error:
             raise TextureProblem(
                 Finding("display.texture-damaged", file=str(path), reason=reason(error))
@@ -145,7 +149,7 @@ def load_texture(path: Path, limit: int, whole_side: int | None = None) -> Textu
 
 
 def make_level(pixels: ByteArray, whole_side: int | None) -> Level:
-    """pixels (height, width, 3), first row at the bottom."""
+    """Return a level from pixels (height, width, 3) with the first row at the bottom."""
     height, width = pixels.shape[:2]
     if whole_side is None or max(height, width) <= whole_side or min(height, width) < 2:
         return Level(width, height, (pixels,))

@@ -1,10 +1,10 @@
-"""numpy arrays as VTK data sets; every array is a private copy or kept alive by VTK itself.
+"""numpy arrays as VTK data sets; each array is a private copy or kept alive by VTK.
 
-Without PyVista, which was measured to cost time here. Its import takes 0.5 to 0.9 s after that of
-VTK, in which no picture can come. A small data set takes 0.13 ms instead of 0.03 to 0.06, and a
-scene has thousands; a cloud of 500,000 points 0.4 ms instead of 0.03, since each point becomes a
-cell; a texture of 2048 x 2048 pixels 30 to 80 ms instead of 0.1. Only a mesh of a million faces is
-quicker, 0.13 ms instead of 0.25 to 0.6.
+PyVista is not used, because it is slower here. Its import takes 0.5 to 0.9 s after that of VTK,
+during which no picture can be drawn. A small data set takes 0.13 ms instead of 0.03 to 0.06,
+and a scene has thousands; a cloud of 500,000 points 0.4 ms instead of 0.03, since each point
+becomes a cell; a texture of 2048 x 2048 pixels 30 to 80 ms instead of 0.1. Only a mesh of a
+million faces is faster, 0.13 ms instead of 0.25 to 0.6.
 """
 
 from __future__ import annotations
@@ -33,18 +33,18 @@ from vomstudio.core.arrays import (
     IntArray,
 )
 
-# VTK's own helpers, which carry no types: what they give depends on what they are given.
+# VTK's helpers have no types: the type of the result depends on the argument.
 numpy_to_vtk: Callable[..., Any] = numpy_support.numpy_to_vtk
 _vtk_to_numpy: Callable[..., Any] = numpy_support.vtk_to_numpy
 
 
-def array_of(values: vtkDataArray) -> AnyArray:
-    """The values of VTK, shared: (n,), or (n, components) where there are several."""
+def to_array(values: vtkDataArray) -> AnyArray:
+    """Return the values of a VTK array without a copy: (n,) or (n, components)."""
     return np.asarray(_vtk_to_numpy(values))
 
 
 def vtk_points(points: Float32Array) -> vtkPoints:
-    """Points (n, 3) float32, shared with the array."""
+    """Return points (n, 3) float32 that share the array."""
     out = vtkPoints()
     out.SetData(numpy_to_vtk(np.ascontiguousarray(points, np.float32)))
     return out
@@ -57,7 +57,7 @@ def triangles(
     uv: Float32Array | None = None,
     colors: ByteArray | None = None,
 ) -> vtkPolyData:
-    """A triangle mesh; faces (m, 3) are rows into points (n, 3)."""
+    """Return a triangle mesh; faces (m, 3) are rows of points (n, 3)."""
     data = vtkPolyData()
     data.SetPoints(vtk_points(points))
     data.SetPolys(triangle_cells(faces))
@@ -71,7 +71,7 @@ def triangles(
 
 
 def triangle_cells(faces: Int32Array) -> vtkCellArray:
-    """Triangles (m, 3) as rows into points."""
+    """Return triangles (m, 3), which are rows of points, as cells."""
     cells = vtkCellArray()
     flat = np.ascontiguousarray(faces, np.int32).reshape(-1)
     offsets = np.arange(0, len(flat) + 1, 3, dtype=np.int32)
@@ -80,7 +80,7 @@ def triangle_cells(faces: Int32Array) -> vtkCellArray:
 
 
 def point_set(points: Float32Array, colors: ByteArray | None = None) -> vtkPolyData:
-    """Points without cells, as vtkPointGaussianMapper draws them."""
+    """Return points without cells, as vtkPointGaussianMapper draws them."""
     data = vtkPolyData()
     data.SetPoints(vtk_points(points))
     if colors is not None:
@@ -89,7 +89,7 @@ def point_set(points: Float32Array, colors: ByteArray | None = None) -> vtkPolyD
 
 
 def set_colors(data: vtkPolyData, colors: ByteArray) -> None:
-    """RGB or RGBA (n, 3 or 4) uint8 per point as the active scalars."""
+    """Set RGB or RGBA (n, 3 or 4) uint8 per point as the active scalars."""
     data.GetPointData().SetScalars(color_array(colors))
 
 
@@ -99,8 +99,8 @@ def color_array(colors: ByteArray) -> vtkUnsignedCharArray:
     return array
 
 
-def cells_of(sizes: Sequence[int] | IntArray) -> vtkCellArray:
-    """Cells that use the points in order, the first sizes[0] of them, then sizes[1] ..."""
+def cells_of_sizes(sizes: Sequence[int] | IntArray) -> vtkCellArray:
+    """Return cells of consecutive points, with the given numbers of points."""
     offsets = np.concatenate([[0], np.cumsum(np.asarray(sizes, np.int64))]).astype(np.int32)
     cells = vtkCellArray()
     cells.SetData(
@@ -110,8 +110,8 @@ def cells_of(sizes: Sequence[int] | IntArray) -> vtkCellArray:
     return cells
 
 
-def runs_of_cells(first: int, count: int, size: int) -> vtkCellArray:
-    """`count` cells of `size` points each, which use the points in order from `first` on."""
+def uniform_cells(first: int, count: int, size: int) -> vtkCellArray:
+    """Return `count` cells of `size` consecutive points each, starting at point `first`."""
     cells = vtkCellArray()
     offsets = np.arange(0, size * count + 1, size, dtype=np.int32)
     points = np.arange(first, first + size * count, dtype=np.int32)
@@ -122,14 +122,14 @@ def runs_of_cells(first: int, count: int, size: int) -> vtkCellArray:
 
 
 def show(actor: vtkActor, data: vtkPolyData) -> None:
-    """Have an actor, whose mapper is one of polygons, draw this."""
+    """Set the data of an actor whose mapper is one of polygons."""
     mapper = actor.GetMapper()
     assert isinstance(mapper, vtkPolyDataMapper)
     mapper.SetInputData(data)
 
 
 def clip(actor: vtkActor, planes: vtkPlaneCollection | None) -> None:
-    """Draw only what lies on the inner side of all these planes; None for everything."""
+    """Draw only the inner side of all these planes; None for everything."""
     if planes is None:
         actor.GetMapper().RemoveAllClippingPlanes()
     else:
@@ -137,7 +137,7 @@ def clip(actor: vtkActor, planes: vtkPlaneCollection | None) -> None:
 
 
 def image(pixels: ByteArray) -> vtkImageData:
-    """(height, width, channels) uint8, first row at the bottom, as a VTK image."""
+    """Return pixels (height, width, channels) uint8, first row at the bottom, as a VTK image."""
     height, width, channels = pixels.shape
     out = vtkImageData()
     out.SetDimensions(width, height, 1)
@@ -152,5 +152,5 @@ def matrix(values: FloatArray) -> vtkMatrix4x4:
 
 
 def rgb(color: tuple[float, float, float]) -> ByteArray:
-    """(3,) uint8 of RGB 0..1."""
+    """Return RGB 0..1 as (3,) uint8."""
     return np.asarray(np.round(np.clip(color, 0.0, 1.0) * np.array(255.0)), np.uint8)

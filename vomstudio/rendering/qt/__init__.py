@@ -1,1 +1,1 @@
-"""The viewport widget and what is painted over it: alone sees both Qt and VTK."""
+"""Viewport widget and its overlays; the only package that uses both Qt and VTK."""

@@ -1,8 +1,7 @@
-"""Labels and symbols of the features over the drawn outcrop: what is shown, where, and what lies
-under a pixel. Qt, but no VTK.
+"""Labels and symbols of the features over the outcrop. Qt, no VTK.
 
-Nothing piles up: symbols and labels take places in the image in the order of their importance, and
-those that find none are left out, a symbol down to a dot in its type's colour.
+Nothing overlaps: symbols and labels take places in the image in the order of their importance.
+Those without a place are left out, and a symbol becomes a dot in its type's colour.
 """
 
 from __future__ import annotations
@@ -19,39 +18,44 @@ from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen, QPixmap
 from vomstudio.core.arrays import BoolArray, FloatArray, IntArray
 from vomstudio.rendering.qt import painting
 from vomstudio.rendering.view.camera import Camera
-from vomstudio.rendering.view.decluttering import LabelGrid, by_importance, place_labels
+from vomstudio.rendering.view.decluttering import LabelGrid, order_by_importance, place_labels
 from vomstudio.rendering.view.drawing import FeatureDrawing
-from vomstudio.rendering.view.symbols import SMALLEST_DISC, Signs, SymbolSet
+from vomstudio.rendering.view.symbols import MIN_DISC_PIXELS, Signs, SymbolSet
 
 Project = Callable[[FloatArray], tuple[FloatArray, BoolArray]]
 
-_PATIENCE = 6
-"""Frames of a moving view for which something stays though its place is not seen: the depth of a
-coarser model comes and goes."""
-_ROOM = 13.0
-"""Half the side of the square that a symbol keeps free of other symbols, in pixels."""
-_DOT = 6.0
-_ROOM_FOR_NEW = 10.0
-_CAP = 1.2
-_FEW = 12
-_CASED = 1200
-"""Strokes above which symbols have one casing instead of two."""
-_REACH = 7.0
-_LABEL_GAP = 7.0
-_ALONG = (0.25, 0.75, 0.0, 1.0)
-"""Where on a feature's line its label and symbol may stand if its anchor is not seen."""
-_SYMBOL_GAP = 17.0
-# Of thousands of drawings at every change: a loop of Python's own takes three times as long.
+MAX_HIDDEN_FRAMES = 6
+"""Frames of a moving view for which a label with a hidden place stays, because the depth of a
+coarse model varies."""
+SYMBOL_HALF_SIZE = 13.0
+"""Half the side of the square around a symbol without other symbols, pixels."""
+DOT_DIAMETER = 6.0
+NEW_LABEL_CLEARANCE = 10.0
+CAP_LENGTH = 1.2
+MAX_SELECTED_ON_TOP = 12
+MAX_DOUBLE_CASED_STROKES = 1200
+"""Number of strokes above which symbols have one casing instead of two."""
+PICK_DISTANCE = 7.0
+LABEL_GAP = 7.0
+LINE_POSITIONS = (0.25, 0.75, 0.0, 1.0)
+"""Positions along a feature's line of label and symbol if its anchor is hidden."""
+SYMBOL_GAP = 17.0
+# Called for thousands of drawings at every change: a Python loop takes three times as long.
 _ID, _EXTENT, _LABEL, _SYMBOL = map(attrgetter, ("id", "extent", "label", "symbol"))
 
 
 @dataclass(frozen=True, eq=False)
 class _Ready:
-    """The visible drawings, worked out once for all the frames until they change.
+    """Visible drawings, prepared once for all frames until they change.
 
-    rows : of the drawings, by id
-    places : (n, 5, 3) World, where label and symbol may stand: the anchor, then along the line
-    sizes : (n, 2) of the labels, in pixels
+    Parameters
+    ----------
+    rows : dict of str to int
+        Row of each drawing by id.
+    places : (n, 5, 3) float64
+        World positions for label and symbol: the anchor, then places along the line.
+    sizes : (n, 2) float64
+        Sizes of the labels, pixels.
     """
 
     drawings: list[FeatureDrawing]
@@ -69,24 +73,26 @@ class _Ready:
         return len(self.drawings)
 
     def among(self, ids: Iterable[str]) -> IntArray:
-        """The rows of those of these ids that are here."""
+        """Return the rows of these ids, without those that are missing."""
         rows = self.rows
         return np.array([rows[id_] for id_ in ids if id_ in rows], np.int64)
 
     def flags(self, ids: Iterable[str]) -> BoolArray:
-        """(n,) which have one of these ids."""
-        found = np.zeros(self.count, np.bool_)
-        found[self.among(ids)] = True
-        return found
+        """Return which drawings (n,) have one of these ids."""
+        flags = np.zeros(self.count, np.bool_)
+        flags[self.among(ids)] = True
+        return flags
 
-    def numbers(self, known: Mapping[str, int]) -> IntArray:
-        """(n,) what is known of each, 0 where nothing is."""
-        found = np.zeros(self.count, np.int64)
-        here = [(self.rows[id_], number) for id_, number in known.items() if id_ in self.rows]
-        if here:
-            rows, numbers = np.array(here, np.int64).T
-            found[rows] = numbers
-        return found
+    def numbers(self, values: Mapping[str, int]) -> IntArray:
+        """Return the value (n,) of each drawing by its id, 0 if missing."""
+        result = np.zeros(self.count, np.int64)
+        rows_and_numbers = [
+            (self.rows[id_], number) for id_, number in values.items() if id_ in self.rows
+        ]
+        if rows_and_numbers:
+            rows, numbers = np.array(rows_and_numbers, np.int64).T
+            result[rows] = numbers
+        return result
 
 
 class Annotations:
@@ -96,26 +102,26 @@ class Annotations:
         self._numbers: dict[tuple[str, float], QPixmap] = {}
         self._dots: dict[tuple[tuple[float, float, float], float, float], QPixmap] = {}
         self._ready: _Ready | None = None
-        self._before: _Ready | None = None
+        self._previous: _Ready | None = None
         self._corners: dict[str, int] = {}
         self._labels_shown: dict[str, int] = {}
         self._symbols_shown: dict[str, int] = {}
-        self._stood: dict[str, int] = {}
+        self._position_by_id: dict[str, int] = {}
         self._strokes: FloatArray = np.zeros((0, 2, 2))
         self._owners: IntArray = np.zeros(0, np.int64)
 
     def forget(self) -> None:
-        """The drawings have changed."""
-        self._before = self._ready or self._before
+        """Prepare the drawings again after a change."""
+        self._previous = self._ready or self._previous
         self._ready = None
 
     def forget_font(self) -> None:
         self.labels.clear()
         self._numbers.clear()
-        self._before = self._ready = None
+        self._previous = self._ready = None
 
     def at(self, x: float, y: float) -> str | None:
-        """The feature whose label or symbol lies under a pixel."""
+        """Return the feature whose label or symbol is at a pixel."""
         for key, box in self.label_boxes:
             if box.contains(x, y):
                 return key
@@ -127,7 +133,7 @@ class Annotations:
         t = np.clip(np.einsum("ij,ij->i", point - a, ab) / square, 0.0, 1.0)
         off = np.hypot(*(a + t[:, None] * ab - point).T)
         best = int(np.argmin(off))
-        if off[best] > _REACH:
+        if off[best] > PICK_DISTANCE:
             return None
         return self._ready.drawings[int(self._owners[best])].id
 
@@ -143,7 +149,13 @@ class Annotations:
         kept_free: Iterable[QRectF] = (),
         moving: bool = False,
     ) -> None:
-        """project : pixels of World points, and whether they are seen."""
+        """Paint symbols and labels.
+
+        Parameters
+        ----------
+        project : callable
+            Returns pixels of World points, and whether they are visible.
+        """
         self.label_boxes = []
         self._strokes, self._owners = np.zeros((0, 2, 2)), np.zeros(0, np.int64)
         ready = self._ready or self._prepare(features)
@@ -152,27 +164,27 @@ class Annotations:
             return
         ratio = painter.device().devicePixelRatioF()
         count = len(ready.drawings)
-        pixels, there = project(ready.places.reshape(-1, 3))
-        at = self._stand(ready, there.reshape(count, -1), moving)
+        pixels, is_visible = project(ready.places.reshape(-1, 3))
+        at = self._choose_positions(ready, is_visible.reshape(count, -1), moving)
         anchors = pixels.reshape(count, -1, 2)[np.arange(count), at]
-        seen = there.reshape(count, -1)[np.arange(count), at]
-        chosen = ready.flags(selected)
+        is_seen = is_visible.reshape(count, -1)[np.arange(count), at]
+        is_selected = ready.flags(selected)
         grid = LabelGrid(*size)
         for box in kept_free:
             grid.block(box.x(), box.y(), box.width(), box.height())
-        gap = _LABEL_GAP
+        gap = LABEL_GAP
         if len(ready.symbol_rows):
             rows = ready.symbol_rows
             signs = ready.symbols.signs(camera, size, ready.places[rows, at[rows]])
-            self._paint_symbols(painter, ready, signs, seen, chosen, grid, size, moving)
+            self._paint_symbols(painter, ready, signs, is_seen, is_selected, grid, size, moving)
             if not ready.discs.all():
-                gap = _SYMBOL_GAP
-        self._paint_labels(painter, ready, anchors, seen, chosen, grid, gap, moving, ratio)
+                gap = SYMBOL_GAP
+        self._paint_labels(painter, ready, anchors, is_seen, is_selected, grid, gap, moving, ratio)
 
     def _prepare(self, features: Mapping[str, FeatureDrawing]) -> _Ready:
         drawings = [d for d in features.values() if d.visible and (d.label or d.symbol)]
         symbols = list(map(_SYMBOL, drawings))
-        known = list(filter(None, symbols))
+        valid = list(filter(None, symbols))
         places, sizes = self._measure(drawings)
         return _Ready(
             drawings,
@@ -182,37 +194,51 @@ class Annotations:
             sizes,
             np.fromiter(map(bool, map(_LABEL, drawings)), np.bool_, len(drawings)),
             np.flatnonzero(np.fromiter(map(bool, symbols), np.bool_, len(drawings))),
-            SymbolSet(known),
-            np.array([s.kind == "disc" for s in known], np.bool_),
+            SymbolSet(valid),
+            np.array([s.kind == "disc" for s in valid], np.bool_),
         )
 
     def _measure(self, drawings: list[FeatureDrawing]) -> tuple[FloatArray, FloatArray]:
-        """Places and sizes of the labels; of most nothing has changed since the last time."""
-        places, sizes = np.zeros((len(drawings), 1 + len(_ALONG), 3)), np.zeros((len(drawings), 2))
-        before = self._before
-        rows = {} if before is None else dict(zip(map(id, before.drawings), count(), strict=False))
-        old = np.fromiter(map(rows.get, map(id, drawings), repeat(-1)), np.int64, len(drawings))
-        if before is not None:
-            same = old >= 0
-            places[same], sizes[same] = before.places[old[same]], before.sizes[old[same]]
-        for row in np.flatnonzero(old < 0).tolist():
+        """Return places and sizes of the labels; unchanged drawings are reused."""
+        places, sizes = (
+            np.zeros((len(drawings), 1 + len(LINE_POSITIONS), 3)),
+            np.zeros((len(drawings), 2)),
+        )
+        previous = self._previous
+        rows = (
+            {} if previous is None else dict(zip(map(id, previous.drawings), count(), strict=False))
+        )
+        previous_rows = np.fromiter(
+            map(rows.get, map(id, drawings), repeat(-1)), np.int64, len(drawings)
+        )
+        if previous is not None:
+            is_unchanged = previous_rows >= 0
+            places[is_unchanged], sizes[is_unchanged] = (
+                previous.places[previous_rows[is_unchanged]],
+                previous.sizes[previous_rows[is_unchanged]],
+            )
+        for row in np.flatnonzero(previous_rows < 0).tolist():
             places[row], sizes[row] = _places(drawings[row]), self.labels.size(drawings[row].label)
-        self._before = None
+        self._previous = None
         return places, sizes
 
-    def _stand(self, ready: _Ready, seen: BoolArray, moving: bool) -> IntArray:
-        """(n,) at which of its places each feature is named: where it was last as long as that is
-        seen, else at the first that is; so a long trace is named however near the viewer is."""
-        last = ready.numbers(self._stood)
-        # The anchor again, once everything rests.
-        first = last if moving else np.zeros_like(last)
-        kept = seen[np.arange(ready.count), first] | ~seen.any(axis=1)
+    def _choose_positions(self, ready: _Ready, is_visible: BoolArray, moving: bool) -> IntArray:
+        """Return the place (n,) of each label: the last one while visible, else a visible one.
+
+        A long trace is thus labelled however near the viewer is.
+        """
+        last_positions = ready.numbers(self._position_by_id)
+        # Return to the anchor once the view is at rest.
+        preferred = last_positions if moving else np.zeros_like(last_positions)
+        is_kept = is_visible[np.arange(ready.count), preferred] | ~is_visible.any(axis=1)
         if moving:
-            for shown in (self._labels_shown, self._symbols_shown):
-                gone = ready.numbers(shown)
-                kept |= (gone > 0) & (gone < _PATIENCE)
-        at = np.where(kept, first, np.argmax(seen, axis=1))
-        self._stood = {ready.drawings[i].id: int(at[i]) for i in np.flatnonzero(at).tolist()}
+            for shown_frames in (self._labels_shown, self._symbols_shown):
+                hidden_frames = ready.numbers(shown_frames)
+                is_kept |= (hidden_frames > 0) & (hidden_frames < MAX_HIDDEN_FRAMES)
+        at = np.where(is_kept, preferred, np.argmax(is_visible, axis=1))
+        self._position_by_id = {
+            ready.drawings[i].id: int(at[i]) for i in np.flatnonzero(at).tolist()
+        }
         return at
 
     # --- symbols -----------------------------------------------------------------------------
@@ -221,8 +247,8 @@ class Annotations:
         painter: QPainter,
         ready: _Ready,
         signs: Signs,
-        seen: BoolArray,
-        chosen: BoolArray,
+        is_visible: BoolArray,
+        is_selected: BoolArray,
         grid: LabelGrid,
         size: tuple[float, float],
         moving: bool,
@@ -235,38 +261,45 @@ class Annotations:
                 & (signs.pixels > -20.0).all(axis=1)
                 & (signs.pixels < np.array(size) + 20.0).all(axis=1)
             )
-        there = self._patient(ready, seen, self._symbols_shown, moving)[rows]
-        small = extents < SMALLEST_DISC * signs.metres
-        wanted = inside & (there | chosen[rows]) & (~ready.discs | small)
-        kept = ready.flags(self._symbols_shown)[rows]
-        order = by_importance(chosen[rows], kept, extents, moving=moving)
-        # A margin all round: a symbol half out of the image is one all the same.
+        is_patient = self._patient(ready, is_visible, self._symbols_shown, moving)[rows]
+        small = extents < MIN_DISC_PIXELS * signs.metres
+        candidates = inside & (is_patient | is_selected[rows]) & (~ready.discs | small)
+        was_shown = ready.flags(self._symbols_shown)[rows]
+        order = order_by_importance(is_selected[rows], was_shown, extents, moving=moving)
+        # With a margin, because a symbol may be partly outside the image.
         room = LabelGrid(size[0] + 40.0, size[1] + 40.0)
         full, dots, discs = [], [], []
-        # A few selected ones lie over all others; many of them would pile up too.
-        few = np.flatnonzero(chosen[rows])
-        certain = set(few.tolist()) if len(few) <= _FEW else set()
+        # A few selected symbols are drawn over all others; many would overlap each other.
+        selected_rows = np.flatnonzero(is_selected[rows])
+        certain = (
+            set(selected_rows.tolist()) if len(selected_rows) <= MAX_SELECTED_ON_TOP else set()
+        )
         places = signs.pixels.tolist()
-        for i in order[wanted[order]].tolist():
+        for i in order[candidates[order]].tolist():
             x, y = places[i]
-            margin = _ROOM + (6.0 if moving and not kept[i] else 0.0)
+            margin = SYMBOL_HALF_SIZE + (6.0 if moving and not was_shown[i] else 0.0)
             free = room.is_free(x + 20.0 - margin, y + 20.0 - margin, 2 * margin, 2 * margin)
             if ready.discs[i]:
                 discs.append(i)
             elif i in certain or free:
-                room.block(x + 20.0 - _ROOM, y + 20.0 - _ROOM, 2 * _ROOM, 2 * _ROOM)
+                room.block(
+                    x + 20.0 - SYMBOL_HALF_SIZE,
+                    y + 20.0 - SYMBOL_HALF_SIZE,
+                    2 * SYMBOL_HALF_SIZE,
+                    2 * SYMBOL_HALF_SIZE,
+                )
                 full.append(i)
                 grid.block(x - 6.0, y - 6.0, 12.0, 12.0)
             else:
                 dots.append(i)
-        self._remember(self._symbols_shown, ready, rows[full].tolist(), seen)
+        self._remember(self._symbols_shown, ready, rows[full].tolist(), is_visible)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         colors = [ready.drawings[i].color for i in rows]
-        # The first in the order last, over the others.
-        self._paint_dots(painter, signs.pixels, discs[::-1], colors, SMALLEST_DISC)
-        self._paint_dots(painter, signs.pixels, dots[::-1], colors, _DOT)
+        # The first in the order is drawn last, over the others.
+        self._paint_dots(painter, signs.pixels, discs[::-1], colors, MIN_DISC_PIXELS)
+        self._paint_dots(painter, signs.pixels, dots[::-1], colors, DOT_DIAMETER)
         strokes, owners = signs.strokes(full)
-        self._paint_strokes(painter, strokes, owners, colors, chosen[rows])
+        self._paint_strokes(painter, strokes, owners, colors, is_selected[rows])
         self._paint_numbers(painter, ready, signs, full, grid)
         dots += discs
         dot_strokes = np.repeat(signs.pixels[dots][:, None], 2, axis=1).reshape(-1, 2, 2)
@@ -288,19 +321,19 @@ class Annotations:
             painter.drawPixmap(QPointF(x - half, y - half), self._dot(colors[i], width, ratio))
 
     def _dot(self, color: tuple[float, float, float], width: float, ratio: float) -> QPixmap:
-        """Kept as a small picture: round points take Qt ten times as long."""
+        """Return a dot as a small picture: drawing round points takes Qt ten times as long."""
         key = (color, width, ratio)
-        found = self._dots.get(key)
-        if found is None:
-            found = _blank(width + 2.0, width + 2.0, ratio)
-            inner = QPainter(found)
+        pixmap = self._dots.get(key)
+        if pixmap is None:
+            pixmap = _blank(width + 2.0, width + 2.0, ratio)
+            inner = QPainter(pixmap)
             inner.setRenderHint(QPainter.RenderHint.Antialiasing)
             inner.setPen(QPen(painting.DARK, 1.2))
             inner.setBrush(painting.to_color(color))
             inner.drawEllipse(QRectF(1.0, 1.0, width, width))
             inner.end()
-            self._dots[key] = found
-        return found
+            self._dots[key] = pixmap
+        return pixmap
 
     def _paint_strokes(
         self,
@@ -308,34 +341,36 @@ class Annotations:
         strokes: FloatArray,
         owners: IntArray,
         colors: list[tuple[float, float, float]],
-        chosen: BoolArray,
+        is_selected: BoolArray,
     ) -> None:
         if not len(strokes):
             return
-        # Flat ends, drawn a little longer, take a third of the time of round ones.
+        # Flat ends, slightly longer, take a third of the time of round ones.
         along = strokes[:, 1] - strokes[:, 0]
-        along *= _CAP / np.maximum(np.hypot(*along.T), 1e-9)[:, None]
+        along *= CAP_LENGTH / np.maximum(np.hypot(*along.T), 1e-9)[:, None]
         longer = strokes + np.stack([-along, along], axis=1)
         lines = [QLineF(*ends) for ends in longer.reshape(-1, 4).tolist()]
         groups: dict[tuple[bool, tuple[float, float, float]], list[QLineF]] = {}
         for line, owner in zip(lines, owners.tolist(), strict=True):
-            groups.setdefault((bool(chosen[owner]), colors[owner]), []).append(line)
+            groups.setdefault((bool(is_selected[owner]), colors[owner]), []).append(line)
         shade = QColor(painting.DARK)
         shade.setAlphaF(0.85)
-        # The selected ones over all others.
+        # Selected strokes over all others.
         for selected in (False, True):
-            own = {color: part for (s, color), part in groups.items() if s == selected}
-            every = [line for part in own.values() for line in part]
-            if not every:
+            selected_groups = {color: part for (s, color), part in groups.items() if s == selected}
+            stroke_lines = [line for part in selected_groups.values() for line in part]
+            if not stroke_lines:
                 continue
             wider = 2.0 if selected else 0.0
-            # A light casing within the dark one: a symbol may lie on the line of its own trace.
-            # Among very many there is time for one of them only.
+            # A light casing within the dark one, since a symbol may lie on the line of its own
+            # trace. Very many symbols have only one casing to save time.
             casing = [(shade, 6.2), (painting.TEXT, 4.6)]
-            for tint, wide in casing if len(every) < _CASED else [(painting.TEXT, 4.6)]:
+            for tint, wide in (
+                casing if len(stroke_lines) < MAX_DOUBLE_CASED_STROKES else [(painting.TEXT, 4.6)]
+            ):
                 painter.setPen(_flat(tint, wide + wider))
-                painter.drawLines(every)
-            for color, part in own.items():
+                painter.drawLines(stroke_lines)
+            for color, part in selected_groups.items():
                 painter.setPen(_flat(painting.to_color(color), 3.2 if selected else 2.4))
                 painter.drawLines(part)
 
@@ -357,17 +392,17 @@ class Annotations:
                 )
 
     def _number(self, text: str, ratio: float) -> QPixmap:
-        found = self._numbers.get((text, ratio))
-        if found is None:
+        pixmap = self._numbers.get((text, ratio))
+        if pixmap is None:
             font = painting.system_font(bold=True)
             metrics = QFontMetricsF(font)
             wide, tall = metrics.horizontalAdvance(text) + 6.0, metrics.height() + 4.0
-            found = _blank(wide, tall, ratio)
-            inner = QPainter(found)
+            pixmap = _blank(wide, tall, ratio)
+            inner = QPainter(pixmap)
             painting.outlined_text(inner, 3.0, 2.0 + metrics.ascent(), text, font)
             inner.end()
-            self._numbers[(text, ratio)] = found
-        return found
+            self._numbers[(text, ratio)] = pixmap
+        return pixmap
 
     # --- labels ------------------------------------------------------------------------------
     def _paint_labels(
@@ -375,48 +410,52 @@ class Annotations:
         painter: QPainter,
         ready: _Ready,
         anchors: FloatArray,
-        seen: BoolArray,
-        chosen: BoolArray,
+        is_visible: BoolArray,
+        is_selected: BoolArray,
         grid: LabelGrid,
         gap: float,
         moving: bool,
         ratio: float,
     ) -> None:
-        there = self._patient(ready, seen, self._labels_shown, moving)
-        kept = ready.flags(self._labels_shown)
-        wanted = ready.labelled & (there | chosen) & np.isfinite(anchors).all(axis=1)
-        order = by_importance(chosen, kept, ready.extents, moving=moving)
+        is_patient = self._patient(ready, is_visible, self._labels_shown, moving)
+        was_shown = ready.flags(self._labels_shown)
+        candidates = ready.labelled & (is_patient | is_selected) & np.isfinite(anchors).all(axis=1)
+        order = order_by_importance(is_selected, was_shown, ready.extents, moving=moving)
         corners = ready.numbers(self._corners)
-        # While the view moves, what is new needs more room, or it would go at the next step.
-        clear = np.where(kept | chosen, 0.0, _ROOM_FOR_NEW) if moving else None
-        placed = place_labels(grid, anchors, ready.sizes, order[wanted[order]], gap, corners, clear)
+        # While the view moves, a new label needs more space, or it would vanish at the next step.
+        clear = np.where(was_shown | is_selected, 0.0, NEW_LABEL_CLEARANCE) if moving else None
+        placed = place_labels(
+            grid, anchors, ready.sizes, order[candidates[order]], gap, corners, clear
+        )
         for i, (x, y) in placed.items():
             d = ready.drawings[i]
-            picture = self.labels.picture(d.label, d.color, bool(chosen[i]), ratio)
+            picture = self.labels.picture(d.label, d.color, bool(is_selected[i]), ratio)
             painter.drawPixmap(QPointF(x, y), picture)
             wide, tall = ready.sizes[i]
             self.label_boxes.append((d.id, QRectF(x, y, float(wide), float(tall))))
-        self._remember(self._labels_shown, ready, list(placed), seen)
+        self._remember(self._labels_shown, ready, list(placed), is_visible)
         self._corners = {ready.drawings[i].id: int(corners[i]) for i in placed}
 
     # --- memory ------------------------------------------------------------------------------
     def _patient(
-        self, ready: _Ready, seen: BoolArray, shown: dict[str, int], moving: bool
+        self, ready: _Ready, is_visible: BoolArray, shown: dict[str, int], moving: bool
     ) -> BoolArray:
-        """What is seen, and while the view moves what was shown and seen a few frames ago."""
+        """Return which are visible; while the view moves also those visible a few frames ago."""
         if not moving or not shown:
-            return seen
-        return seen | ready.flags(id_ for id_, gone in shown.items() if gone < _PATIENCE)
+            return is_visible
+        return is_visible | ready.flags(
+            id_ for id_, gone in shown.items() if gone < MAX_HIDDEN_FRAMES
+        )
 
     def _remember(
-        self, shown: dict[str, int], ready: _Ready, now: Iterable[int], seen: BoolArray
+        self, shown: dict[str, int], ready: _Ready, shown_rows: Iterable[int], is_visible: BoolArray
     ) -> None:
-        """For each row that is shown, for how many frames it has not been seen."""
-        before = dict(shown)
+        """Count for each shown row the frames in which it has not been visible."""
+        previous = dict(shown)
         shown.clear()
-        for row in now:
+        for row in shown_rows:
             id_ = ready.drawings[row].id
-            shown[id_] = 0 if seen[row] else before.get(id_, 0) + 1
+            shown[id_] = 0 if is_visible[row] else previous.get(id_, 0) + 1
 
 
 def _flat(color: QColor, width: float) -> QPen:
@@ -426,18 +465,18 @@ def _flat(color: QColor, width: float) -> QPen:
 
 
 def _places(drawing: FeatureDrawing) -> FloatArray:
-    """(5, 3) World"""
+    """Return the places (5, 3) of a drawing in World."""
     line = np.asarray(drawing.line, float).reshape(-1, 3)
     anchor = np.asarray(drawing.anchor, float)
     if len(line) < 2:
-        return np.repeat(anchor[None], 1 + len(_ALONG), axis=0)
-    rows = [round(along * (len(line) - 1)) for along in _ALONG]
+        return np.repeat(anchor[None], 1 + len(LINE_POSITIONS), axis=0)
+    rows = [round(along * (len(line) - 1)) for along in LINE_POSITIONS]
     return np.concatenate([anchor[None], line[rows]])
 
 
 def _blank(width: float, height: float, ratio: float) -> QPixmap:
-    """A clear picture of so many logical pixels."""
-    made = QPixmap(int(np.ceil(width * ratio)), int(np.ceil(height * ratio)))
-    made.setDevicePixelRatio(ratio)
-    made.fill(Qt.GlobalColor.transparent)
-    return made
+    """Return a transparent picture of this size in logical pixels."""
+    pixmap = QPixmap(int(np.ceil(width * ratio)), int(np.ceil(height * ratio)))
+    pixmap.setDevicePixelRatio(ratio)
+    pixmap.fill(Qt.GlobalColor.transparent)
+    return pixmap

@@ -1,4 +1,4 @@
-"""A window of PyVista's beside a program that runs Qt already."""
+"""Plotter window of PyVista in a program that already runs Qt."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 
 def window_plotter(app: Any) -> Any:
-    """app : the running QApplication. It draws when something changes, and not by a clock."""
+    """Return a plotter for the running QApplication, which draws on changes, not periodically."""
     import pyvistaqt
 
     plotter: Any = pyvistaqt.BackgroundPlotter(app=app, auto_update=False)

@@ -1,4 +1,4 @@
-"""Colour bars and the clipping box over the drawn outcrop. Qt, but no VTK."""
+"""Colour bars and the clipping box over the outcrop. Qt, no VTK."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from vomstudio.rendering.view.clipping import EDGES, FACES
 from vomstudio.rendering.view.scalars import MISSING, Scale
 
 BAR_WIDTH = 16.0
-TALLEST = 300.0
+MAX_BAR_HEIGHT = 300.0
 TOP = 42.0
-"""Below the bar that messages are shown in."""
+"""Below the message bar."""
 PAD = 9.0
-WIDEST_TITLE = 190.0
-MOST_ROWS = 40
-"""Classes whose names are told."""
+MAX_TITLE_WIDTH = 190.0
+MAX_ROWS = 40
+"""Maximum number of named classes."""
 MISSING_TEXT = to_translate("no value")
 
 BOX_COLOR = QColor("#f0e442")
@@ -30,9 +30,9 @@ HANDLE_RADIUS = 12.5
 
 
 class ColorBar:
-    """One bar, laid out with its top right corner at (right, top) and no lower than `bottom`.
+    """Colour bar with its top right corner at (right, top), ending above `bottom`.
 
-    captions : the title and what is said below it, such as the model's name
+    `captions` contains the title and further lines, such as the model's name.
     """
 
     def __init__(
@@ -44,8 +44,8 @@ class ColorBar:
         self._line = plain.height()
         title = captions[0] + (f" [{scale.unit}]" if scale.unit else "")
         elide = Qt.TextElideMode.ElideRight
-        self._captions = [bold.elidedText(title, elide, WIDEST_TITLE)]
-        self._captions += [plain.elidedText(t, elide, WIDEST_TITLE) for t in captions[1:] if t]
+        self._captions = [bold.elidedText(title, elide, MAX_TITLE_WIDTH)]
+        self._captions += [plain.elidedText(t, elide, MAX_TITLE_WIDTH) for t in captions[1:] if t]
         self._head = bold.height() + self._line * (len(self._captions) - 1) + 5.0
         self._foot = self._line + 5.0 if scale.missing else 0.0
         wide = [bold.horizontalAdvance(self._captions[0])]
@@ -54,21 +54,21 @@ class ColorBar:
         self._left_out = 0
         if scale.kind == "categories":
             row = self._line + 3.0
-            most = max(1, int((room - self._head - self._foot - 2.0 * PAD) / row))
+            max_rows = max(1, int((room - self._head - self._foot - 2.0 * PAD) / row))
             self._rows = list(scale.categories)
-            if len(self._rows) > MOST_ROWS:
-                # So many are told apart by their borders.
+            if len(self._rows) > MAX_ROWS:
+                # So many categories are told apart by their borders.
                 self._left_out, self._rows = len(self._rows), []
-            elif len(self._rows) > most:
-                self._left_out = len(self._rows) - (most - 1)
-                self._rows = self._rows[: most - 1]
-            words = [c.name for c in self._rows] + self._more()
+            elif len(self._rows) > max_rows:
+                self._left_out = len(self._rows) - (max_rows - 1)
+                self._rows = self._rows[: max_rows - 1]
+            words = [c.name for c in self._rows] + self._omitted_text()
             inner = row * len(words)
         else:
-            inner = min(TALLEST, room) - self._head - self._foot - 2.0 * PAD
+            inner = min(MAX_BAR_HEIGHT, room) - self._head - self._foot - 2.0 * PAD
             words = [text for _, text in self._ticks(inner)]
-        beside = max([plain.horizontalAdvance(w) for w in words], default=0.0)
-        wide.append(BAR_WIDTH + 8.0 + beside)
+        text_width = max([plain.horizontalAdvance(w) for w in words], default=0.0)
+        wide.append(BAR_WIDTH + 8.0 + text_width)
         if scale.missing:
             wide.append(BAR_WIDTH + 8.0 + plain.horizontalAdvance(tr(MISSING_TEXT)))
         width = max(wide) + 2.0 * PAD
@@ -76,7 +76,7 @@ class ColorBar:
         self._inner = inner
         self.box = QRectF(right - width, top, width, height)
 
-    def _more(self) -> list[str]:
+    def _omitted_text(self) -> list[str]:
         if self._left_out and not self._rows:
             return [tr_n("{count} class", "{count} classes, by their colours", self._left_out)]
         return (
@@ -84,8 +84,10 @@ class ColorBar:
         )
 
     def _ticks(self, tall: float) -> list[tuple[float, str]]:
-        """Place 0..1 from the bottom and text: the ends, and the round values between that keep
-        clear of them and of each other."""
+        """Return position 0..1 from the bottom and text of the ticks.
+
+        These are both ends, and round values that do not overlap others.
+        """
         scale, width = self.scale, self.scale.high - self.scale.low
         if width <= 0.0:
             return []
@@ -97,10 +99,10 @@ class ColorBar:
             (1.0, ("≥ " if scale.above else "") + high),
         ]
         clear = 1.25 * self._line / max(tall, 1.0)
-        most = max(1, int(1.0 / max(1.6 * clear, 0.14)))
+        max_ticks = max(1, int(1.0 / max(1.6 * clear, 0.14)))
         between = [
             ((v - scale.low) / width, text)
-            for v, text in scale.ticks(most)
+            for v, text in scale.ticks(max_ticks)
             if clear <= (v - scale.low) / width <= 1.0 - clear
         ]
         return [ends[0], *between, ends[1]]
@@ -144,7 +146,7 @@ class ColorBar:
         row = self._line + 3.0
         for k, category in enumerate(self._rows):
             self._swatch(painter, left, top + k * row, category.rgb, category.name)
-        for text in self._more():
+        for text in self._omitted_text():
             y = top + len(self._rows) * row + QFontMetricsF(self._font).ascent()
             painter.drawText(QPointF(left, y), text)
 
@@ -152,7 +154,7 @@ class ColorBar:
         table = np.ascontiguousarray(self.scale.table[::-1])
         strip = QImage(table.data, 1, len(table), 3, QImage.Format.Format_RGB888)
         metrics = QFontMetricsF(self._font)
-        # Half a line above and below, where the words of the ends stand out.
+        # Half a line above and below, where the texts of the ends extend beyond.
         half = metrics.capHeight() / 2.0 + 1.0
         ramp = QRectF(left, top + half, BAR_WIDTH, self._inner - 2.0 * half)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, False)
@@ -171,7 +173,7 @@ class ColorBar:
 def lay_out_bars(
     shown: Sequence[tuple[Scale, Sequence[str]]], width: float, height: float
 ) -> list[ColorBar]:
-    """Bars side by side from the right, above the scale bar; those without room are left out."""
+    """Lay out bars from the right, above the scale bar; those that do not fit are left out."""
     bars: list[ColorBar] = []
     right, bottom = width - MARGIN, scale_bar_box(width, height).top() - 10.0
     for scale, captions in shown:
@@ -194,11 +196,16 @@ def draw_clip_box(
     hot: int | None,
     letters: Sequence[str],
 ) -> None:
-    """Edges and handles of a clipping box.
+    """Draw edges and handles of a clipping box.
 
-    corners : pixels (8, 2) of ClipBox.corners, NaN behind the viewer
-    centres : pixels (6, 2) of the handles, in the order of FACES
-    letters : names of the three axes
+    Parameters
+    ----------
+    corners : (8, 2) float64
+        Pixels of ClipBox.corners, NaN behind the viewer.
+    centres : (6, 2) float64
+        Pixels of the handles, in the order of FACES.
+    letters : sequence of str
+        Names of the three axes.
     """
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     for tint, width in ((QColor(20, 20, 22, 150), 3.0), (BOX_COLOR, 1.2)):

@@ -1,4 +1,4 @@
-"""The moves of the view's camera, but for those of the mouse."""
+"""Moves of the view's camera, except those by the mouse."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from vomstudio.rendering.view.camera import STANDARD_VIEWS, VIEW_ALIASES, Camera
 
 
 class CameraMoves(QObject):
-    """Who moves the camera itself, as the mouse does, says so by `moved`."""
+    """Moves of the camera. Callers that move the camera themselves must call `moved`."""
 
     changed = Signal()
     restored = Signal()
-    """A view that was kept is taken up again."""
+    """Emitted when a stored view has been restored."""
 
     def __init__(
         self, camera: Camera, pane: Pane, life: SceneLife, picture: ScenePicture, parent: QObject
@@ -30,60 +30,67 @@ class CameraMoves(QObject):
         self._fitted: FloatArray | None = None
 
     def moved(self) -> None:
-        """The camera has changed: draw once in the next paint, rest a little later."""
+        """Draw once in the next paint, and refine after a delay."""
         self._fitted = None
         self._picture.stir()
         self.changed.emit()
 
-    # -- what is looked at
+    # -- target of the view
 
     def home(self) -> None:
-        """See all visible models from the south and a little above, as on first sight."""
+        """Show all visible models from the south and slightly above."""
         self.camera.look_along(0.0, 35.0)
         self._frame_all()
 
     def frame(self, points_world: FloatArray) -> None:
-        """Show all these World points (n, 3), keeping the direction of view, and keep them in view
-        where the widget is resized before anybody moves."""
+        """Show all these World points (n, 3), keeping the view direction.
+
+        They are kept in view when the widget is resized before the camera moves.
+        """
         points = np.asarray(points_world, float)
         self.fit(points)
         self._fitted = points
 
     def fit(self, points_world: FloatArray) -> None:
-        """Show all these World points (n, 3), keeping the direction of view."""
+        """Show all these World points (n, 3), keeping the view direction."""
         self.camera.fit(points_world, self._pane.extent())
         self.moved()
 
     def resized(self) -> None:
-        """Nobody has moved since everything was brought into view: keep it in view."""
+        """Keep everything in view if the camera has not moved since it was framed."""
         if self._fitted is not None:
             self.frame(self._fitted)
 
     def stay(self) -> None:
-        """From now on the camera keeps its place when the widget is resized."""
+        """Do not frame again when the widget is resized."""
         self._fitted = None
 
     def set_pivot(self, point_world: FloatArray) -> None:
-        """Orbit about this World point from now on; the view stays as it is."""
+        """Orbit about this World point; the view does not change."""
         self.camera.set_pivot(np.asarray(point_world, float))
         self._picture.redraw_once()
 
     def standard_view(self, name: str) -> None:
-        """Look in a direction named by where the viewer looks ("north" stands in the south):
-        north, northeast, east, southeast, south, southwest, west, northwest, down, up; "top" is
-        "down" and "bottom" is "up". Everything visible is framed."""
+        """Look in a named direction, and frame everything visible.
+
+        Names are those of the view direction ("north" looks from the south): north, northeast,
+        east, southeast, south, southwest, west, northwest, down, up; "top" is "down", "bottom"
+        is "up".
+        """
         trend, plunge = STANDARD_VIEWS[VIEW_ALIASES.get(name, name)]
         self.camera.look_along(trend, plunge)
         self._frame_all()
 
     def look_along(self, trend_deg: float, plunge_deg: float) -> None:
-        """Look along a direction; the pivot keeps its place. Image up is Up projected, North
-        where the view is within 1 degree of vertical."""
+        """Look along a direction, keeping the pivot.
+
+        Image up is the projection of Up, or North if the view is within 1 degree of vertical.
+        """
         self.camera.look_along(trend_deg, plunge_deg)
         self.moved()
 
     def set_orthographic(self, orthographic: bool) -> None:
-        """Switch the projection; what lies at the pivot's distance keeps its size."""
+        """Switch the projection; the size at the pivot's distance does not change."""
         if orthographic != self.camera.orthographic:
             self.camera.orthographic = orthographic
             self.moved()
@@ -92,36 +99,39 @@ class CameraMoves(QObject):
         scene = self._life.scene
         self.frame(np.zeros((0, 3)) if scene is None else scene.everything())
 
-    # -- what is seen
+    # -- properties of the view
 
     @property
     def orthographic(self) -> bool:
         return self.camera.orthographic
 
     def view_direction(self) -> tuple[float, float]:
-        """Trend and plunge (degrees, plunge positive downwards) of where the viewer looks."""
+        """Return trend and plunge of the view direction, degrees, plunge positive downwards."""
         return self.camera.trend_plunge()
 
     def metres_per_pixel(self) -> float:
-        """Metres across one logical pixel at the pivot's distance (anywhere if orthographic)."""
+        """Return metres per logical pixel at the pivot's distance (anywhere if orthographic)."""
         return self.camera.metres_per_pixel(self._pane.extent()[1])
 
     def seen(self) -> tuple[FloatArray, float, float]:
-        """The middle of the view at the pivot's distance (3,), World, and the width and height in
-        metres that are seen there."""
+        """Return the World point (3,) in the middle of the view, and the view's size in
+        metres.
+
+        All are at the pivot's distance.
+        """
         camera, scale = self.camera, self.metres_per_pixel()
         centre = camera.position + camera.distance * camera.direction
         width, height = self._pane.extent()
         return centre, scale * width, scale * height
 
-    # -- kept with the project
+    # -- stored view state
 
     def camera_state(self) -> dict[str, Any]:
-        """The view as JSON-able values, for `set_camera_state`."""
+        """Return the view as plain values for `set_camera_state`."""
         return self.camera.to_dict()
 
     def set_camera_state(self, state: dict[str, Any]) -> None:
-        """Take back a view; raises ValueError where it is none, and changes nothing then."""
+        """Restore a view. Raises ValueError, without a change, if it is not valid."""
         self.camera.restore(state)
         self.restored.emit()
         self.moved()

@@ -1,4 +1,4 @@
-"""The clipping box of a view and the handles on its faces."""
+"""Clipping box of a view with handles on its faces."""
 
 from __future__ import annotations
 
@@ -22,8 +22,17 @@ FACE_PIXELS = 14.0
 
 
 class ClipHandles(QObject):
-    """box : what is shown and picked, None for everything; handles : whether its faces can be
-    dragged; hot : the face under the cursor."""
+    """Clipping box.
+
+    Attributes
+    ----------
+    box : ClipBox or None
+        Box outside which nothing is drawn or picked.
+    handles : bool
+        Whether its faces can be dragged.
+    hot : int or None
+        Face under the cursor.
+    """
 
     changed = Signal(object)
     """ClipBox, while a handle is dragged"""
@@ -45,8 +54,7 @@ class ClipHandles(QObject):
         self._life, self._picture, self._annotations = life, picture, annotations
 
     def set_box(self, box: ClipBox | None, *, handles: bool = True) -> None:
-        """Show and pick only what lies in a box; None for everything. `handles` to drag its faces
-        with are drawn or not."""
+        """Draw and pick only inside a box, None for everything; optionally with handles."""
         if handles != self.handles:
             self.handles = handles
             self._pane.update()
@@ -64,25 +72,25 @@ class ClipHandles(QObject):
         if self._life.scene is not None:
             self._life.scene.set_clip(self.box)
 
-    # -- what is inside
+    # -- contents of the box
 
     def holds(self, points: FloatArray) -> BoolArray:
-        """(n,) whether World points (n, 3) are inside the box."""
+        """Return whether World points (n, 3) are inside the box."""
         if self.box is None:
             return np.ones(len(points), np.bool_)
         return self.box.holds(points)
 
     def meets(self, drawing: FeatureDrawing) -> bool:
-        """Whether a part of a feature is inside the box."""
+        """Return whether a part of a feature is inside the box."""
         if self.box is None:
             return True
         points = drawing.line if len(drawing.line) else drawing.anchor
         return bool(self.box.holds(points).any())
 
-    # -- dragging a face
+    # -- drag of a face
 
     def places(self) -> tuple[FloatArray, FloatArray, list[bool]]:
-        """Pixels of the box's corners and handles, and which handles can be dragged from here."""
+        """Return the pixels of corners and handles, and which handles can be dragged."""
         assert self.box is not None
         extent = self._pane.extent()
         corners, _ = self._camera.project(self.box.corners(), extent)
@@ -98,7 +106,7 @@ class ClipHandles(QObject):
         return corners, pixels, usable
 
     def face_at(self, x: float, y: float) -> int | None:
-        """Which handle lies under a pixel."""
+        """Return the face whose handle is at a pixel."""
         if self.box is None or not self.handles:
             return None
         _, pixels, usable = self.places()
@@ -108,7 +116,7 @@ class ClipHandles(QObject):
         return best if off[best] <= FACE_PIXELS else None
 
     def drag_face(self, face: int, x: float, y: float) -> None:
-        """Move a face to where the line of sight through a pixel passes, if it passes anywhere."""
+        """Move a face to the line of sight through a pixel, if they meet."""
         assert self.box is not None
         axis, side = FACES[face]
         origin, direction = self._camera.ray(x, y, self._pane.extent())
@@ -121,20 +129,20 @@ class ClipHandles(QObject):
         self._picture.stir()
         self.changed.emit(self.box)
 
-    def face_left(self) -> None:
-        """The face that was dragged is let go."""
+    def release_face(self) -> None:
+        """End the drag of a face."""
         self._picture.rest()
         self._pane.update()
 
     def hover(self, x: float, y: float, *, free: bool) -> None:
-        """The cursor stands at a pixel; `free` where nothing else is under it."""
+        """Update the face under the cursor; `free` if the cursor is over no other handle."""
         face = self.face_at(x, y) if free else None
         if face != self.hot:
             self.hot = face
             self._pane.update()
 
-    def paint(self, painter: QPainter, held: int | None, letters: Sequence[str]) -> None:
+    def paint(self, painter: QPainter, held_face: int | None, letters: Sequence[str]) -> None:
         if self.box is not None and self.handles:
             corners, centres, usable = self.places()
-            hot = self.hot if held is None else held
+            hot = self.hot if held_face is None else held_face
             bar_painting.draw_clip_box(painter, corners, centres, usable, hot, letters)

@@ -22,9 +22,9 @@ def compass_box(height: float) -> QRectF:
 
 
 def draw_compass(painter: QPainter, frame: FloatArray, height: float, north_known: bool) -> None:
-    """A level ring with a needle to North, seen as the camera sees it.
+    """Draw a level ring with a needle to North, as the camera sees it.
 
-    frame : rows right, up, direction of the camera in World
+    `frame` contains the rows right, up, direction of the camera in World.
     """
     box = compass_box(height)
     centre = box.center()
@@ -57,16 +57,16 @@ def draw_compass(painter: QPainter, frame: FloatArray, height: float, north_know
     painter.drawPolygon(north)
     bold, plain = painting.system_font(bold=True), painting.system_font()
     letters = (tr("N"), tr("E"), tr("S"), tr("W")) if north_known else ("y", "x", "", "")
-    taken: list[QPointF] = []
+    occupied: list[QPointF] = []
     for k, letter in enumerate(letters):
         if not letter:
             continue
         turned = math.radians(90.0 * k)
         at = place((math.sin(turned), math.cos(turned), 0.0), radius + 9.0)
-        # Seen along the level, letters meet at the needle: the first keeps the place.
-        if any(math.hypot(at.x() - q.x(), at.y() - q.y()) < 13.0 for q in taken):
+        # In a horizontal view letters meet at the needle: the first keeps its place.
+        if any(math.hypot(at.x() - q.x(), at.y() - q.y()) < 13.0 for q in occupied):
             continue
-        taken.append(at)
+        occupied.append(at)
         font = bold if k == 0 else plain
         metrics = QFontMetricsF(font)
         painting.outlined_text(
@@ -87,7 +87,7 @@ def draw_compass(painter: QPainter, frame: FloatArray, height: float, north_know
 
 
 def scale_bar(metres_per_pixel: float, width: float) -> tuple[float, float]:
-    """Round length in metres and its length in pixels, at most a sixth of the view."""
+    """Return a round length in metres and in pixels, at most a sixth of the view."""
     longest = max(60.0, min(220.0, width / 6.0)) * metres_per_pixel
     length = round_length(max(longest, 1e-6))
     return length, length / metres_per_pixel

@@ -1,4 +1,4 @@
-"""How the models of the view look: display mode, light, points, and the fields that they show."""
+"""Appearance of the models in the view: display mode, light, points and fields."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal
 from vomstudio.rendering.prepare.events import FieldReady
 from vomstudio.rendering.qt.scene_lifetime import SceneLife
 from vomstudio.rendering.qt.scene_picture import ScenePicture
-from vomstudio.rendering.qt.shown_models import ModelsShown
+from vomstudio.rendering.qt.shown_models import ShownModels
 from vomstudio.rendering.view.scalars import ELEVATION, FieldStyle, Scale
 
 if TYPE_CHECKING:
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 
 class Display(QObject):
-    """captions : names of the models by id, where several show a field"""
+    """Appearance of the models; `captions` contains their names if several show a field."""
 
     field_shown = Signal(str)
-    """model id: the colours of its field are there, and `scale_of` tells them"""
+    """Model id, when the colours of its field are available from `scale_of`."""
 
     def __init__(
-        self, life: SceneLife, picture: ScenePicture, models: ModelsShown, parent: QObject
+        self, life: SceneLife, picture: ScenePicture, models: ShownModels, parent: QObject
     ) -> None:
         super().__init__(parent)
         self.captions: dict[str, str] = {}
@@ -37,12 +37,12 @@ class Display(QObject):
         models.removed.connect(self._forget_field)
 
     def set_mode(self, mode: str) -> None:
-        """ "textured", "vertex_colors", "plain shaded", "wireframe", "points" or "field"."""
+        """Set the mode: textured, vertex_colors, plain shaded, wireframe, points or field."""
         self._mode = mode
 
         def apply(scene: Scene) -> None:
             if mode != "field":
-                # The colours would only take memory.
+                # Colours of a field that is not shown would only use memory.
                 for model_id in list(scene.models):
                     scene.set_field(model_id, None)
             scene.set_mode(mode)
@@ -52,15 +52,15 @@ class Display(QObject):
         self._change(apply)
 
     def set_lit(self, mode: str, lit: bool) -> None:
-        """Whether a light at the viewer shades the meshes in a display mode."""
+        """Set whether a light at the viewer shades the meshes in a display mode."""
         self._change(lambda scene: scene.set_lit(mode, lit))
 
     def set_point_size(self, pixels: float | None) -> None:
-        """Size of the points of clouds in logical pixels; None closes their surface."""
+        """Set the size of cloud points in logical pixels; None closes the surface."""
         self._change(lambda scene: scene.set_point_size(pixels))
 
     def set_eye_dome(self, on: bool) -> None:
-        """Shade clouds at rest by how far pixels lie behind their neighbours."""
+        """Set whether clouds at rest have eye-dome lighting."""
         self._change(lambda scene: scene.set_eye_dome(on))
 
     def _change(self, change: Callable[[Scene], None]) -> None:
@@ -74,9 +74,9 @@ class Display(QObject):
     # -- fields
 
     def set_field(self, model_id: str, style: FieldStyle | None, caption: str = "") -> None:
-        """The field that the display mode "field" shows of a model; None for none.
+        """Set the field that a model shows in the display mode "field", None for none.
 
-        caption : names the model where several of them show a field
+        `caption` is the name of the model, shown if several models show a field.
         """
         self.captions[model_id] = caption
         if style == self._styles.get(model_id):
@@ -91,7 +91,7 @@ class Display(QObject):
             self._picture.renew()
 
     def scale_of(self, model_id: str) -> Scale | None:
-        """What the colours of a model mean, where it shows a field."""
+        """Return the colour scale of a model that shows a field."""
         scene = self._life.scene
         model = None if scene is None else scene.models.get(model_id)
         if model is None or model.field is None or self._mode != "field":
@@ -99,7 +99,7 @@ class Display(QObject):
         return model.field.scale
 
     def scales(self) -> list[tuple[Scale, str]]:
-        """Of the fields that are shown, with the ids of their models."""
+        """Return the scales of all fields shown, with the ids of their models."""
         scene = self._life.scene
         if scene is None:
             return []
@@ -114,7 +114,7 @@ class Display(QObject):
             self._color(model_id)
 
     def _color(self, model_id: str) -> None:
-        """Have a worker make the colours of a model's field, where they are wanted now."""
+        """Compute the colours of a model's field in a worker if they are shown."""
         scene = self._life.scene
         model = None if scene is None else scene.models.get(model_id)
         style = self._styles.get(model_id)

@@ -1,4 +1,4 @@
-"""Which feature is meant by a pixel."""
+"""Picking of features by pixel."""
 
 from __future__ import annotations
 
@@ -22,8 +22,10 @@ def feature_at(
     *,
     discs: bool = True,
 ) -> str | None:
-    """Id of the feature whose line or, failing that, front-most disc lies under a pixel of a
-    picture of this extent."""
+    """Return the id of the feature at a pixel: the nearest line, else the front-most disc.
+
+    `extent` is the size of the picture.
+    """
     lines = [d for d in shown if len(d.line) >= 2]
     if lines:
         sizes = [len(d.line) for d in lines]
@@ -40,18 +42,18 @@ def feature_at(
         off[(owner[:-1] != owner[1:]) | ~np.isfinite(off)] = np.inf
         if len(off) and off.min() <= FEATURE_PIXELS:
             return lines[int(owner[int(np.argmin(off))])].id
-    best, found = np.inf, None
+    best, feature_id = np.inf, None
     for d in shown if discs else ():
         if d.disc is None:
             continue
         ring, depth = camera.project(np.asarray(d.disc, float), extent)
         if np.isfinite(ring).all() and inside_convex(ring, x, y) and depth.mean() < best:
-            best, found = float(depth.mean()), d.id
-    return found
+            best, feature_id = float(depth.mean()), d.id
+    return feature_id
 
 
 def inside_convex(ring: FloatArray, x: float, y: float) -> bool:
-    """Whether a pixel lies inside a convex ring (n, 2) of either sense."""
+    """Return whether a pixel lies inside a convex ring (n, 2) of any orientation."""
     a, b = ring, np.roll(ring, -1, axis=0)
     side = (b[:, 0] - a[:, 0]) * (y - a[:, 1]) - (b[:, 1] - a[:, 1]) * (x - a[:, 0])
     return bool((side >= 0.0).all() or (side <= 0.0).all())

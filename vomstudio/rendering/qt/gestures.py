@@ -1,7 +1,7 @@
-"""What the mouse does over the viewport: moving about, and what it tells the tools.
+"""Mouse gestures over the viewport: camera moves and events for the tools.
 
-A click is press and release within `MAX_CLICK_PX`; a longer way is a drag, whose meaning is settled
-when it begins.
+A click is press and release within `MAX_CLICK_PX`; a longer movement is a drag, whose meaning
+is fixed at its start.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ BUTTONS = {
 
 
 class View(Pane, Protocol):
-    """What the gestures ask of the widget."""
+    """Widget as the gestures use it."""
 
     preview: Preview | None
 
@@ -51,16 +51,16 @@ class View(Pane, Protocol):
     def world_of(self, hit: Hit) -> FloatArray: ...
 
     def hover(self, x: float, y: float, *, free: bool) -> None:
-        """The cursor stands at a pixel; `free` where no vertex of the preview is under it."""
+        """Handle the cursor at a pixel; `free` if it is over no vertex of the preview."""
 
 
 class Moves(Protocol):
-    """What moves the camera."""
+    """Moves of the camera."""
 
     camera: Camera
 
     def moved(self) -> None:
-        """The camera has been moved."""
+        """Redraw after the camera has been moved."""
 
     def set_pivot(self, point_world: FloatArray) -> None: ...
 
@@ -72,15 +72,25 @@ class Faces(Protocol):
 
     def drag_face(self, face: int, x: float, y: float) -> None: ...
 
-    def face_left(self) -> None: ...
+    def release_face(self) -> None: ...
 
 
 class Gestures(QObject):
-    """orbit_button : the right one leaves drags with the left one to the tool, from the press on
-    tool_takes_keys : the tool has a use for Shift with the left button, which else pans, and for
-        the wheel with Ctrl or Shift
-    cursor : where the mouse is, None outside; hot_handle : the vertex of the preview under it
-    held_face : the face of the clipping box that is held
+    """Mouse gestures.
+
+    Attributes
+    ----------
+    orbit_button : MouseButton
+        The right button leaves drags with the left one to the tool.
+    tool_takes_keys : bool
+        Whether the tool uses Shift with the left button, which else pans, and the wheel with
+        Ctrl or Shift.
+    cursor : QPointF or None
+        Position of the mouse, None outside.
+    hot_handle : int or None
+        Vertex of the preview under the cursor.
+    held_face : int or None
+        Face of the clipping box that is being dragged.
     """
 
     pointer = Signal(object)
@@ -108,21 +118,21 @@ class Gestures(QObject):
         self._hover = QTimer(self)
         self._hover.setSingleShot(True)
         self._hover.timeout.connect(self._emit_hover)
-        # A tool whose figures lag behind its drag catches up where the cursor stands still.
+        # A tool whose measurements lag behind its drag catches up when the cursor stops.
         self._still = QTimer(self)
         self._still.setInterval(STILL_MS)
         self._still.timeout.connect(self._stand_still)
 
-    def set_turntable(self, on: bool) -> None:
-        """Orbit with Z up, or else freely as with a trackball."""
-        self._turntable = on
+    def set_turntable(self, enabled: bool) -> None:
+        """Orbit with Z up, or freely like a trackball."""
+        self._turntable = enabled
 
     def stop(self) -> None:
         self._hover.stop()
         self._still.stop()
 
     def handle_at(self, x: float, y: float) -> int | None:
-        """The vertex of the preview under a pixel."""
+        """Return the vertex of the preview at a pixel."""
         preview = self._view.preview
         if preview is None or not len(preview.line):
             return None
@@ -169,7 +179,7 @@ class Gestures(QObject):
         event.accept()
 
     def _begin_action(self, event: QMouseEvent) -> None:
-        """The button has moved far enough to be a drag: say what it does."""
+        """Determine the action of a drag once the button has moved far enough."""
         assert self._press is not None
         if self.held_face is not None:
             self._action = "face"
@@ -240,20 +250,19 @@ class Gestures(QObject):
         self._moves.moved()
 
     def _drag_tool(self, event: QMouseEvent, at: QPointF, last: QPointF) -> None:
-        """Tell the tool of the way from `last` to `at`, in steps that leave no gap between the
-        places of its brush."""
-        way, steps = at - last, 1
+        """Pass a movement to the tool, in steps without gaps for its brush."""
+        movement, steps = at - last, 1
         preview, camera = self._view.preview, self._camera
         brush = preview.brush if preview is not None else None
         if brush is not None:
             depth = float((brush.centre - camera.position) @ camera.direction)
             pixels = brush.radius / camera.metres_per_pixel(self._view.extent()[1], depth)
-            length = max(abs(way.x()), abs(way.y()))
+            length = max(abs(movement.x()), abs(movement.y()))
             steps = min(max(1, math.ceil(2.0 * length / max(pixels, 2.0))), BRUSH_STEPS)
         self._still.start()
         for step in range(1, steps + 1):
-            there = last + way * (step / steps)
-            move = self._event(Pointer.DRAG_MOVE, there, self._button, event)
+            position = last + movement * (step / steps)
+            move = self._event(Pointer.DRAG_MOVE, position, self._button, event)
             self.pointer.emit(replace(move, handle=None, more=step < steps))
 
     def _stand_still(self) -> None:
@@ -271,7 +280,7 @@ class Gestures(QObject):
         press, self._press = self._press, None
         face, self.held_face = self.held_face, None
         if face is not None:
-            self._faces.face_left()
+            self._faces.release_face()
             return
         if action == "handle":
             end = self._event(Pointer.DRAG_END, event.position(), event.button(), event)
@@ -287,7 +296,7 @@ class Gestures(QObject):
 
     def double_click(self, event: QMouseEvent) -> None:
         if self.orbit_button != Qt.MouseButton.LeftButton:
-            # Quick strokes of a brush are strokes.
+            # Quick strokes of a brush are not double clicks.
             self.press(event)
             return
         self._press = self._last = event.position()
@@ -295,10 +304,10 @@ class Gestures(QObject):
         self._action = None
         self._held_handle = None
         self._after_double_click = True
-        made = self._event(Pointer.DOUBLE_CLICK, event.position(), event.button(), event)
-        if event.button() == Qt.MouseButton.LeftButton and made.hit is not None:
-            self._moves.set_pivot(self._view.world_of(made.hit))
-        self.pointer.emit(made)
+        event_made = self._event(Pointer.DOUBLE_CLICK, event.position(), event.button(), event)
+        if event.button() == Qt.MouseButton.LeftButton and event_made.hit is not None:
+            self._moves.set_pivot(self._view.world_of(event_made.hit))
+        self.pointer.emit(event_made)
 
     def wheel(self, event: QWheelEvent) -> None:
         # Some systems turn the wheel sideways while Shift is held.

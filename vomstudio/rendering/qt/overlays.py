@@ -1,4 +1,4 @@
-"""What is painted over the picture of the outcrop and moves only with the camera."""
+"""Overlays that change only with the camera."""
 
 from __future__ import annotations
 
@@ -21,12 +21,16 @@ Size = tuple[float, float]
 class Overlays:
     """Labels, colour bars, compass and scale bar.
 
-    north_known, unit_known : whether World's y is North and its unit the metre
-    bars : the colour bars as they were last painted
+    Attributes
+    ----------
+    north_known, unit_known : bool
+        Whether World's y is North, and its unit the metre.
+    bars : list of ColorBar
+        Colour bars as last painted.
     """
 
     def __init__(self, camera: Camera, captions: Mapping[str, str]) -> None:
-        """captions : names of the models by id, where several show a field."""
+        """Create overlays; `captions` contains the names of models if several show a field."""
         self._camera = camera
         self._captions = captions
         self.annotations = Annotations()
@@ -45,8 +49,15 @@ class Overlays:
         *,
         moving: bool,
     ) -> None:
-        """scales : of the fields that are shown, with the ids of their models; project : pixels of
-        World points, and which of them are seen."""
+        """Paint the overlays.
+
+        Parameters
+        ----------
+        scales : list of (Scale, str)
+            Scales of the fields shown, with the ids of their models.
+        project : callable
+            Returns pixels of World points, and whether they are visible.
+        """
         width, height = size
         self.bars = self._lay_out_bars(scales, size)
         self.annotations.paint(

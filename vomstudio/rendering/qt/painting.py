@@ -1,7 +1,7 @@
-"""What lies over the drawn outcrop: letters, labels, preview. Qt, but no VTK.
+"""Painting of text, labels and previews over the outcrop. Qt, no VTK.
 
-Everything is in logical pixels from the top left corner, so it keeps its size and stays sharp at
-any scaling of the screen.
+All sizes are in logical pixels from the top left corner, so that they are sharp at any scaling
+of the screen.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from PySide6.QtGui import (
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.studio.tools.interaction_types import Outline
 
-SMALLEST_POINT_SIZE = 9.0
+MIN_POINT_SIZE = 9.0
 
-# Okabe and Ito's colour-blind safe set; each verdict also has a shape and a word of its own.
+# Okabe and Ito's colour-blind safe palette; each verdict also has a shape and a word.
 VERDICT_COLORS = {"good": "#00a878", "doubtful": "#f0a500", "poor": "#e0402a"}
 
 PANEL = QColor(18, 20, 23, 205)
@@ -38,10 +38,10 @@ DARK = QColor(20, 20, 22)
 
 
 def system_font(factor: float = 1.0, *, bold: bool = False) -> QFont:
-    """The system's font, never under 9 pt."""
+    """Return the system's font, at least 9 pt."""
     font = QFontDatabase.systemFont(QFontDatabase.SystemFont.GeneralFont)
-    size = font.pointSizeF() if font.pointSizeF() > 0 else SMALLEST_POINT_SIZE
-    font.setPointSizeF(max(SMALLEST_POINT_SIZE, size * factor))
+    size = font.pointSizeF() if font.pointSizeF() > 0 else MIN_POINT_SIZE
+    font.setPointSizeF(max(MIN_POINT_SIZE, size * factor))
     font.setBold(bold)
     return font
 
@@ -55,9 +55,9 @@ _letters: dict[tuple[str, str, float], QImage] = {}
 
 
 def outlined_text(painter: QPainter, x: float, baseline: float, text: str, font: QFont) -> None:
-    """White letters with a dark rim, readable on any rock.
+    """Draw white text with a dark outline, legible on any rock.
 
-    Kept as small images: stroking the outlines anew took 3 ms of every step of a drag.
+    Letters are cached as small images: stroking the outlines took 3 ms of every step of a drag.
     """
     ratio = painter.device().devicePixelRatioF()
     metrics = QFontMetricsF(font)
@@ -83,16 +83,16 @@ def outlined_text(painter: QPainter, x: float, baseline: float, text: str, font:
         inner.end()
         _letters[key] = image
     # Whole device pixels keep the letters sharp.
-    left = round((x - rim) * ratio) / ratio
+    x_left = round((x - rim) * ratio) / ratio
     top = round((baseline - metrics.ascent() - rim) * ratio) / ratio
-    painter.drawImage(QPointF(left, top), image)
+    painter.drawImage(QPointF(x_left, top), image)
 
 
 # -- labels
 
 
 class LabelCache:
-    """Labels as small pictures, so that a drag with many of them stays quick."""
+    """Cache of labels as small pictures, so that a drag with many labels stays fast."""
 
     def __init__(self) -> None:
         self._pictures: dict[tuple[str, int, bool, float], QPixmap] = {}
@@ -125,9 +125,9 @@ class LabelCache:
     ) -> QPixmap:
         color = to_color(rgb)
         key = (text, color.rgb(), selected, ratio)
-        found = self._pictures.get(key)
-        if found is not None:
-            return found
+        pixmap = self._pictures.get(key)
+        if pixmap is not None:
+            return pixmap
         if len(self._pictures) > 4000:
             self._pictures.clear()
         metrics = self._ready()
@@ -160,15 +160,15 @@ def polyline(points: FloatArray) -> QPolygonF:
 
 
 def draw_runs(
-    painter: QPainter, pixels: FloatArray, seen: BoolArray, color: QColor, width: float
+    painter: QPainter, pixels: FloatArray, is_visible: BoolArray, color: QColor, width: float
 ) -> None:
-    """A line through pixels (n, 2): haloed where seen, faint where hidden."""
+    """Draw a line through pixels (n, 2): with a halo if visible, faint if hidden."""
     if len(pixels) < 2:
         return
-    both = seen[:-1] & seen[1:]
-    edges = np.flatnonzero(np.diff(both.astype(np.int8)))
+    is_seen_run = is_visible[:-1] & is_visible[1:]
+    edges = np.flatnonzero(np.diff(is_seen_run.astype(np.int8)))
     starts = np.concatenate([[0], edges + 1])
-    ends = np.concatenate([edges + 1, [len(both)]])
+    ends = np.concatenate([edges + 1, [len(is_seen_run)]])
     faint = QColor(color)
     faint.setAlphaF(0.45)
     shadow = QColor(DARK)
@@ -178,7 +178,7 @@ def draw_runs(
             run = pixels[a : b + 1]
             if not np.isfinite(run).all():
                 continue
-            visible = bool(both[a])
+            visible = bool(is_seen_run[a])
             if halo and not visible:
                 continue
             tint = shadow if halo else (color if visible else faint)
@@ -192,7 +192,7 @@ def draw_runs(
 
 
 def draw_rubber(painter: QPainter, pixels: FloatArray, color: QColor) -> None:
-    """The dashed band from the last vertex to the cursor."""
+    """Draw the dashed band from the last vertex to the cursor."""
     for tint, width in ((DARK, 3.6), (color, 1.8)):
         pen = QPen(tint, width)
         if tint is not DARK:
@@ -202,7 +202,7 @@ def draw_rubber(painter: QPainter, pixels: FloatArray, color: QColor) -> None:
 
 
 def draw_ring(painter: QPainter, pixels: FloatArray, color: QColor) -> None:
-    """A translucent convex ring."""
+    """Draw a translucent convex ring."""
     if len(pixels) < 3 or not np.isfinite(pixels).all():
         return
     fill = QColor(color)
@@ -216,7 +216,7 @@ def draw_ring(painter: QPainter, pixels: FloatArray, color: QColor) -> None:
 
 
 def draw_brush(painter: QPainter, pixels: FloatArray, color: QColor, *, removes: bool) -> None:
-    """The ring of a brush; dashed where it takes away."""
+    """Draw the ring of a brush, dashed if it erases."""
     if len(pixels) < 3 or not np.isfinite(pixels).all():
         return
     painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -229,7 +229,7 @@ def draw_brush(painter: QPainter, pixels: FloatArray, color: QColor, *, removes:
 
 
 def draw_outline(painter: QPainter, outline: Outline, color: QColor) -> None:
-    """A shape that is being drawn over the picture; dashed where it takes away."""
+    """Draw an unfinished shape, dashed if it removes elements."""
     ring = QPolygonF([QPointF(x, y) for x, y in outline.pixels])
     fill = QColor(TEXT if outline.takes_away else color)
     fill.setAlphaF(0.12)
@@ -252,14 +252,14 @@ def draw_handle(
     y: float,
     color: QColor,
     *,
-    seen: bool,
+    is_visible: bool,
     hot: bool,
     marked: bool = False,
 ) -> None:
-    """A vertex: larger under the cursor, with a second ring where it is the marked one."""
+    """Draw a vertex: larger under the cursor, with a second ring if marked."""
     radius = 6.5 if hot else 4.6
     fill = QColor(color)
-    if not seen:
+    if not is_visible:
         fill.setAlphaF(0.35)
     painter.setPen(QPen(DARK, 3.4))
     painter.setBrush(QBrush(fill))
@@ -274,23 +274,23 @@ def draw_handle(
 
 
 def draw_name(painter: QPainter, x: float, y: float, text: str, room: QRect) -> None:
-    """A name on a dark ground above a place, inside `room`."""
+    """Draw a name on a dark background above a position, inside `room`."""
     font = system_font()
     metrics = QFontMetricsF(font)
     wide, high = metrics.horizontalAdvance(text) + 14.0, metrics.height() + 6.0
-    left = min(max(x - wide / 2.0, room.left() + 4.0), room.right() - wide - 4.0)
+    x_left = min(max(x - wide / 2.0, room.left() + 4.0), room.right() - wide - 4.0)
     top = y - high - 12.0 if y - high - 12.0 > room.top() + 4.0 else y + 12.0
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setFont(font)
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(PANEL)
-    painter.drawRoundedRect(QRectF(left, top, wide, high), 4.0, 4.0)
+    painter.drawRoundedRect(QRectF(x_left, top, wide, high), 4.0, 4.0)
     painter.setPen(TEXT)
-    painter.drawText(QPointF(left + 7.0, top + 3.0 + metrics.ascent()), text)
+    painter.drawText(QPointF(x_left + 7.0, top + 3.0 + metrics.ascent()), text)
 
 
 def draw_verdict_shape(painter: QPainter, box: QRectF, verdict: str) -> None:
-    """Good: circle; doubtful: triangle; poor: square."""
+    """Draw the shape of a verdict: good circle, doubtful triangle, poor square."""
     painter.setPen(QPen(TEXT, 1.2))
     painter.setBrush(QColor(VERDICT_COLORS.get(verdict, "#9a9a9a")))
     if verdict == "good":

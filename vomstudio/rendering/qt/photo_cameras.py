@@ -1,4 +1,4 @@
-"""Where photos were taken, over the outcrop: shown, named under the cursor, and picked."""
+"""Camera positions of photos over the outcrop: shown, labelled under the cursor, picked."""
 
 from __future__ import annotations
 
@@ -23,8 +23,17 @@ CAMERA_PIXELS = 9.0
 
 
 class PhotoCameras:
-    """frusta : in World; chosen : the names of the emphasised ones; hot : of the one under the
-    cursor"""
+    """Camera positions of photos.
+
+    Attributes
+    ----------
+    frusta : sequence of Frustum
+        In World.
+    chosen : frozenset of str
+        Names of the emphasised photos.
+    hot : str or None
+        Name of the photo under the cursor.
+    """
 
     def __init__(self, camera: Camera, pane: Pane, life: SceneLife, picture: ScenePicture) -> None:
         self.frusta: tuple[Frustum, ...] = ()
@@ -34,59 +43,59 @@ class PhotoCameras:
         self._life, self._picture = life, picture
 
     def furnish(self, scene: Scene) -> None:
-        """Give a scene that starts what is to be shown."""
+        """Pass the state to a scene that starts."""
         scene.cameras.show(self.frusta)
         scene.cameras.choose(self.chosen)
 
     def show(self, frusta: Sequence[Frustum]) -> None:
-        """Where photos were taken, in World; none for nothing."""
-        before = self.frusta
+        """Show the cameras of photos, in World."""
+        previous = self.frusta
         self.frusta, self.hot = tuple(frusta), None
-        if not before and not self.frusta:
+        if not previous and not self.frusta:
             return
         scene = self._life.scene
         if scene is not None:
             scene.cameras.show(self.frusta)
-            # What is far from the models asks for another range of depths.
+            # Cameras far from the models need another depth range.
             self._picture.redraw()
 
     def choose(self, names: Iterable[str]) -> None:
-        """Emphasise the cameras of these photos, and no others."""
-        chosen = frozenset(names)
-        if chosen == self.chosen:
+        """Emphasise the cameras of exactly these photos."""
+        names_chosen = frozenset(names)
+        if names_chosen == self.chosen:
             return
-        self.chosen = chosen
+        self.chosen = names_chosen
         scene = self._life.scene
         if scene is not None:
-            scene.cameras.choose(chosen)
+            scene.cameras.choose(names_chosen)
         if self.frusta:
             self._picture.redraw_features()
 
     def at(self, x: float, y: float) -> str | None:
-        """The photo whose camera lies under a pixel."""
+        """Return the photo whose camera is at a pixel."""
         if not self.frusta:
             return None
         extent = self._pane.extent()
         tips, _ = self._camera.project(np.stack([f.tip for f in self.frusta]), extent)
         bases = np.concatenate([f.corners for f in self.frusta])
         corners = self._camera.project(bases, extent)[0].reshape(-1, 4, 2)
-        found = frustum_at(tips, corners, x, y, CAMERA_PIXELS)
-        return None if found is None else self.frusta[found].name
+        frustum = frustum_at(tips, corners, x, y, CAMERA_PIXELS)
+        return None if frustum is None else self.frusta[frustum].name
 
     def hover(self, x: float, y: float) -> None:
-        """The cursor stands at a pixel."""
+        """Handle the cursor at a pixel."""
         if self.frusta and (name := self.at(x, y)) != self.hot:
             self.hot = name
             self._pane.update()
 
     def leave(self) -> None:
-        """The cursor is elsewhere."""
+        """Handle the cursor leaving the view."""
         if self.hot is not None:
             self.hot = None
             self._pane.update()
 
     def paint(self, painter: QPainter, room: QRect) -> None:
-        """The name of the photo under the cursor, inside `room`."""
+        """Paint the name of the photo under the cursor, inside `room`."""
         place = next((f.tip for f in self.frusta if f.name == self.hot), None)
         if place is None or self.hot is None:
             return

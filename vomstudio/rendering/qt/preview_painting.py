@@ -1,4 +1,4 @@
-"""Paints what an unfinished tool shows over the picture."""
+"""Painting of the preview of an unfinished tool."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from PySide6.QtGui import QColor, QPainter
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.geometry.plane_discs import disc
 from vomstudio.rendering.qt import painting
-from vomstudio.rendering.qt.readout_box import ReadingBox
-from vomstudio.rendering.view.readout_position import Picked, ReadingPlace
+from vomstudio.rendering.qt.readout_box import ReadoutBox
+from vomstudio.rendering.view.readout_position import Picked, ReadingPosition
 from vomstudio.studio.tools.interaction_types import BrushRing, Preview
 
 
 class Eye(Protocol):
-    """What looks at World: the viewport's camera, or a photo."""
+    """Viewer of World: the viewport's camera, or a photo."""
 
     @property
     def direction(self) -> FloatArray: ...
@@ -28,13 +28,20 @@ class Eye(Protocol):
     ) -> tuple[FloatArray, FloatArray]: ...
 
 
-_MOST_DOTS = 200
-"""Places on the border of a painted area that the reading keeps clear of."""
+MAX_DOTS = 200
+"""Maximum number of points on the border of a painted area that the reading avoids."""
 
 
 class PreviewPainter:
-    """For one paint event. `project` gives pixels of World points and which of them are seen;
-    `place` remembers where the reading stands."""
+    """Painter of a preview for one paint event.
+
+    Parameters
+    ----------
+    project : callable
+        Returns pixels of World points, and which are visible.
+    place : ReadingPosition
+        Remembers the position of the reading.
+    """
 
     def __init__(
         self,
@@ -42,7 +49,7 @@ class PreviewPainter:
         camera: Eye,
         extent: tuple[float, float],
         project: Callable[[FloatArray], tuple[FloatArray, BoolArray]],
-        place: ReadingPlace,
+        place: ReadingPosition,
     ) -> None:
         self._painter, self._camera = painter, camera
         self._extent, self._project = extent, project
@@ -58,9 +65,9 @@ class PreviewPainter:
             ring, _ = self._camera.project(np.asarray(preview.patch, float), (width, height))
             tint = painting.VERDICT_COLORS.get(preview.verdict or "")
             painting.draw_ring(painter, ring, QColor(tint) if tint else color)
-        drawn = line if preview.path is None else np.asarray(preview.path, float)
-        if len(drawn) >= 2:
-            self._paint_line(drawn, color, 2.4)
+        path = line if preview.path is None else np.asarray(preview.path, float)
+        if len(path) >= 2:
+            self._paint_line(path, color, 2.4)
         for part in preview.doubtful:
             pixels, _ = self._camera.project(part, (width, height))
             if np.isfinite(pixels).all():
@@ -73,7 +80,7 @@ class PreviewPainter:
             if np.isfinite(pixels).all():
                 painting.draw_rubber(painter, pixels, color)
         if len(line):
-            pixels, seen = self._project(line)
+            pixels, is_visible = self._project(line)
             for i, (x, y) in enumerate(pixels):
                 if np.isfinite(x) and np.isfinite(y):
                     painting.draw_handle(
@@ -81,7 +88,7 @@ class PreviewPainter:
                         x,
                         y,
                         color,
-                        seen=bool(seen[i]),
+                        is_visible=bool(is_visible[i]),
                         hot=i == hot_handle,
                         marked=i == preview.marked,
                     )
@@ -102,31 +109,33 @@ class PreviewPainter:
         self._paint_reading(preview, Picked(pixels, at, rubber, self._border(preview), clear))
 
     def _paint_reading(self, preview: Preview, picked: Picked) -> None:
-        """The whole reading, or its first line alone where only that finds a place."""
-        boxes = [ReadingBox(preview.reading, preview.verdict)]
+        """Paint the reading, or only its first line if the whole text does not fit."""
+        boxes = [ReadoutBox(preview.reading, preview.verdict)]
         if len(preview.reading) > 1:
-            boxes.append(ReadingBox(preview.reading[:1], preview.verdict))
+            boxes.append(ReadoutBox(preview.reading[:1], preview.verdict))
         number, box = self._place.choose([b.size() for b in boxes], self._extent, picked)
         boxes[number].paint(self._painter, QRectF(*box))
 
     def _border(self, preview: Preview) -> FloatArray:
-        """(d, 2) pixels of places on the border of the painted area."""
+        """Return pixels (d, 2) on the border of the painted area."""
         if preview.area is None or not len(preview.area.border):
             return np.zeros((0, 2))
-        edges = preview.area.border[:: len(preview.area.border) // _MOST_DOTS + 1]
+        edges = preview.area.border[:: len(preview.area.border) // MAX_DOTS + 1]
         places = edges.mean(axis=1, dtype=np.float64) + preview.area.origin
         return self._camera.project(places, self._extent)[0]
 
     def _paint_brush(self, brush: BrushRing, color: QColor) -> float:
-        """Flat on the surface where it is known how that lies, else towards the viewer. Its half
-        width in pixels."""
+        """Paint the brush, parallel to the surface if known, else to the image.
+
+        Returns its half width in pixels.
+        """
         normal = self._camera.direction if brush.normal is None else brush.normal
         ring, _ = self._camera.project(disc(brush.centre, normal, brush.radius), self._extent)
         painting.draw_brush(self._painter, ring, color, removes=brush.removes)
         return float(np.ptp(ring[:, 0])) / 2.0 if np.isfinite(ring).all() else 0.0
 
     def _paint_line(self, line: FloatArray, color: QColor, wide: float) -> None:
-        """A World line, cut finely enough to tell its hidden parts."""
+        """Paint a World line, divided finely to distinguish its hidden parts."""
         pixels, _ = self._camera.project(line, self._extent)
         if not np.isfinite(pixels).all():
             return
@@ -136,5 +145,5 @@ class PreviewPainter:
             for i, n in enumerate(steps)
         ]
         points = np.concatenate([*fine, line[-1:]])
-        pixels, seen = self._project(points)
-        painting.draw_runs(self._painter, pixels, seen, color, wide)
+        pixels, is_visible = self._project(points)
+        painting.draw_runs(self._painter, pixels, is_visible, color, wide)

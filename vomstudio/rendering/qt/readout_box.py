@@ -1,4 +1,4 @@
-"""The reading of an unfinished feature: attitude, error and verdict in a box beside the cursor."""
+"""Box beside the cursor with the reading of an unfinished feature."""
 
 from __future__ import annotations
 
@@ -14,13 +14,19 @@ from vomstudio.rendering.qt.painting import (
     system_font,
 )
 
-_GAP = 7.0
+GAP = 7.0
 _SIDE, _TOP = 10.0, 6.0
 
 
-class ReadingBox:
-    """lines : of text, the first the most important; verdict : "good", "doubtful", "poor" or
-    None"""
+class ReadoutBox:
+    """Reading in a box.
+
+    Parameters
+    ----------
+    lines : sequence of str
+        Text, the most important line first.
+    verdict : {"good", "doubtful", "poor"} or None
+    """
 
     def __init__(self, lines: Sequence[str], verdict: str | None) -> None:
         self._lines = list(lines) or [""]
@@ -32,13 +38,13 @@ class ReadingBox:
         self._metrics = [QFontMetricsF(font) for font in self._fonts]
 
     def size(self) -> tuple[float, float]:
-        """Width and height in pixels."""
-        first = self._metrics[0]
-        head = first.horizontalAdvance(self._lines[0])
+        """Return width and height in pixels."""
+        first_metrics = self._metrics[0]
+        head = first_metrics.horizontalAdvance(self._lines[0])
         if self._verdict:
-            head += self._icon() + 2 * _GAP + first.horizontalAdvance(self._verdict)
-        rest = zip(self._metrics[1:], self._lines[1:], strict=True)
-        wide = max([head] + [m.horizontalAdvance(text) for m, text in rest])
+            head += self._icon() + 2 * GAP + first_metrics.horizontalAdvance(self._verdict)
+        other_lines = zip(self._metrics[1:], self._lines[1:], strict=True)
+        wide = max([head] + [m.horizontalAdvance(text) for m, text in other_lines])
         return wide + 2 * _SIDE, sum(m.height() for m in self._metrics) + 2 * _TOP
 
     def paint(self, painter: QPainter, box: QRectF) -> None:
@@ -50,29 +56,29 @@ class ReadingBox:
         painter.drawRoundedRect(box, 5.0, 5.0)
         line = self._paint_head(painter, box, edge)
         painter.setPen(QColor(225, 225, 225))
-        rest = zip(self._metrics[1:], self._fonts[1:], self._lines[1:], strict=True)
-        for metrics, font, text in rest:
+        other_lines = zip(self._metrics[1:], self._fonts[1:], self._lines[1:], strict=True)
+        for metrics, font, text in other_lines:
             painter.setFont(font)
             painter.drawText(QPointF(box.left() + _SIDE, line + metrics.ascent()), text)
             line += metrics.height()
         painter.restore()
 
     def _paint_head(self, painter: QPainter, box: QRectF, edge: QColor) -> float:
-        """The verdict's shape, the attitude, and the verdict's word. Where the next line begins."""
-        left, line = box.left() + _SIDE, box.top() + _TOP
-        first, icon = self._metrics[0], self._icon()
+        """Paint shape, attitude and word of the verdict. Return the end of the line."""
+        x, line = box.left() + _SIDE, box.top() + _TOP
+        first_metrics, icon = self._metrics[0], self._icon()
         if self._verdict:
-            top = line + (first.height() - icon) / 2.0
-            draw_verdict_shape(painter, QRectF(left, top, icon, icon), self._verdict)
-            left += icon + _GAP
+            top = line + (first_metrics.height() - icon) / 2.0
+            draw_verdict_shape(painter, QRectF(x, top, icon, icon), self._verdict)
+            x += icon + GAP
         painter.setFont(self._fonts[0])
         painter.setPen(TEXT)
-        painter.drawText(QPointF(left, line + first.ascent()), self._lines[0])
+        painter.drawText(QPointF(x, line + first_metrics.ascent()), self._lines[0])
         if self._verdict:
-            left += first.horizontalAdvance(self._lines[0]) + _GAP
+            x += first_metrics.horizontalAdvance(self._lines[0]) + GAP
             painter.setPen(edge.lighter(125))
-            painter.drawText(QPointF(left, line + first.ascent()), self._verdict)
-        return line + first.height()
+            painter.drawText(QPointF(x, line + first_metrics.ascent()), self._verdict)
+        return line + first_metrics.height()
 
     def _icon(self) -> float:
         return self._metrics[0].height() * 0.82 if self._verdict else 0.0

@@ -1,6 +1,6 @@
-"""The scene, from when VTK has been imported until the view is closed.
+"""Lifetime of the scene, from the import of VTK until the view is closed.
 
-The import takes most of a second, so it is done in a thread once the window is on the screen.
+The import takes most of a second, and runs in a thread once the window is on the screen.
 """
 
 from __future__ import annotations
@@ -22,13 +22,20 @@ _IMPORT_S = 60.0
 
 
 class SceneLife(QObject):
-    """scene : None before it has started and after it has been closed; closed : it never will be
-    there again"""
+    """Lifetime of the scene.
+
+    Attributes
+    ----------
+    scene : Scene or None
+        None before the start and after the end.
+    closed : bool
+        Whether the end has been reached.
+    """
 
     started = Signal()
 
     def __init__(self, camera: Camera, furnish: Callable[[Scene], None], parent: QObject) -> None:
-        """furnish : starts a scene and gives it what is to be seen from the first picture on."""
+        """Create it; `furnish` starts a scene and passes it the contents of the first picture."""
         super().__init__(parent)
         self.scene: Scene | None = None
         self.closed = False
@@ -38,7 +45,7 @@ class SceneLife(QObject):
         self._background = Background(poster(self), "vtk import", threads=1)
 
     def begin(self) -> None:
-        """The window is on the screen: import what draws; calling it again does nothing."""
+        """Start the import once the window is on the screen; further calls have no effect."""
         if not self._begun and not self.closed:
             self._begun = True
             QTimer.singleShot(0, self._import)
@@ -59,14 +66,14 @@ class SceneLife(QObject):
         self.started.emit()
 
     def when_started(self, job: Callable[[], None]) -> None:
-        """Do this now or, where there is no scene yet, as soon as there is one."""
+        """Run a job now or, without a scene, when there is one."""
         if self.scene is not None:
             job()
         else:
             self._waiting.append(job)
 
     def stop(self) -> None:
-        """Nothing starts any more."""
+        """Prevent the start."""
         self.closed = True
         self._background.stop(wait_s=_IMPORT_S)
         self._waiting.clear()

@@ -1,7 +1,7 @@
-"""When the scene is drawn, and the picture that came of it.
+"""Schedule of drawing the scene, and the resulting picture.
 
-While the camera moves it is drawn only inside a paint (once per step, coalesced by `update()`), and
-by a zero timer, piece by piece, after it has come to rest. An idle view draws nothing.
+While the camera moves the scene is drawn only inside a paint (once per step, coalesced by
+`update()`); at rest it is drawn piece by piece by a zero timer. An idle view draws nothing.
 """
 
 from __future__ import annotations
@@ -21,21 +21,27 @@ if TYPE_CHECKING:
     from vomstudio.rendering.scene.scene import Scene
 
 REST_MS = 250
-"""So long after the last move the camera is at rest."""
-SOON_MS = 30
-"""So long after the last change: many come together."""
+"""Time without moves after which the camera is at rest."""
+REFRESH_DELAY_MS = 30
+"""Delay after a change, so that several changes are drawn together."""
 
 
 class ScenePicture(QObject):
-    """image : the last picture, None before the first
-    moving : the camera moves, or has only just stopped
+    """Picture of the scene.
+
+    Attributes
+    ----------
+    image : QImage or None
+        Last picture, None before the first.
+    moving : bool
+        Whether the camera moves, or has only just stopped.
     """
 
     first_frame = Signal()
     drawn = Signal()
-    """The models have been drawn, or the picture of them stands."""
+    """Emitted when the models have been drawn."""
     outdated = Signal()
-    """What lies over the picture has to be laid out anew."""
+    """Emitted when the overlays must be laid out again."""
 
     def __init__(self, view: QWidget, life: SceneLife) -> None:
         super().__init__(view)
@@ -59,7 +65,7 @@ class ScenePicture(QObject):
 
     @property
     def still(self) -> bool:
-        """Whether the picture is whole and nothing will be drawn until something changes."""
+        """Whether the picture is complete and nothing will be drawn until something changes."""
         scene = self._life.scene
         return (
             scene is not None
@@ -68,10 +74,10 @@ class ScenePicture(QObject):
             and not self._rest.isActive()
         )
 
-    # -- what asks for another picture
+    # -- requests
 
     def stir(self) -> None:
-        """The camera moves: draw once in the next paint, rest a little later."""
+        """Draw once in the next paint because the camera moves, and refine after a delay."""
         self.moving = True
         self._dirty = True
         if self._life.scene is not None:
@@ -81,25 +87,27 @@ class ScenePicture(QObject):
         self._view.update()
 
     def redraw(self) -> None:
-        """The models have changed: draw again."""
+        """Draw again because the models have changed."""
         self._dirty = True
         self._refine.stop()
         self._rest_soon()
         self._view.update()
 
     def redraw_once(self) -> None:
-        """As `redraw`, where what is being made at rest goes on."""
+        """Draw once as `redraw`, while refinement at rest continues."""
         self._dirty = True
         self._view.update()
 
     def redraw_features(self) -> None:
-        """What is drawn over the models has changed."""
+        """Draw the features again."""
         self._features_dirty = True
         self._view.update()
 
     def renew(self) -> None:
-        """The models look different: draw the whole picture anew. The old one stays until it is
-        there, unless something can stand for the models at once."""
+        """Draw the whole picture again because the models look different.
+
+        The old picture stays until then, unless proxies can be drawn at once.
+        """
         scene = self._life.scene
         if scene is None:
             return
@@ -112,18 +120,17 @@ class ScenePicture(QObject):
             self._rest.start(1)
 
     def arrived(self, *, first: bool) -> None:
-        """More can be drawn: soon, but not for every single piece of it. first : at once, of a
-        model of which nothing has been seen"""
+        """Draw new content after a delay that combines pieces, at once if it is the `first`."""
         if first:
             self.redraw_once()
         self._rest_soon()
 
     def rest(self) -> None:
-        """Nobody moves the camera any more."""
-        self._rest.start(SOON_MS)
+        """Start to refine: the camera has stopped."""
+        self._rest.start(REFRESH_DELAY_MS)
 
     def rescale(self) -> None:
-        """The widget is of another size, or on another screen."""
+        """Adapt to another size of the widget, or another screen."""
         self.outdated.emit()
         scene = self._life.scene
         if scene is None:
@@ -137,28 +144,28 @@ class ScenePicture(QObject):
         self._view.update()
 
     def device_size(self) -> tuple[int, int]:
-        """Of the widget, in pixels of the device."""
+        """Return the size of the widget in device pixels."""
         ratio = self._view.devicePixelRatioF()
         width, height = self._view.width() * ratio, self._view.height() * ratio
         return max(1, round(width)), max(1, round(height))
 
     def pause(self) -> None:
-        """The view is hidden."""
+        """Stop drawing while the view is hidden."""
         self._refine.stop()
 
     def stop(self) -> None:
         self._rest.stop()
         self._refine.stop()
-        # What is left of it holds on to the scene.
+        # Break the reference to the scene.
         self._warming = iter(())
 
     def _rest_soon(self) -> None:
         if not self._rest.isActive():
-            self._rest.start(SOON_MS)
+            self._rest.start(REFRESH_DELAY_MS)
 
     # -- inside a paint
 
-    def bring_up_to_date(self) -> None:
+    def draw_changes(self) -> None:
         """Draw what has changed since the last paint."""
         scene = self._life.scene
         if scene is None:
@@ -192,7 +199,7 @@ class ScenePicture(QObject):
             self._refine.start()
 
     def painted(self) -> None:
-        """A paint is done. After the first one with a scene the driver is made ready for models."""
+        """Finish a paint; after the first one with a scene, warm up the driver."""
         scene = self._life.scene
         if scene is not None and not self._first_done:
             self._first_done = True
@@ -209,7 +216,7 @@ class ScenePicture(QObject):
                 return
             self._view.update()
 
-    # -- after the camera has come to rest
+    # -- refinement at rest
 
     def _come_to_rest(self) -> None:
         scene = self._life.scene
@@ -217,12 +224,13 @@ class ScenePicture(QObject):
         if scene is None or not self._view.isVisible():
             return
         if scene.picture.layering and not scene.picture.refining and not self._dirty:
-            # Its last band asks for rest again, should there be anything left to do.
+            # Its last band requests rest again if anything is left to do.
             return
         if not self._dirty:
             scene.nodes.look_around()
         if scene.picture.complete and not self._dirty:
-            # The picture stands; labels that had no room while it moved may have some now.
+            # The picture is complete; labels without a place during the movement may have one
+            # now.
             self.outdated.emit()
             self._view.update()
             self.drawn.emit()
@@ -253,7 +261,7 @@ class ScenePicture(QObject):
         elif picture.layering and not self._dirty and not self._features_dirty:
             done = picture.draw_band()
         else:
-            # The next paint begins anew.
+            # The next paint starts again.
             return
         if not done:
             self._refine.start()
@@ -262,11 +270,11 @@ class ScenePicture(QObject):
         self.drawn.emit()
         self._view.update()
         if not scene.picture.complete:
-            # More has arrived while this frame was being made.
-            self._rest.start(SOON_MS)
+            # More content has arrived while this frame was being drawn.
+            self._rest.start(REFRESH_DELAY_MS)
 
     def _grab(self, scene: Scene) -> None:
-        # The picture's memory is the array's, which therefore has to live as long.
+        # The image shares the memory of the array, which must live as long.
         self._pixels = np.ascontiguousarray(scene.canvas.pixels()[::-1])
         height, width = self._pixels.shape[:2]
         self.image = QImage(

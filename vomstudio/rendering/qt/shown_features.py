@@ -1,4 +1,4 @@
-"""The features that are drawn over the outcrop: kept, selected, and picked."""
+"""Features over the outcrop: drawings, selection and picking."""
 
 from __future__ import annotations
 
@@ -18,8 +18,15 @@ if TYPE_CHECKING:
     from vomstudio.rendering.scene.scene import Scene
 
 
-class FeaturesShown:
-    """drawings : by id; selected : the ids of the emphasised ones"""
+class ShownFeatures:
+    """Features of the view.
+
+    Attributes
+    ----------
+    drawings : dict of str to FeatureDrawing
+    selected : frozenset of str
+        Ids of the emphasised features.
+    """
 
     def __init__(
         self,
@@ -31,7 +38,15 @@ class FeaturesShown:
         inside: Callable[[FeatureDrawing], bool],
         cut: Callable[[], bool],
     ) -> None:
-        """inside : whether a part of a feature is not cut away; cut : whether anything may be."""
+        """Create an empty set of features.
+
+        Parameters
+        ----------
+        inside : callable
+            Returns whether a part of a feature is not clipped.
+        cut : callable
+            Returns whether clipping is on.
+        """
         self.drawings: dict[str, FeatureDrawing] = {}
         self.selected: frozenset[str] = frozenset()
         self._camera, self._pane = camera, pane
@@ -39,7 +54,7 @@ class FeaturesShown:
         self._annotations, self._inside, self._cut = annotations, inside, cut
 
     def furnish(self, scene: Scene) -> None:
-        """Give a scene that starts what is to be drawn."""
+        """Pass the drawings to a scene that starts."""
         if self.drawings:
             scene.set_features(self.drawings)
         scene.set_selected(self.selected)
@@ -57,29 +72,29 @@ class FeaturesShown:
         self._picture.redraw_features()
 
     def select(self, ids: Iterable[str]) -> None:
-        """Emphasise these features, and no others."""
+        """Emphasise exactly these features."""
         self.selected = frozenset(ids)
         if self._life.scene is not None:
             self._life.scene.set_selected(self.selected)
         self._picture.redraw_features()
 
     def set_live(self, area: Area | None, color: tuple[float, float, float]) -> None:
-        """What a brush is touching; None for nothing."""
+        """Show the area that a brush is touching, None for none."""
         scene = self._life.scene
         if scene is not None:
             scene.features.set_live(area, color)
             self._picture.redraw_features()
 
     def at(self, x: float, y: float, *, discs: bool = True) -> str | None:
-        """Id of the feature whose label, symbol, line or disc lies under a pixel, in this order."""
-        if (found := self._annotations.at(x, y)) is not None:
-            return found
-        # What is cut away cannot be meant.
-        shown = [d for d in self.drawings.values() if d.visible and self._inside(d)]
-        return feature_at(shown, x, y, self._camera, self._pane.extent(), discs=discs)
+        """Return the id of the feature at a pixel: label, symbol, line or disc, in this order."""
+        if (feature_id := self._annotations.at(x, y)) is not None:
+            return feature_id
+        # Clipped features cannot be picked.
+        candidates = [d for d in self.drawings.values() if d.visible and self._inside(d)]
+        return feature_at(candidates, x, y, self._camera, self._pane.extent(), discs=discs)
 
     def uncut(self) -> Mapping[str, FeatureDrawing]:
-        """The drawings of which a part is not cut away, by id."""
+        """Return the drawings that are not completely clipped, by id."""
         if not self._cut():
             return self.drawings
         return {key: drawing for key, drawing in self.drawings.items() if self._inside(drawing)}

@@ -1,4 +1,4 @@
-"""The models of the view: prepared beside the window, handed over to the scene piece by piece."""
+"""Models of the view, prepared in the background and handed over piece by piece."""
 
 from __future__ import annotations
 
@@ -24,24 +24,30 @@ from vomstudio.rendering.qt.scene_lifetime import SceneLife
 from vomstudio.rendering.qt.scene_picture import ScenePicture
 
 TAKE_S = 0.010
-"""So long the window takes over what is ready before it does anything else."""
+"""Time for accepting results before the window handles other events."""
 
 
-class ModelsShown(QObject):
-    """point_budget : how many points of a cloud may be there to be drawn
-    work : the threads that prepare models
+class ShownModels(QObject):
+    """Models of the view.
+
+    Attributes
+    ----------
+    point_budget : int
+        Maximum number of points of a cloud in memory.
+    work : ModelWork
+        Threads that prepare models.
     """
 
     stage = Signal(str, str)
     """model id and "shown", "complete" or "pickable" """
     problem = Signal(object)
-    """One sentence about something that cannot be drawn as it should."""
+    """Finding about content that cannot be drawn correctly."""
     chunked = Signal(str)
-    """model id: all of its pieces are there, and can be given other colours"""
+    """Model id, when all of its chunks are present and can be recoloured."""
     colored = Signal(str, object)
     """model id and FieldReady"""
     placed = Signal(str)
-    """model id: it has been placed anew"""
+    """Model id, when its placement has changed."""
     removed = Signal(str)
 
     _handed = Signal()
@@ -63,10 +69,10 @@ class ModelsShown(QObject):
         moves.restored.connect(self._leave_camera)
 
     def close(self) -> None:
-        """Stop every worker."""
+        """Stop all workers."""
         self.work.close()
 
-    # -- coming and going
+    # -- adding and removing
 
     def add(
         self,
@@ -76,10 +82,14 @@ class ModelsShown(QObject):
         *,
         frame_camera: bool,
     ) -> None:
-        """Show a model; returns at once and prepares it beside the window.
+        """Show a model; it is prepared in the background.
 
-        to_world : (4, 4) float64 similarity from the file's frame to World
-        frame_camera : look at the whole of it as soon as its size is known
+        Parameters
+        ----------
+        to_world : (4, 4) float64
+            Similarity from the file's frame to World.
+        frame_camera : bool
+            Whether to view the whole model as soon as its size is known.
         """
         if self._life.closed:
             return
@@ -108,7 +118,7 @@ class ModelsShown(QObject):
         self._life.when_started(begin)
 
     def remove(self, model_id: str) -> None:
-        """Forget a model; an unknown id is ignored."""
+        """Remove a model; an unknown id is ignored."""
         self.work.forget(model_id)
         self._stages.pop(model_id, None)
         self._transforms.pop(model_id, None)
@@ -129,7 +139,7 @@ class ModelsShown(QObject):
             self._picture.redraw()
 
     def hide_elements(self, model_id: str, hidden: BoolArray | None) -> None:
-        """Show a model without these faces or points (n,); None for all of it."""
+        """Hide these faces or points (n,) of a model; None for none."""
         self._elements.pop(model_id, None)
         if hidden is not None:
             self._elements[model_id] = hidden
@@ -139,7 +149,7 @@ class ModelsShown(QObject):
             self._picture.redraw()
 
     def set_to_world(self, model_id: str, to_world: FloatArray) -> None:
-        """Place a model anew, as after registering it."""
+        """Change the placement of a model, as after registering it."""
         if model_id not in self._transforms:
             return
         self._transforms[model_id] = np.array(to_world, np.float64)
@@ -150,28 +160,28 @@ class ModelsShown(QObject):
             self.placed.emit(model_id)
 
     def to_world(self, model_id: str) -> FloatArray:
-        """(4, 4), as it was given."""
+        """Return the placement (4, 4) of a model."""
         return self._transforms[model_id]
 
     def reached(self, model_id: str) -> frozenset[str]:
-        """The stages that a model has reached; see `stage`."""
+        """Return the stages that a model has reached, see `stage`."""
         return frozenset(self._stages.get(model_id, ()))
 
     def _leave_camera(self) -> None:
-        """A view that was kept is not to be changed by the models that it shows."""
+        """Keep a restored view, which models must not change."""
         self._framing.clear()
 
-    # -- taking over
+    # -- results of the workers
 
     def _take(self) -> None:
-        """Accept what the workers have handed over, for a few milliseconds at a time."""
+        """Accept results of the workers, for a few milliseconds at a time."""
         scene = self._life.scene
         if scene is None:
             return
         until = time.perf_counter() + TAKE_S
         changed = False
-        while time.perf_counter() < until and (found := self.work.next()):
-            model_id, event = found
+        while time.perf_counter() < until and (prepared := self.work.next()):
+            model_id, event = prepared
             if isinstance(event, Problem):
                 self.problem.emit(event.finding)
                 continue
@@ -204,7 +214,7 @@ class ModelsShown(QObject):
         if model_id in self._framing:
             self._framing.discard(model_id)
             self._moves.fit(model.corners_world())
-            # Nobody is moving it: what comes now is to be drawn as it will stay.
+            # The camera is not moving: draw new content in its final quality.
             self._picture.moving = False
             self._picture.rest()
 
@@ -221,7 +231,7 @@ class ModelsShown(QObject):
         if scene is None:
             return
         picture = scene.picture
-        # Whoever is told may take a model away.
+        # A listener may remove a model.
         for model in list(scene.models.values()):
             if (model.proxies and picture.showing_proxy) or any(p.uploaded for p in model.parts):
                 self._reach(model.model_id, "shown")

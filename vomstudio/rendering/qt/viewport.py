@@ -1,11 +1,11 @@
-"""The 3-D view: a plain Qt widget over an off-screen VTK scene.
+"""3-D view: a plain Qt widget over an off-screen VTK scene.
 
-VTK draws into a window of its own that never appears; its pixels become a QImage, and the widget
-paints that and, over it, labels, compass, scale bar and preview. So there is one graphics context
-that Qt knows nothing of: nothing to be torn down in the right order, a grab of the window is never
-black, and moving the cursor repaints the overlays without drawing the outcrop again.
+VTK draws into a window that never appears; its pixels become a QImage. The widget paints the
+image and, over it, labels, compass, scale bar and preview. Qt does not know the graphics
+context, so that there is no order of teardown, a grab of the window is never black, and moving
+the cursor repaints the overlays without drawing the outcrop again.
 
-`ScenePicture` says when the scene is drawn.
+`ScenePicture` schedules the drawing of the scene.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ from vomstudio.rendering.qt.photo_cameras import PhotoCameras
 from vomstudio.rendering.qt.preview_painting import PreviewPainter
 from vomstudio.rendering.qt.scene_lifetime import SceneLife
 from vomstudio.rendering.qt.scene_picture import ScenePicture
-from vomstudio.rendering.qt.shown_features import FeaturesShown
-from vomstudio.rendering.qt.shown_models import ModelsShown
+from vomstudio.rendering.qt.shown_features import ShownFeatures
+from vomstudio.rendering.qt.shown_models import ShownModels
 from vomstudio.rendering.view.camera import Camera
-from vomstudio.rendering.view.readout_position import ReadingPlace
+from vomstudio.rendering.view.readout_position import ReadingPosition
 from vomstudio.studio.tools.interaction_types import Hit, Preview
 
 if TYPE_CHECKING:
@@ -52,29 +52,34 @@ if TYPE_CHECKING:
 
 
 BACKGROUND = QColor.fromRgbF(0.36, 0.375, 0.39)
-"""The scene's own, until there is a scene."""
+"""Background of the scene, until the scene exists."""
 
 
 class Viewport(QWidget):
-    """See the module. Pixels in the interface are logical, from the widget's top left corner.
+    """3-D view, see the module. Pixels are logical, from the widget's top left corner.
 
-    camera : what is seen; moves : moves it; gestures : what the mouse does
-    models, features, photos : what is shown; display : how models look; clip : what is cut away
-    overlays : what is painted over the picture; reading_place : where the live reading stands
+    Attributes
+    ----------
+    camera, moves, gestures
+        The camera, its moves, and the gestures of the mouse.
+    models, features, photos, display, clip
+        Contents, their appearance, and the clipping box.
+    overlays, reading_place
+        Overlays, and the position of the live reading.
     """
 
     pointer = Signal(object)
     """PointerEvent"""
     left = Signal()
-    """The cursor is no longer over the view."""
+    """Emitted when the cursor leaves the view."""
     camera_changed = Signal()
     first_frame = Signal()
     model_stage = Signal(str, str)
     """model id and "shown", "complete" or "pickable" """
     problem = Signal(object)
-    """One sentence about something that cannot be drawn as it should."""
+    """Finding about content that cannot be drawn correctly."""
     field_shown = Signal(str)
-    """model id: the colours of its field are there, and `display.scale_of` tells them"""
+    """Model id, when the colours of its field are available from `display.scale_of`."""
     clip_changed = Signal(object)
     """ClipBox, while a handle is dragged"""
 
@@ -86,17 +91,17 @@ class Viewport(QWidget):
         self.setMinimumSize(160, 120)
         self.camera = camera = Camera()
         self.preview: Preview | None = None
-        self.reading_place = ReadingPlace()
+        self.reading_place = ReadingPosition()
         self._base: QImage | None = None
         self._life = life = SceneLife(camera, self._furnish, self)
         self._picture = picture = ScenePicture(self, life)
         self.moves = CameraMoves(camera, self, life, picture, self)
-        self.models = ModelsShown(life, picture, self.moves, self)
+        self.models = ShownModels(life, picture, self.moves, self)
         self.display = Display(life, picture, self.models, self)
         self.overlays = Overlays(camera, self.display.captions)
         notes = self.overlays.annotations
         self.clip = ClipHandles(camera, self, life, picture, notes, self)
-        self.features = FeaturesShown(
+        self.features = ShownFeatures(
             camera, self, life, picture, notes, self.clip.meets, lambda: self.clip.box is not None
         )
         self.photos = PhotoCameras(camera, self, life, picture)
@@ -124,12 +129,12 @@ class Viewport(QWidget):
 
     @property
     def scene(self) -> Scene | None:
-        """What VTK draws; None before it has started and after the end."""
+        """Scene of VTK, None before the start and after the end."""
         return self._life.scene
 
     @property
     def still(self) -> bool:
-        """Whether the picture is whole and nothing will be drawn until something changes."""
+        """Whether the picture is complete and nothing will be drawn until something changes."""
         return self._picture.still
 
     def showEvent(self, event: QShowEvent) -> None:  # noqa: N802 - Qt's name
@@ -152,8 +157,11 @@ class Viewport(QWidget):
         super().hideEvent(event)
 
     def shutdown(self) -> None:
-        """Stop every worker and release VTK. The view cannot be used afterwards; calling it again
-        does nothing. The window calls it before it closes."""
+        """Stop all workers and release VTK.
+
+        The view cannot be used afterwards; further calls have no effect. The window calls it
+        before it closes.
+        """
         if self._life.closed:
             return
         with ExitStack() as steps:
@@ -166,18 +174,20 @@ class Viewport(QWidget):
     # -- picking and projecting
 
     def pick(self, x: float, y: float) -> Hit | None:
-        """The front-most point of a visible model at a pixel."""
+        """Return the front-most point of a visible model at a pixel."""
         scene = self._life.scene
         return None if scene is None else scene.pick(x, y, self.extent())
 
     def world_of(self, hit: Hit) -> FloatArray:
-        """World position (3,) of a hit."""
+        """Return the World position (3,) of a hit."""
         m = self.models.to_world(hit.model_id)
         return np.asarray(m[:3, :3] @ np.array(hit.position) + m[:3, 3])
 
     def project(self, points_world: FloatArray) -> tuple[FloatArray, BoolArray]:
-        """Pixels (n, 2) of World points (n, 3), and whether each lies inside the view and not
-        behind the surface as it was last drawn."""
+        """Return pixels (n, 2) of World points (n, 3), and whether each is visible.
+
+        A point is visible inside the view and not behind the surface as last drawn.
+        """
         points = np.asarray(points_world, np.float64).reshape(-1, 3)
         pixels, depth = self.camera.project(points, self.extent())
         scene = self._life.scene
@@ -195,38 +205,40 @@ class Viewport(QWidget):
         return pixels, inside
 
     def _project_uncut(self, points: FloatArray) -> tuple[FloatArray, BoolArray]:
-        pixels, seen = self.project(points)
-        return pixels, seen & self.clip.holds(points)
+        pixels, is_visible = self.project(points)
+        return pixels, is_visible & self.clip.holds(points)
 
     def ray(self, x: float, y: float) -> tuple[FloatArray, FloatArray]:
-        """Origin and unit direction in World of the line of sight through a pixel."""
+        """Return origin and unit direction in World of the line of sight through a pixel."""
         return self.camera.ray(x, y, self.extent())
 
     def looking(self) -> Looking | None:
-        """What is seen now, as numbers; None before anything was drawn."""
+        """Return the current view as numbers, None before the first picture."""
         scene = self._life.scene
         return None if scene is None else scene.looking(self.devicePixelRatioF())
 
-    # -- what is painted over the picture
+    # -- overlays
 
     def set_preview(self, preview: Preview | None) -> None:
-        """What an unfinished tool shows; None for nothing."""
-        before, self.preview = self.preview, preview
+        """Show the preview of an unfinished tool, None for none."""
+        previous, self.preview = self.preview, preview
         area = None if preview is None else preview.area
-        if area is not (None if before is None else before.area):
+        if area is not (None if previous is None else previous.area):
             color = (1.0, 1.0, 1.0) if preview is None else preview.color
             self.features.set_live(area, color)
         self.update()
 
     def set_frame(self, *, north_known: bool, unit_known: bool = True) -> None:
-        """Whether World's y is North; if not, the compass says "local frame". Whether its unit is
-        the metre; if not, the scale bar counts units."""
+        """Set whether World's y is North, and its unit the metre.
+
+        Otherwise the compass shows "local frame", and the scale bar counts units.
+        """
         self.overlays.north_known = north_known
         self.overlays.unit_known = unit_known
         self._picture.redraw_features()
 
     def paintEvent(self, event: QPaintEvent) -> None:  # noqa: N802 - Qt's name
-        self._picture.bring_up_to_date()
+        self._picture.draw_changes()
         if self._base is None:
             self._base = self._compose()
         painter = QPainter(self)
@@ -245,7 +257,7 @@ class Viewport(QWidget):
         self._base = None
 
     def _compose(self) -> QImage:
-        """The picture with all that moves only with the camera."""
+        """Return the picture with the overlays that change only with the camera."""
         width, height = self.extent()
         image, scene = self._picture.image, self._life.scene
         if image is None:
@@ -255,7 +267,7 @@ class Viewport(QWidget):
             painter.fillRect(QRectF(0.0, 0.0, width, height), BACKGROUND)
             painter.end()
             return base
-        # Qt paints quickest upon its own order of bytes, and the screen takes it as it is.
+        # Painting is fastest in Qt's native byte order.
         base = image.convertToFormat(QImage.Format.Format_RGB32)
         if scene is not None and (scene.models or self.features.drawings):
             painter = QPainter(base)
@@ -300,7 +312,7 @@ class Viewport(QWidget):
         self.gestures.wheel(event)
 
     def hover(self, x: float, y: float, *, free: bool) -> None:
-        """The cursor stands at a pixel; `free` where no vertex of the preview is under it."""
+        """Handle the cursor at a pixel; `free` if it is over no vertex of the preview."""
         self.clip.hover(x, y, free=free)
         self.photos.hover(x, y)
 

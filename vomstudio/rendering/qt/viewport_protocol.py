@@ -1,4 +1,4 @@
-"""What those who work for the viewport may ask of the widget itself."""
+"""Protocol of the viewport widget for its helpers."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ Extent = tuple[float, float]
 
 
 class Pane(Protocol):
-    """A widget on which the scene is shown. Pixels are logical, from its top left corner."""
+    """Widget that shows the scene. Pixels are logical, from its top left corner."""
 
     def extent(self) -> Extent: ...
 
     def update(self) -> None:
-        """Paint anew, soon."""
+        """Schedule a paint."""

@@ -1,1 +1,1 @@
-"""The scene in VTK: models, features, cameras, picking."""
+"""VTK scene: models, features, cameras, picking."""

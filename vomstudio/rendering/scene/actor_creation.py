@@ -1,4 +1,4 @@
-"""What the workers hand over becomes actors on the canvas and parts of the models."""
+"""Creation of actors from the results of the workers."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ from vomstudio.rendering.scene.model_scene import ModelScene, Part
 
 
 class Intake:
-    """Of one scene, in the thread that draws it."""
+    """Creates the actors of a scene, in the thread that draws it."""
 
     def __init__(self, canvas: Canvas, contents: Contents, sight: Sight, frame: Frame) -> None:
         self._canvas, self._contents = canvas, contents
         self._sight, self._frame = sight, frame
 
     def take(self, model: ModelScene, event: Event) -> None:
-        """Accept what a worker has prepared of a model."""
+        """Accept a result of a worker for a model."""
         match event:
             case ProxyReady():
                 self._take_proxy(model, event)
@@ -98,9 +98,9 @@ class Intake:
             self._frame.outdate()
 
     def _take_away(self, model: ModelScene, event: NodesDropped) -> None:
-        gone = model.drop(event.pieces)
-        self._frame.dismiss(gone)
-        for part in gone:
+        dropped = model.drop(event.pieces)
+        self._frame.dismiss(dropped)
+        for part in dropped:
             self.drop(part)
         for row, piece in event.pieces.items():
             event.nodes.let_go(row, piece)
@@ -112,7 +112,7 @@ class Intake:
         self._frame.outdate()
 
     def part(self, model: ModelScene, data: vtkPolyData) -> Part:
-        """An actor on the canvas, hidden, and what is known about it."""
+        """Create a hidden actor on the canvas, with its properties."""
         bounds = np.array(data.GetBounds()).reshape(3, 2)
         mapper: vtkPolyDataMapper
         if isinstance(model.data, Mesh):
@@ -137,6 +137,6 @@ class Intake:
         return part
 
     def drop(self, part: Part) -> None:
-        """Take an actor off the canvas."""
-        gpu_textures.take_off(part.actor)
+        """Remove an actor from the canvas."""
+        gpu_textures.remove_textures(part.actor)
         self._canvas.remove(part.actor)

@@ -1,4 +1,4 @@
-"""How models look: display mode, light, size of points, and the colours of fields."""
+"""Appearance of models: display mode, light, point size, colours of fields."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from vomstudio.rendering.scene.model_scene import ModelScene, Part
 from vomstudio.rendering.view.scalars import reader
 
 DISPLAY_MODES = ("textured", "vertex_colors", "plain shaded", "wireframe", "points", "field")
-"""In "field" a model shows the field that has been given to it, else its textures."""
+"""In "field" a model shows its field, else its textures."""
 LIT_MODES = frozenset({"plain shaded"})
-"""Lit unless told otherwise: what is coloured is easier to read without."""
+"""Modes with light by default; colours are easier to read without."""
 PLAIN_COLOR = (0.76, 0.74, 0.70)
 
 
 class Appearance:
-    """Of all the models in a scene."""
+    """Appearance of all models in a scene."""
 
     def __init__(self) -> None:
         self.mode = "textured"
@@ -24,7 +24,7 @@ class Appearance:
         self.point_size: float | None = None
         """Logical pixels; None closes the surface that the points lie on."""
         self.point_scale = 1.0
-        """Pixels of the device for a logical one."""
+        """Device pixels per logical pixel."""
 
     def textured(self, model: ModelScene) -> bool:
         return self.mode == "textured" or (self.mode == "field" and model.field is None)
@@ -33,26 +33,26 @@ class Appearance:
         return self.mode == "field" and model.field is not None
 
     def tint(self, model: ModelScene) -> None:
-        """Put the colours of the field on, or the model's own back."""
+        """Apply the colours of the field, or restore the model's colours."""
         if isinstance(model.data, PointCloud):
-            # Its nodes are given the colours when they are shown.
+            # Nodes are coloured when they are shown.
             for part in model.parts:
                 self.untint(part)
                 self.dress(model, part)
             return
         ready = model.field if self.mode == "field" else None
         fields = [] if ready is None else [*ready.parts, *ready.proxies]
-        every = [*model.parts, *model.proxies]
+        parts = [*model.parts, *model.proxies]
         if ready is not None and (len(ready.parts), len(ready.proxies)) != (
             len(model.parts),
             len(model.proxies),
         ):
             raise ValueError("the colours are of another state of the model")
-        for k, part in enumerate(every):
+        for k, part in enumerate(parts):
             values = part.actor.GetMapper().GetInput().GetPointData()
             if fields:
                 if not part.tinted:
-                    part.own = values.GetScalars()
+                    part.own_scalars = values.GetScalars()
                 values.SetScalars(fields[k])
                 part.uploaded, part.tinted = False, True
             else:
@@ -62,27 +62,26 @@ class Appearance:
     @staticmethod
     def untint(part: Part) -> None:
         if part.tinted:
-            part.actor.GetMapper().GetInput().GetPointData().SetScalars(part.own)
-            part.own = None
+            part.actor.GetMapper().GetInput().GetPointData().SetScalars(part.own_scalars)
+            part.own_scalars = None
             part.uploaded, part.tinted = False, False
 
     def tint_node(self, model: ModelScene, part: Part) -> bool:
-        """Give a node of a cloud that is to be shown the colours of the field; whether it had not
-        got them yet."""
+        """Colour a node by the field before it is shown. Return whether its colours changed."""
         ready = model.field
         if part.tinted or part.piece is None or ready is None or not self.shows_field(model):
             return False
         _, read = reader(part.piece.cloud, ready.style.name, model.to_world)
         values = part.actor.GetMapper().GetInput().GetPointData()
-        part.own = values.GetScalars()
+        part.own_scalars = values.GetScalars()
         values.SetScalars(vtk_data.color_array(ready.scale.colors(read(part.piece.rows))))
         part.uploaded, part.tinted = False, True
-        # The size of its points stays that of the view.
+        # The point size remains that of the view.
         part.actor.GetMapper().SetScalarVisibility(True)
         return True
 
     def dress(self, model: ModelScene, part: Part) -> None:
-        """Give a part the look of the display mode."""
+        """Set the look of a part for the display mode."""
         actor, mapper, look = part.actor, part.actor.GetMapper(), part.actor.GetProperty()
         look.SetColor(*PLAIN_COLOR)
         look.SetPointSize(max(1.0, round((self.point_size or 2.0) * self.point_scale)))
@@ -94,7 +93,7 @@ class Appearance:
             mapper.SetScalarVisibility(colored)
             return
         skin = model.skins.get(part.material) if part.has_uv else None
-        gpu_textures.take_off(actor)
+        gpu_textures.remove_textures(actor)
         textured = skin is not None and self.textured(model) and skin.wear(actor)
         if textured:
             look.SetColor(1.0, 1.0, 1.0)

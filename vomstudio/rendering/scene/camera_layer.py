@@ -1,4 +1,4 @@
-"""Where photos were taken, as small pyramids over the outcrop."""
+"""Camera positions of photos, as small pyramids over the outcrop."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CHOSEN_OPACITY = 0.42
 
 
 class CameraLayer:
-    """Five actors, however many cameras there are."""
+    """Layer of cameras, five actors for any number of cameras."""
 
     def __init__(self) -> None:
         self.scale = 1.0
@@ -34,7 +34,7 @@ class CameraLayer:
 
     @property
     def stale(self) -> bool:
-        """Whether they have changed since they were drawn last."""
+        """Return whether the cameras have changed since the last drawing."""
         return self._stale
 
     def attach(self, renderer: vtkRenderer) -> None:
@@ -45,7 +45,7 @@ class CameraLayer:
             actor.SetMapper(mapper)
             look = actor.GetProperty()
             look.LightingOff()
-            # Without a trace in the depth buffer, from which points of the rock are told hidden.
+            # Without writing depth, from which hidden points of the rock are determined.
             actor.ForceTranslucentOn()
             look.SetColor(
                 *(DARK if name == "halo" else CHOSEN_COLOR if name.endswith("+") else COLOR)
@@ -65,50 +65,50 @@ class CameraLayer:
         self._stale = True
 
     def show(self, frusta: Sequence[Frustum]) -> None:
-        """In World."""
+        """Set the cameras, in World."""
         self.frusta = tuple(frusta)
         self._stale = True
 
     def choose(self, names: frozenset[str]) -> None:
-        """Emphasise the cameras of these photos, and no others."""
+        """Emphasise the cameras of exactly these photos."""
         self.chosen = names
         self._stale = True
 
     def corners(self) -> FloatArray:
-        """(n, 3) World points around everything that is shown."""
+        """Return World points (n, 3) around all cameras."""
         if not self.frusta:
             return np.zeros((0, 3))
         return np.concatenate([np.vstack([f.tip, f.corners]) for f in self.frusta])
 
     def refresh(self) -> None:
-        """Bring the actors up to date; called before every drawing of the layer."""
+        """Update the actors; called before every drawing of the layer."""
         if not self._stale or not self._actors:
             return
         self._stale = False
-        chosen = [f for f in self.frusta if f.name in self.chosen]
-        others = [f for f in self.frusta if f.name not in self.chosen]
+        emphasised = [f for f in self.frusta if f.name in self.chosen]
+        plain = [f for f in self.frusta if f.name not in self.chosen]
         width = {"halo": HALO_WIDTH, "lines": LINE_WIDTH, "lines+": 1.5 * LINE_WIDTH}
-        for name, shown in (
-            ("faces", others),
-            ("faces+", chosen),
+        for name, group in (
+            ("faces", plain),
+            ("faces+", emphasised),
             ("halo", list(self.frusta)),
-            ("lines", others),
-            ("lines+", chosen),
+            ("lines", plain),
+            ("lines+", emphasised),
         ):
             actor = self._actors[name]
             make = self._faces if name.startswith("faces") else self._lines
-            vtk_data.show(actor, make(shown))
-            actor.SetVisibility(bool(shown))
+            vtk_data.show(actor, make(group))
+            actor.SetVisibility(bool(group))
             if name in width:
                 actor.GetProperty().SetLineWidth(width[name] * self.scale)
 
     def _faces(self, frusta: Sequence[Frustum]) -> vtkPolyData:
-        """The photo itself."""
+        """Return the faces of the photos."""
         data = vtkPolyData()
         if frusta:
             runs = [f.outline[:-1] - self._origin for f in frusta]
             data.SetPoints(vtk_data.vtk_points(np.concatenate(runs).astype(np.float32)))
-            data.SetPolys(vtk_data.cells_of([len(run) for run in runs]))
+            data.SetPolys(vtk_data.cells_of_sizes([len(run) for run in runs]))
         return data
 
     def _lines(self, frusta: Sequence[Frustum]) -> vtkPolyData:
@@ -119,5 +119,5 @@ class CameraLayer:
                 runs.append(f.outline - self._origin)
                 runs += [np.stack([f.tip, corner]) - self._origin for corner in f.corners]
             data.SetPoints(vtk_data.vtk_points(np.concatenate(runs).astype(np.float32)))
-            data.SetLines(vtk_data.cells_of([len(run) for run in runs]))
+            data.SetLines(vtk_data.cells_of_sizes([len(run) for run in runs]))
         return data

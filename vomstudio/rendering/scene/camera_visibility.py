@@ -1,4 +1,4 @@
-"""What the camera sees of the scene's contents, and how near."""
+"""Visibility of the scene's contents from the camera."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vomstudio.rendering.view.camera import Camera, Eye
 
 
 class Sight:
-    """eye : what the canvas was last told to draw with, None before that"""
+    """Visibility; `eye` is the one last applied to the canvas, None before."""
 
     def __init__(self, camera: Camera, canvas: Canvas, contents: Contents) -> None:
         self.camera = camera
@@ -22,7 +22,7 @@ class Sight:
         self._canvas, self._contents = canvas, contents
 
     def apply(self, camera: Camera | None = None) -> Eye:
-        """Have the canvas draw as the camera, or another one, sees from now on."""
+        """Apply the camera, or another one, to the canvas."""
         camera = self.camera if camera is None else camera
         corners = np.concatenate([self._contents.corners(), self._contents.corners_over()])
         self.eye = eye = camera.eye(corners)
@@ -30,7 +30,7 @@ class Sight:
         return eye
 
     def parts(self, *, every_node: bool = False) -> list[tuple[ModelScene, Part]]:
-        """Of the models in view, the nearest first; see `in_view.parts_in_view`."""
+        """Return the parts of the models in view, nearest first, see `parts_in_view`."""
         assert self.eye is not None
         models, planes = self._contents.models.values(), self._contents.planes
         return visible_parts.parts_in_view(
@@ -38,7 +38,7 @@ class Sight:
         )
 
     def size_points(self) -> None:
-        """Of all clouds in view."""
+        """Set the point sizes of all clouds in view."""
         for model, part in self.parts():
             if part.spacing > 0.0 and isinstance(model.data, PointCloud):
                 self.size_points_of(model, part)
@@ -49,20 +49,25 @@ class Sight:
         visible_parts.size_points(model, part, self.eye, self.camera, height, look)
 
     def texels_per_pixel(self) -> dict[int, float]:
-        """By the id of each skin in view; see `in_view.texels_per_pixel`."""
+        """Return texels per pixel by the id of each skin in view."""
         assert self.eye is not None
         return visible_parts.texels_per_pixel(
             self.parts(), self.eye, self.camera, self._canvas.size[1]
         )
 
     def pixel_at(self, place: FloatArray) -> float:
-        """Metres of a pixel of the device at a place in World."""
+        """Return the metres per device pixel at a place in World."""
         depth = float((place - self.camera.position) @ self.camera.direction)
         return self.camera.metres_per_pixel(self._canvas.size[1], max(depth, 1e-6))
 
     def in_front(self, points: FloatArray, slack: float = 0.0) -> BoolArray:
-        """Whether World points (n, 3) are in the picture, and not behind the surface as it was last
-        drawn. slack : m, by which they may be behind it"""
+        """Return whether World points (n, 3) are in the picture, not behind its surface.
+
+        Parameters
+        ----------
+        slack : float
+            Tolerated distance behind the surface, metres.
+        """
         width, height = self._canvas.size
         pixels, depth = self.camera.project(points, (width, height))
         ok = np.isfinite(pixels).all(axis=1) & (depth > 0.0)
@@ -74,6 +79,8 @@ class Sight:
         row = np.clip(height - 1 - y.astype(int), 0, height - 1)
         buffer = self._canvas.depth()[row, column].astype(np.float64)
         surface = self.eye.depth_from_buffer(buffer)
-        back = self.eye.depth(np.asarray(points, float).reshape(-1, 3))
+        depth_of_points = self.eye.depth(np.asarray(points, float).reshape(-1, 3))
         tolerance = 0.004 * np.abs(surface) + slack
-        return np.asarray(ok & ((buffer >= 1.0) | (back <= surface + tolerance)), np.bool_)
+        return np.asarray(
+            ok & ((buffer >= 1.0) | (depth_of_points <= surface + tolerance)), np.bool_
+        )

@@ -1,8 +1,8 @@
-"""The off-screen window that VTK draws in, and what can be read from it.
+"""Off-screen window in which VTK draws, and its pixels.
 
-Three layers: layer 0 is the surface of the models, layer 1 the features drawn over them, layer 2
-what is selected among these or being painted. When a layer stands, colour and depth are kept aside;
-a later change of those above it puts them back instead of drawing it again.
+There are three layers: layer 0 is the surface of the models, layer 1 the features over them,
+layer 2 the selected or live features. Colour and depth of a complete layer are saved; a later
+change of the layers above restores them instead of drawing the layer again.
 """
 
 from __future__ import annotations
@@ -22,23 +22,34 @@ from vomstudio.rendering.scene.dirty_region import Spot
 from vomstudio.rendering.scene.offscreen_buffers import Buffers
 from vomstudio.rendering.view.camera import Eye
 
-# One flat neutral: a gradient costs a software renderer 12 ms in every frame.
+# A uniform neutral colour: a gradient costs a software renderer 12 ms per frame.
 BACKGROUND = (0.36, 0.375, 0.39)
 
 SOFTWARE_TEXTURE_SIDE = 4096
 SOFTWARE_WHOLE_SIDE = 2048
-"""A larger one goes to a software renderer in quarters."""
+"""Larger textures are uploaded in quarters by a software renderer."""
 SOFTWARE_RENDERERS = ("llvmpipe", "softpipe", "swrast", "basic render", "swr")
 
 
 class Canvas:
-    """size : (width, height) in pixels of the device
-    origin : (3,) World, from where VTK counts in its 32 bits; None while there is nothing
-    software : the processor draws, there is no graphics card
-    texture_limit : largest side of a texture in pixels; whole_texture_side : the largest that is
-        taken to the card in one piece, None for any
-    frames : how many pictures have been drawn; kept : the surface of the models is kept aside;
-    features_kept : and so is the same with the features
+    """Canvas of VTK.
+
+    Attributes
+    ----------
+    size : (int, int)
+        Width and height in device pixels.
+    origin : (3,) float64 or None
+        Origin in World of VTK's 32-bit coordinates, None without contents.
+    software : bool
+        Whether a software renderer draws.
+    texture_limit : int
+        Maximum side of a texture, pixels.
+    whole_texture_side : int or None
+        Maximum side of a texture that is uploaded in one piece, None for any.
+    frames : int
+        Number of pictures drawn.
+    surface_saved, features_saved : bool
+        Whether the surface of the models, and that with the features, is saved.
     """
 
     def __init__(self) -> None:
@@ -48,7 +59,7 @@ class Canvas:
         self.texture_limit = SOFTWARE_TEXTURE_SIDE
         self.whole_texture_side: int | None = SOFTWARE_WHOLE_SIDE
         self.frames = 0
-        self.kept = self.features_kept = False
+        self.surface_saved = self.features_saved = False
         self.surface, self.layer, self.chosen = vtkRenderer(), vtkRenderer(), vtkRenderer()
         self._window: vtkOpenGLRenderWindow | None = None
         self._buffers: Buffers | None = None
@@ -71,13 +82,13 @@ class Canvas:
 
     @property
     def buffers(self) -> Buffers:
-        """Pictures kept aside where they are drawn."""
+        """Saved pictures in graphics memory."""
         assert self._buffers is not None, "the canvas is not open"
         return self._buffers
 
     def open(self, width: int, height: int) -> None:
         window = vtkRenderWindow()
-        # What VTK makes of it on every platform; only it has buffers of its own.
+        # VTK creates this class on every platform; only it has buffers of its own.
         assert isinstance(window, vtkOpenGLRenderWindow)
         window.SetOffScreenRendering(1)
         window.SetMultiSamples(0)
@@ -97,7 +108,7 @@ class Canvas:
             # Plain blending: the weighted kind needs three more full-screen passes.
             renderer.SetUseOIT(False)
             window.AddRenderer(renderer)
-        # A head light: what is seen is lit.
+        # A headlight lights everything that is visible.
         light = vtkLight()
         light.SetLightTypeToHeadlight()
         surface.AddLight(light)
@@ -107,8 +118,8 @@ class Canvas:
         self._window = window
         self._buffers = Buffers(window)
 
-    def learn_driver(self) -> None:
-        """Draw once, and learn what the graphics driver is."""
+    def detect_driver(self) -> None:
+        """Draw once, and detect the graphics driver."""
         window = self.window
         window.Render()
         report = window.ReportCapabilities().lower()
@@ -119,11 +130,11 @@ class Canvas:
         self.whole_texture_side = SOFTWARE_WHOLE_SIDE if self.software else None
 
     def make_current(self) -> None:
-        """What the graphics card is told from now on is of this canvas."""
+        """Make this canvas the target of graphics calls."""
         self.window.MakeCurrent()
 
     def close(self) -> None:
-        """Release every graphics resource; the canvas cannot be opened again."""
+        """Release all graphics resources; the canvas cannot be opened again."""
         window = self.window
         self.buffers.release()
         for renderer in (self.surface, self.layer, self.chosen):
@@ -137,23 +148,23 @@ class Canvas:
         self.size = (width, height)
         if self._window is not None:
             self._window.SetSize(width, height)
-            self.kept = self.features_kept = False
+            self.surface_saved = self.features_saved = False
 
-    # -- what is drawn
+    # -- contents
 
     @property
     def start(self) -> FloatArray:
-        """(3,) World, the origin, or zeros while there is none."""
+        """Return the origin (3,) in World, zeros without contents."""
         return np.zeros(3) if self.origin is None else self.origin
 
     def placement(self, to_world: FloatArray, origin: FloatArray) -> vtkMatrix4x4:
-        """Where VTK has to put what is given in a file's frame, less an origin of its own."""
+        """Return the placement of data in a file's frame minus an origin of their own."""
         values = to_world.copy()
         values[:3, 3] = to_world[:3, :3] @ origin + to_world[:3, 3] - self.start
         return vtk_data.matrix(values)
 
     def add(self, actor: vtkActor) -> None:
-        """To the surface."""
+        """Add an actor to the surface."""
         if self._window is not None:
             self.surface.AddActor(actor)
 
@@ -163,18 +174,23 @@ class Canvas:
             actor.ReleaseGraphicsResources(self._window)
 
     def look(self, eye: Eye, distance: float, view_angle_deg: float) -> None:
-        """Draw from here on as the eye sees. distance : m, at which an orthographic view has its
-        scale"""
+        """Draw from now on as the eye sees.
+
+        Parameters
+        ----------
+        distance : float
+            Distance of the scale of an orthographic view, metres.
+        """
         position = eye.position - self.start
-        drawn = self.surface.GetActiveCamera()
-        drawn.SetPosition(*position)
-        drawn.SetFocalPoint(*(position + eye.direction * max(distance, 1e-3)))
-        drawn.SetViewUp(*eye.up)
-        drawn.SetParallelProjection(eye.orthographic)
-        drawn.SetViewAngle(view_angle_deg)
+        vtk_camera = self.surface.GetActiveCamera()
+        vtk_camera.SetPosition(*position)
+        vtk_camera.SetFocalPoint(*(position + eye.direction * max(distance, 1e-3)))
+        vtk_camera.SetViewUp(*eye.up)
+        vtk_camera.SetParallelProjection(eye.orthographic)
+        vtk_camera.SetViewAngle(view_angle_deg)
         if eye.orthographic:
-            drawn.SetParallelScale(eye.half_height)
-        drawn.SetClippingRange(eye.near, eye.far)
+            vtk_camera.SetParallelScale(eye.half_height)
+        vtk_camera.SetClippingRange(eye.near, eye.far)
 
     def render(
         self,
@@ -186,8 +202,11 @@ class Canvas:
         before_layer: Callable[[], None] | None = None,
         before_chosen: Callable[[], None] | None = None,
     ) -> None:
-        """Draw these layers. before_layer, before_chosen : called before layers 1 and 2, which say
-        what to `confine` them to"""
+        """Draw these layers.
+
+        `before_layer` and `before_chosen` are called before layers 1 and 2, and may call
+        `confine`.
+        """
         self.surface.SetDraw(surface)
         self.surface.SetErase(erase)
         self.layer.SetDraw(layer)
@@ -201,14 +220,14 @@ class Canvas:
         self.frames += 1
 
     def confine(self, spot: Spot | None) -> None:
-        """Draw from here on only in a spot of the picture; None for all of it."""
+        """Restrict drawing to a part of the picture, None for all."""
         camera = self.surface.GetActiveCamera()
         camera.SetUseScissor(spot is not None)
         if spot is not None:
             camera.SetScissorRect(vtkRecti(spot.left, spot.bottom, *spot.size))
 
     def wait(self) -> None:
-        """Until everything has been drawn."""
+        """Wait until everything has been drawn."""
         self.window.WaitForCompletion()
 
     def _layer_starts(self, *_: object) -> None:
@@ -219,51 +238,52 @@ class Canvas:
         if self._before_chosen is not None:
             self._before_chosen()
 
-    # -- keeping the models' picture aside
+    # -- saved layers
 
     def keep_surface(self) -> None:
         self.buffers.save("surface")
-        self.kept = True
+        self.surface_saved = True
 
     def restore_surface(self, spot: Spot | None = None) -> None:
         self.buffers.restore("surface", spot)
 
     def keep_features(self, spot: Spot | None = None) -> None:
-        """spot : where they have been drawn anew, if not everywhere"""
+        """Save the picture with features, or only the part that was drawn again."""
         self.buffers.save("features", spot)
-        self.features_kept = True
+        self.features_saved = True
 
     def restore_features(self) -> None:
         self.buffers.restore("features")
 
-    # -- what was drawn
+    # -- results
 
     def pixels(self) -> ByteArray:
-        """(height, width, 4) of the last picture, first row at the bottom; valid until the next."""
+        """Return the last picture (height, width, 4), first row at the bottom."""
         width, height = self.size
         self.window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, self._pixels, 0)
-        return np.asarray(vtk_data.array_of(self._pixels), np.uint8).reshape(height, width, 4)
+        return np.asarray(vtk_data.to_array(self._pixels), np.uint8).reshape(height, width, 4)
 
     def depth(self) -> Float32Array:
-        """(height, width) of the last picture with features, 0 at the near plane to 1 at the far
-        one; read once for each."""
+        """Return the depth (height, width) of the last picture with features.
+
+        Values are 0 at the near plane and 1 at the far plane; they are read once per picture.
+        """
         if self._depth is None:
             width, height = self.size
             self.window.GetZbufferData(0, 0, width - 1, height - 1, self._depths)
-            depths = np.asarray(vtk_data.array_of(self._depths), np.float32)
+            depths = np.asarray(vtk_data.to_array(self._depths), np.float32)
             self._depth = depths.reshape(height, width)
         return self._depth
 
     def surface_depth(self) -> Float32Array:
-        """As `depth`, of the models alone where they have been kept aside: what is drawn over them
-        hides nothing of them."""
-        shown = self.depth()
-        if not self.kept:
-            return shown
+        """Return the depth of the models alone, if saved, because features must not hide them."""
+        depth = self.depth()
+        if not self.surface_saved:
+            return depth
         self.restore_surface()
         width, height = self.size
         values = vtkFloatArray()
         self.window.GetZbufferData(0, 0, width - 1, height - 1, values)
-        if self.features_kept:
+        if self.features_saved:
             self.restore_features()
-        return np.asarray(vtk_data.array_of(values), np.float32).reshape(height, width)
+        return np.asarray(vtk_data.to_array(values), np.float32).reshape(height, width)

@@ -1,4 +1,4 @@
-"""The faces of the clipping box as VTK cuts with them."""
+"""Faces of the clipping box as planes of VTK."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vomstudio.rendering.view.clipping import FACES, ClipBox
 
 
 class ClipPlanes:
-    """box : what is drawn and picked, None for everything"""
+    """Clipping planes; nothing is drawn or picked outside `box`, None for everything."""
 
     def __init__(self) -> None:
         self.box: ClipBox | None = None
@@ -22,12 +22,17 @@ class ClipPlanes:
         self._cutting: list[int] = []
 
     def place(self, models: Iterable[FloatArray], origin: FloatArray) -> bool:
-        """Bring the planes to the faces of the box; whether `cut` cuts with others now.
+        """Move the planes to the faces of the box. Return whether the planes of `cut` changed.
 
-        Models are cut only by those that they cross: a software renderer takes a third longer with
-        all six.
+        Models are cut only by the planes that they cross: a software renderer takes a third
+        longer with all six.
 
-        models : (n, 3) World corners around each; origin : (3,) World, from where VTK counts
+        Parameters
+        ----------
+        models : iterable of (n, 3) float64
+            World corners around each model.
+        origin : (3,) float64
+            Origin of VTK's coordinates in World.
         """
         cutting: list[int] = []
         if self.box is not None:
@@ -45,12 +50,12 @@ class ClipPlanes:
         return changed
 
     def cut(self, actor: vtkActor) -> None:
-        """An actor of a model's."""
-        some = [self._planes[k] for k in self._cutting]
-        vtk_data.clip(actor, collection(some) if some else None)
+        """Clip an actor of a model."""
+        planes = [self._planes[k] for k in self._cutting]
+        vtk_data.clip(actor, collection(planes) if planes else None)
 
     def every(self) -> vtkPlaneCollection:
-        """All six, to cut what is drawn over the models."""
+        """Return all six planes, for features over the models."""
         return collection(self._planes)
 
 

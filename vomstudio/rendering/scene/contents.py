@@ -1,4 +1,4 @@
-"""What there is to be drawn."""
+"""Contents of a scene."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vomstudio.rendering.scene.model_scene import ModelScene
 
 @dataclass(frozen=True)
 class Contents:
-    """The models, how they look and are cut, and what is drawn over them."""
+    """Models with their appearance and clipping, and features and cameras over them."""
 
     models: dict[str, ModelScene] = field(default_factory=dict)
     look: Appearance = field(default_factory=Appearance)
@@ -28,10 +28,12 @@ class Contents:
         return [model for model in self.models.values() if model.visible]
 
     def corners(self, *, close: bool = False) -> FloatArray:
-        """(n, 3) World corners of the visible models; see `ModelScene.corners_world`."""
-        some = [model.corners_world(close=close) for model in self.visible()]
-        return np.concatenate([np.zeros((0, 3)), *some])
+        """Return the World corners (n, 3) of the visible models or, with `close`, their
+        chunks.
+        """
+        corners = [model.corners_world(close=close) for model in self.visible()]
+        return np.concatenate([np.zeros((0, 3)), *corners])
 
     def corners_over(self) -> FloatArray:
-        """(n, 3) World corners of what is drawn over the models."""
+        """Return the World corners (n, 3) of features and cameras."""
         return np.concatenate([self.features.corners(), self.cameras.corners()])

@@ -1,4 +1,4 @@
-"""The spot of the picture that a change touches, and what else is seen in it."""
+"""Part of the picture that a change affects, and the features visible in it."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ from vomstudio.rendering.view.camera import Eye
 
 @dataclass(frozen=True)
 class Spot:
-    """A rectangle of pixels of the device, from the lower left corner of the picture: the first
-    column and row, and the last ones."""
+    """Rectangle of device pixels, from the lower left corner of the picture.
+
+    Its edges are the first and the last column and row.
+    """
 
     left: int
     bottom: int
@@ -25,13 +27,13 @@ class Spot:
         return self.right - self.left + 1, self.top - self.bottom + 1
 
     def wider(self, margin: int) -> Spot:
-        """With so many more pixels on each side."""
+        """Return a rectangle with a margin on each side, pixels."""
         return Spot(
             self.left - margin, self.bottom - margin, self.right + margin, self.top + margin
         )
 
     def within(self, size: tuple[int, int]) -> Spot:
-        """As much of it as lies in a picture; one pixel at its edge where nothing does."""
+        """Return the part within a picture, at least one pixel at its edge."""
         (left, right), (bottom, top) = (
             np.clip((low, high), 0, end - 1).tolist()
             for low, high, end in (
@@ -42,9 +44,12 @@ class Spot:
         return Spot(left, bottom, right, top)
 
 
-def spot_of(points: FloatArray, eye: Eye, size: tuple[int, int]) -> Spot | None:
-    """Where the lines between World points (n, 3) may be seen, which need not be in the picture;
-    None where they may be anywhere, since some lie behind the viewer."""
+def find_spot(points: FloatArray, eye: Eye, size: tuple[int, int]) -> Spot | None:
+    """Return where lines between World points (n, 3) may be visible.
+
+    None if they may be anywhere because points are behind the viewer. The rectangle may be
+    outside the picture.
+    """
     off = points - eye.position
     depth = off @ eye.direction
     if not len(points) or not np.isfinite(depth).all():
@@ -55,32 +60,37 @@ def spot_of(points: FloatArray, eye: Eye, size: tuple[int, int]) -> Spot | None:
     width, height = size
     columns = width / 2.0 + off @ eye.right / half * height / 2.0
     rows = height / 2.0 + off @ eye.up / half * height / 2.0
-    far = 16.0 * max(size)
+    margin = 16.0 * max(size)
     (left, right), (bottom, top) = (
-        (int(np.floor(np.clip(v.min(), -far, far))), int(np.ceil(np.clip(v.max(), -far, far))))
+        (
+            int(np.floor(np.clip(v.min(), -margin, margin))),
+            int(np.ceil(np.clip(v.max(), -margin, margin))),
+        )
         for v in (columns, rows)
     )
     return Spot(left, bottom, right, top)
 
 
-def seen_in(spot: Spot, boxes: FloatArray, eye: Eye, size: tuple[int, int]) -> BoolArray:
-    """Whether boxes (n, 2, 3), lowest and highest corner in World, may be seen in a spot: true of
-    all that are, and of a few that are not. False for a box of NaN."""
+def visible_in_spot(spot: Spot, boxes: FloatArray, eye: Eye, size: tuple[int, int]) -> BoolArray:
+    """Return whether boxes (n, 2, 3) in World may be visible in a rectangle.
+
+    The result is true for all that are and for a few that are not; false for a box of NaN.
+    """
     width, height = size
     centre = boxes.mean(axis=1) - eye.position
     reach = (boxes[:, 1] - boxes[:, 0]) / 2.0
-    seen = np.ones(len(boxes), np.bool_)
-    for axis, first, last, middle in (
+    is_visible = np.ones(len(boxes), np.bool_)
+    for axis, first_pixel, last_pixel, middle in (
         (eye.right, spot.left, spot.right + 1, width / 2.0),
         (eye.up, spot.bottom, spot.top + 1, height / 2.0),
     ):
-        for sign, limit in ((1.0, first), (-1.0, last)):
-            # The plane through the eye, or along the view, that an edge of the spot lies in.
+        for sign, limit in ((1.0, first_pixel), (-1.0, last_pixel)):
+            # Plane through the eye, or along the view, that contains an edge of the rectangle.
             off = (limit - middle) * eye.half_height
             normal, shift = sign * height / 2.0 * axis, 0.0
             if eye.orthographic:
                 shift = -sign * off
             else:
                 normal = normal - sign * off * eye.direction
-            seen &= centre @ normal + reach @ np.abs(normal) + shift >= 0.0
-    return seen
+            is_visible &= centre @ normal + reach @ np.abs(normal) + shift >= 0.0
+    return is_visible

@@ -1,8 +1,8 @@
-"""Eye-dome lighting: pixels that lie behind their neighbours are darkened, by how far behind.
+"""Eye-dome lighting: pixels behind their neighbours are darkened, by their distance.
 
-It shows the shape of a cloud that has no normals. Christian Boucheny, Visualisation scientifique
-interactive de grands volumes de donnees, PhD thesis, Grenoble (2009), with logarithms of depth as
-in Markus Schuetz, Potree, master's thesis, TU Wien (2016).
+It shows the shape of a cloud without normals. Christian Boucheny, Visualisation scientifique
+interactive de grands volumes de donnees, PhD thesis, Grenoble (2009), with logarithms of depth
+as in Markus Schuetz, Potree, master's thesis, TU Wien (2016).
 
 One pass over the finished picture of the models, before the features are drawn over it, in
 horizontal bands so that a software renderer can do it between the events of a window.
@@ -71,7 +71,7 @@ void main() {
 
 
 class EyeDome:
-    """Made and used with one window's context."""
+    """Eye-dome lighting, created and used with one window's context."""
 
     def __init__(self) -> None:
         self._quad: vtkOpenGLQuadHelper | None = None
@@ -89,9 +89,14 @@ class EyeDome:
         orthographic: bool,
         scale: float,
     ) -> None:
-        """Draw rows[0] .. rows[1] of what `source` holds, shaded, into the window's own buffer.
+        """Draw rows[0] to rows[1] of `source`, shaded, into the window's buffer.
 
-        near, far, distance : metres; scale : device pixels per logical pixel
+        Parameters
+        ----------
+        near, far, distance : float
+            Metres.
+        scale : float
+            Device pixels per logical pixel.
         """
         window.MakeCurrent()
         if self._quad is None:

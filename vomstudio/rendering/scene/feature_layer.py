@@ -1,4 +1,4 @@
-"""Lines and discs of the features as a handful of actors, however many features there are."""
+"""Lines and discs of the features as a few actors, for any number of features."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ SELECTED_WIDTH = 5.0
 HALO_EXTRA = 2.0
 SELECTED_HALO_EXTRA = 4.0
 THIN_ABOVE = 4000
-"""Points of lines above which only the lines themselves are drawn while the camera moves."""
+"""Number of line points above which halos are omitted while the camera moves."""
 
-FEW = 64
-"""Changes up to which the picture of all other features is kept."""
+MAX_PARTIAL_CHANGES = 64
+"""Maximum number of changes that are drawn over the saved picture of all others."""
 
 DISC_OPACITY = 0.32
 HIDDEN_OPACITY = 0.28
 DARK = (20, 20, 22)
 BRIGHT = (255, 255, 255)
 
-# Steps of the depth buffer (1/65536 of its range) by which lines stand before the surface that
-# they lie on, and by which the faint copy stands before everything. The first has to cover the rise
-# of a slanting surface across half a line's width, or the halo is cut off on the near side.
+# Offsets in steps of the depth buffer (1/65536 of its range) by which lines are drawn before
+# their surface, and by which the faint copy is drawn before everything. The first must cover the
+# rise of a slanting surface across half a line's width, or the near half of the halo is cut off.
 OVER_SURFACE = -150.0
-OVER_ALL = -65000.0
+HIDDEN_LINE_OFFSET = -65000.0
 
 
 class FeatureLayer:
-    """Registered drawings and the actors made of them.
+    """Registered drawings and their actors.
 
-    drawings : in the order in which they came, in which they are drawn
+    `drawings` is in the order of their creation, in which they are drawn.
     """
 
     def __init__(self) -> None:
@@ -55,22 +55,24 @@ class FeatureLayer:
         self.thin = False
         self._stale = True
         self._changed: list[FeatureDrawing] = []
-        self._whole = False
+        self._is_all_changed = False
         self._chosen_stale = True
         self._actors: dict[str, vtkActor] = {}
         self._numbers: dict[str, int] = {}
         self._next = count()
 
     def changed(self) -> FloatArray | None:
-        """(n, 3) World points of what has come or gone since the features were drawn last, the
-        selection and what is being painted aside; None where that may be anything."""
-        if self._stale or not self.areas.only_emphasis:
+        """Return World points (n, 3) of the drawings that have changed since the last drawing.
+
+        The selection and the live area do not count. None if anything may have changed.
+        """
+        if self._stale or not self.areas.is_emphasis_only:
             return None
         return np.concatenate([np.zeros((0, 3)), *(spots(drawing) for drawing in self._changed)])
 
     def attach(self, renderer: vtkRenderer, emphasis: vtkRenderer) -> None:
-        """emphasis : draws what is selected, over all others"""
-        # Polygons stay where they are: only the lines of this layer are shifted.
+        """Add the actors; `emphasis` draws the selection over all others."""
+        # Polygons are not shifted: only the lines of this layer are.
         vtkMapper.SetResolveCoincidentTopologyToPolygonOffset()
         vtkMapper.SetResolveCoincidentTopologyPolygonOffsetParameters(0.0, 0.0)
         vtkMapper.SetResolveCoincidentTopologyLineOffsetParameters(0.0, 0.0)
@@ -83,23 +85,22 @@ class FeatureLayer:
             actor.SetMapper(mapper)
             look = actor.GetProperty()
             look.LightingOff()
-            # Drawn one over the other in this order, and without a trace in the depth buffer: what
-            # stands before the surface by an offset would hide the very points that it runs through
-            # from `Scene.seen`.
+            # Drawn in this order without writing depth: lines with an offset would hide their own
+            # points from `Scene.seen`.
             actor.ForceTranslucentOn()
             selected = name.endswith("+")
-            over = 2.5 * OVER_SURFACE if selected else OVER_SURFACE
+            offset = 2.5 * OVER_SURFACE if selected else OVER_SURFACE
             if name == "discs":
                 look.SetOpacity(DISC_OPACITY)
             elif name.startswith("halo"):
                 mapper.ScalarVisibilityOff()
                 look.SetColor(*(v / 255.0 for v in (BRIGHT if selected else DARK)))
-                mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, over)
+                mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, offset)
             elif name.startswith("line"):
-                mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, over - 8.0)
+                mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, offset - 8.0)
             else:
                 look.SetOpacity(HIDDEN_OPACITY)
-                mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, OVER_ALL)
+                mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, HIDDEN_LINE_OFFSET)
             self._actors[name] = actor
             (emphasis if selected else renderer).AddActor(actor)
         self._stale = True
@@ -111,13 +112,13 @@ class FeatureLayer:
         self._stale = True
 
     def clip(self, planes: vtkPlaneCollection | None) -> None:
-        """Draw only what lies on the inner side of all these planes."""
+        """Draw only the inner side of all these planes."""
         self.areas.clip(planes)
         for actor in self._actors.values():
             vtk_data.clip(actor, planes)
 
     def set_scale(self, scale: float) -> None:
-        """Device pixels per logical pixel: widths are logical."""
+        """Set device pixels per logical pixel; widths are logical."""
         self.scale = scale
         self.areas.scale = scale
         self._stale = True
@@ -133,7 +134,7 @@ class FeatureLayer:
                 self.drawings[key] = drawing
                 self._numbers.setdefault(key, next(self._next))
             self.areas.change(key, drawing)
-        self._stale = self._stale or len(self._changed) > FEW
+        self._stale = self._stale or len(self._changed) > MAX_PARTIAL_CHANGES
         self._chosen_stale = True
         self._runs.change(changes)
         box = self._runs.box()
@@ -149,7 +150,7 @@ class FeatureLayer:
         self._chosen_stale = True
 
     def set_live(self, area: Area | None, color: tuple[float, float, float]) -> None:
-        """What a brush is touching; None for nothing."""
+        """Show the area that a brush is touching, None for none."""
         self.areas.set_live(area, color)
 
     def shown(self) -> list[FeatureDrawing]:
@@ -157,46 +158,53 @@ class FeatureLayer:
 
     @property
     def points(self) -> int:
-        """Of all lines that are shown."""
+        """Return the number of points of all visible lines."""
         return self._runs.points
 
     def corners(self) -> FloatArray:
-        """(8, 3) World corners of all drawings, or none."""
+        """Return the World corners (8, 3) of all drawings, or none."""
         return self._corners
 
     def refresh(
         self,
         pixel: Pixel | None = None,
-        wanted: Callable[[FloatArray], BoolArray] | None = None,
+        is_needed: Callable[[FloatArray], BoolArray] | None = None,
     ) -> None:
-        """Bring the actors up to date; called before every drawing of the layer. pixel: metres of
-        a device pixel at a place in World. wanted : of boxes (n, 2, 3) in World, which features are
-        to be drawn; None for all"""
+        """Update the actors; called before every drawing of the layer.
+
+        Parameters
+        ----------
+        pixel : callable, optional
+            Returns the metres per device pixel at a place in World.
+        is_needed : callable, optional
+            Returns for boxes (n, 2, 3) in World which features to draw, by default all.
+        """
         if not self._actors:
             return
-        if wanted is not None:
-            self._fill(*self._runs.some(wanted))
-            self._whole = False
-        elif self._stale or self._changed or not self._whole:
+        if is_needed is not None:
+            self._fill(*self._runs.some(is_needed))
+            self._is_all_changed = False
+        elif self._stale or self._changed or not self._is_all_changed:
             self._fill(self._runs.lines(), self._runs.discs())
-            self._whole = self._chosen_stale = True
+            self._is_all_changed = self._chosen_stale = True
         self._stale = False
         self._changed.clear()
         self.refresh_emphasis(pixel)
 
     def refresh_emphasis(self, pixel: Pixel | None = None) -> None:
-        """Bring those actors up to date that draw what is selected or being painted."""
+        """Update the actors of selected and live features."""
         if not self._actors:
             return
         self.areas.refresh(moving=self.thin, pixel=pixel)
         if self._chosen_stale:
-            # The selected ones are drawn once more over all the others, so that a change of the
-            # selection leaves the large arrays alone.
+            # Selected features are drawn again over all others, so that a change of the selection
+            # does not rebuild the large arrays.
             self._chosen_stale = False
-            # In the order of the others: which of two that cross is on top is no matter of chance.
+            # In the order of the others, so that crossing features always overlap in the same
+            # way.
             keys = sorted(self.selected & self.drawings.keys(), key=self._numbers.__getitem__)
-            shown = [d for d in map(self.drawings.__getitem__, keys) if d.visible]
-            runs = lines_of(shown, self._origin)
+            visible = [d for d in map(self.drawings.__getitem__, keys) if d.visible]
+            runs = lines_of(visible, self._origin)
             self._dress("+", _poly(runs, polygons=False), SELECTED_WIDTH, SELECTED_HALO_EXTRA)
         points = self._actors["line"].GetMapper().GetInput().GetNumberOfPoints()
         rich = not self.thin or points < THIN_ABOVE
@@ -220,7 +228,7 @@ def _poly(runs: Runs, *, polygons: bool) -> vtkPolyData:
     if not len(runs.sizes):
         return data
     data.SetPoints(vtk_data.vtk_points(runs.points))
-    cells = vtk_data.cells_of(runs.sizes)
+    cells = vtk_data.cells_of_sizes(runs.sizes)
     if polygons:
         data.SetPolys(cells)
     else:

@@ -1,9 +1,9 @@
-"""The picture of the scene: drawn whole while the camera moves, piece by piece once it rests.
+"""Drawing of the scene: at once while the camera moves, piece by piece at rest.
 
-A model that is slow to draw is shown by its proxy while the camera moves; at rest its chunks are
-added batch by batch to the same buffers, and whoever owns the scene calls `refine` between the
-events of its loop until the frame is whole. Thousands of features are drawn in bands by a software
-renderer, each between two events as well: `draw_band`.
+A model that is slow to draw is represented by its proxy while the camera moves. At rest its
+chunks are added in batches to the same buffers; the owner of the scene calls `refine` between
+the events of its loop until the frame is complete. With a software renderer, thousands of
+features are drawn in bands between events: `draw_band`.
 """
 
 from __future__ import annotations
@@ -18,26 +18,33 @@ from vomstudio.rendering.scene import proxies
 from vomstudio.rendering.scene.camera_visibility import Sight
 from vomstudio.rendering.scene.canvas import Canvas
 from vomstudio.rendering.scene.contents import Contents
-from vomstudio.rendering.scene.dirty_region import Spot, seen_in, spot_of
+from vomstudio.rendering.scene.dirty_region import Spot, find_spot, visible_in_spot
 from vomstudio.rendering.scene.eyedome import BANDS, EyeDome
 from vomstudio.rendering.scene.feature_layer import HALO_EXTRA, LINE_WIDTH
 from vomstudio.rendering.scene.frame_progress import Entry, Frame
 from vomstudio.rendering.scene.model_scene import Part
 from vomstudio.rendering.scene.texture_levels import TextureLevels
-from vomstudio.rendering.scene.visible_nodes import NodesInView
+from vomstudio.rendering.scene.visible_nodes import VisibleNodes
 from vomstudio.rendering.view.camera import Eye
 from vomstudio.rendering.view.frame_timing import SLOW_FRAME_S, Pace
 
 BAND_POINTS = 25_000
 """So many points of features a software renderer draws, with halo and hidden line, within some
 50 ms."""
-MOST_BANDS = 12
+MAX_BANDS = 12
 
 
 class Picture:
-    """eye_dome : clouds at rest are shaded by how far pixels lie behind their neighbours
-    showing_proxy : the last picture shows what stands for the models
-    more_to_come : it left out stand-ins that the next one will show
+    """Picture of a scene.
+
+    Attributes
+    ----------
+    eye_dome : bool
+        Whether clouds at rest have eye-dome lighting.
+    showing_proxy : bool
+        Whether the last picture shows proxies.
+    more_to_come : bool
+        Whether it lacks proxies that the next one will show.
     """
 
     def __init__(
@@ -45,7 +52,7 @@ class Picture:
         canvas: Canvas,
         contents: Contents,
         sight: Sight,
-        nodes: NodesInView,
+        nodes: VisibleNodes,
         frame: Frame,
     ) -> None:
         self.eye_dome = False
@@ -61,7 +68,7 @@ class Picture:
 
     @property
     def complete(self) -> bool:
-        """Whether the last picture is whole, and shows everything that is there."""
+        """Whether the last picture is complete."""
         return self._frame.complete and not self._bands
 
     @property
@@ -71,37 +78,37 @@ class Picture:
 
     @property
     def refining(self) -> bool:
-        """Whether a frame is in the making."""
+        """Whether a frame is being refined."""
         return self._frame.pending is not None
 
     def abandon(self) -> None:
-        """Forget a frame that is being refined, and that the last one was whole."""
+        """Discard a frame that is being refined, and mark the last one as incomplete."""
         self._bands = []
         self._frame.abandon()
 
     def release(self) -> None:
-        """Give back what the graphics card holds of it."""
+        """Release its graphics resources."""
         self._dome.release(self._canvas.window)
 
-    # -- in one
+    # -- at once
 
     @property
     def slow(self) -> bool:
-        """Whether drawing everything takes too long to do at every step of a drag."""
+        """Whether drawing everything takes too long for every step of a drag."""
         if any(m.proxies and not m.chunks_done for m in self._contents.visible()):
             return True
         parts = [part for _, part in self._sight.parts()]
         return not all(p.uploaded for p in parts) or self.pace.expected(parts) > SLOW_FRAME_S
 
     def draw(self, *, moving: bool) -> None:
-        """Draw a whole picture now: the models where that is quick, else what stands for them."""
+        """Draw a picture now, with proxies if the models take too long."""
         if moving and not self._was_moving:
             self.pace.begin_moving()
         self._was_moving = moving
         self.abandon()
         self._sight.apply()
         self._nodes.look_around(fetch=not moving)
-        # Large points take longer, so their size comes before what can be afforded.
+        # The point size affects the drawing time, so it is set first.
         self._sight.size_points()
         proxy = self.slow
         self.more_to_come = False
@@ -113,56 +120,58 @@ class Picture:
         fresh = any(not p.uploaded for p in show)
         started = time.perf_counter()
         self._show(show)
-        self._canvas.kept = False
+        self._canvas.surface_saved = False
         features = self._contents.features
         features.thin = moving
-        in_bands = not moving and self._wants_bands
-        self._render(erase=True, surface=True, layer=not in_bands, keep=not moving)
+        uses_bands = not moving and self._wants_bands
+        self._render(erase=True, surface=True, layer=not uses_bands, keep=not moving)
         features.thin = False
         self._canvas.wait()
-        spent = time.perf_counter() - started
+        elapsed_s = time.perf_counter() - started
         for part in show:
             part.uploaded = True
         self.showing_proxy = proxy
         if not proxy:
-            self.pace.learn(show, spent)
+            self.pace.learn(show, elapsed_s)
             self._frame.complete = not self._levels.due and not self.domed
         else:
             if not fresh:
-                self.pace.learn_moving(spent, proxies.MOVING_SETS)
+                self.pace.learn_moving(elapsed_s, proxies.MOVING_SETS)
             if not any(m.parts for m in self._contents.visible()):
                 self._frame.complete = True
-        if in_bands:
+        if uses_bands:
             self._begin_bands()
 
     def _proxies(self) -> list[Part]:
-        """What stands for the models while drawing them takes too long."""
+        """Return the proxies of the models, which are drawn while the models take too long."""
         visible = self._contents.visible()
-        seen = self._sight.parts(every_node=True)
-        nodes, self.more_to_come = proxies.coarse_nodes(seen, self.pace.moving_sets)
-        drawn = [part for model in visible for part in model.proxies]
-        return drawn + self._tinted(nodes) + proxies.of_meshes(visible)
+        entries = self._sight.parts(every_node=True)
+        nodes, self.more_to_come = proxies.coarse_nodes(entries, self.pace.moving_sets)
+        parts = [part for model in visible for part in model.proxies]
+        return parts + self._tinted(nodes) + proxies.mesh_proxies(visible)
 
     def _tinted(self, entries: Iterable[Entry]) -> list[Part]:
-        found = []
+        parts = []
         for model, part in entries:
             self._contents.look.tint_node(model, part)
-            found.append(part)
-        return found
+            parts.append(part)
+        return parts
 
     def draw_features(self) -> None:
-        """Draw the features anew over the models as they last stood; where `layering` says so
-        afterwards, by calls of `draw_band`, else of `refine`, until it does not."""
+        """Draw the features again over the last picture of the models.
+
+        If `layering` is set afterwards, call `draw_band` until it is not; otherwise `refine`.
+        """
         begun, self._bands = self._bands, []
         canvas, frame, eye = self._canvas, self._frame, self._sight.eye
-        if not canvas.kept or eye is None:
+        if not canvas.surface_saved or eye is None:
             if not self.refining:
                 self.draw(moving=False)
-            # Else the frame in the making will show them.
+            # Otherwise the frame that is being refined will show them.
             return
         depth = eye.depth(self._contents.corners_over())
         if len(depth) and (depth.min() < eye.near or depth.max() > eye.far):
-            # The kept depths are of another range: these features would be cut off.
+            # The saved depth has another range: these features would be clipped.
             self.draw(moving=False)
             return
         if self.refining and begun:
@@ -171,12 +180,12 @@ class Picture:
         busy = self.refining and not frame.first
         if busy:
             canvas.buffers.save("frame")
-        changed = self._contents.features.changed() if canvas.features_kept else None
+        changed = self._contents.features.changed() if canvas.features_saved else None
         if changed is None or self._contents.cameras.stale:
             self._render_layer(keep=not busy)
         elif not len(changed):
             self._render_emphasis()
-        elif (spot := spot_of(changed, eye, canvas.size)) is not None:
+        elif (spot := find_spot(changed, eye, canvas.size)) is not None:
             self._render_spot(spot, eye)
         else:
             self._render_layer(keep=not busy)
@@ -184,12 +193,12 @@ class Picture:
             canvas.pixels()
             canvas.buffers.restore("frame")
 
-    # -- in pieces
+    # -- piece by piece
 
     def begin_rest(self) -> None:
-        """Start the whole frame of a camera that has come to rest."""
+        """Start the complete frame of a camera at rest."""
         if self._sight.eye is not None:
-            # Points are told hidden by the last whole picture until there is another.
+            # The last complete picture determines hidden points until there is another.
             self._canvas.depth()
         self._was_moving = False
         self._sight.apply()
@@ -200,12 +209,12 @@ class Picture:
         self._frame.begin(self._sight.parts())
 
     def refine(self) -> bool:
-        """Do one short piece of the rest frame; True once the frame is whole and drawn."""
+        """Draw one small piece of the frame at rest. Return whether the frame is complete."""
         frame, canvas = self._frame, self._canvas
         if frame.pending is None:
             return True
         if self._bands and frame.pending:
-            # More of the models has come, which lies below them.
+            # More of the models has arrived, which is below the features.
             self._bands = []
             canvas.restore_surface()
         if self._bands:
@@ -215,27 +224,29 @@ class Picture:
         if not frame.pending and not frame.first and self._shade_band():
             return False
         started = time.perf_counter()
-        # Features, and the copy of the surface below them, are a piece of their own.
-        last = not frame.pending
+        # Features, with the copy of the surface below them, are a separate piece.
+        is_last = not frame.pending
         count = self.pace.next_batch([part for _, part in frame.pending])
         tint = self._contents.look.tint_node
         if any([tint(*entry) for entry in frame.pending[:count]]):
-            # They have to be taken to the graphics card anew.
+            # They must be uploaded to the graphics card again.
             count = self.pace.next_batch([part for _, part in frame.pending])
         batch = [part for _, part in frame.pending[:count]]
         frame.pending = frame.pending[count:]
         self._show(batch)
-        in_bands = last and self._wants_bands
-        self._render(erase=frame.first, surface=True, layer=last and not in_bands, keep=last)
+        uses_bands = is_last and self._wants_bands
+        self._render(
+            erase=frame.first, surface=True, layer=is_last and not uses_bands, keep=is_last
+        )
         canvas.wait()
         frame.first = False
         self.pace.learn(batch, time.perf_counter() - started)
         for part in batch:
             part.uploaded = True
-        if in_bands:
+        if uses_bands:
             self._begin_bands()
             return False
-        return last and self._end_rest()
+        return is_last and self._end_rest()
 
     def _end_rest(self) -> bool:
         self._frame.end()
@@ -244,13 +255,12 @@ class Picture:
 
     @property
     def domed(self) -> bool:
-        """Whether the picture at rest is shaded by how far pixels lie behind their neighbours."""
+        """Whether the picture at rest has eye-dome lighting."""
         visible = self._contents.visible()
         return self.eye_dome and any(isinstance(m.data, PointCloud) for m in visible)
 
     def _shade_band(self) -> bool:
-        """Eye-dome lighting of a part of the finished surface; False once there is nothing to do
-        any more."""
+        """Shade a part of the finished surface. Return False if everything is shaded."""
         if not self.domed:
             return False
         canvas, frame, eye = self._canvas, self._frame, self._sight.eye
@@ -274,13 +284,13 @@ class Picture:
         canvas.wait()
         return True
 
-    # -- both
+    # -- common
 
     def _show(self, parts: list[Part]) -> None:
-        wanted = {id(p) for p in parts}
+        shown_ids = {id(p) for p in parts}
         for model in self._contents.models.values():
             for part in model.parts + model.proxies:
-                part.actor.SetVisibility(id(part) in wanted)
+                part.actor.SetVisibility(id(part) in shown_ids)
 
     def _render(
         self,
@@ -290,29 +300,28 @@ class Picture:
         layer: bool,
         keep: bool,
     ) -> None:
-        """The models or, over the picture of them that is kept, the features. keep : keep aside
-        what is drawn, for changes of what lies over it"""
+        """Draw the models or, over their saved picture, the features; `keep` saves the result."""
         canvas = self._canvas
         if layer:
-            canvas.features_kept = False
+            canvas.features_saved = False
             self._contents.features.refresh(self._sight.pixel_at)
             self._contents.cameras.refresh()
-        before: Callable[[], None] | None = canvas.restore_surface
+        callback: Callable[[], None] | None = canvas.restore_surface
         if surface:
-            before = canvas.keep_surface if keep else None
+            callback = canvas.keep_surface if keep else None
         canvas.render(
             erase=erase,
             surface=surface,
             layer=layer,
             chosen=layer,
-            before_layer=before,
+            before_layer=callback,
             before_chosen=canvas.keep_features if keep else None,
         )
         if surface and keep and not layer:
             canvas.keep_surface()
 
     def _render_layer(self, *, keep: bool) -> None:
-        """The features over the picture of the models that is kept: in one, or begun."""
+        """Draw the features over the saved picture of the models, or start their bands."""
         if keep and self._wants_bands:
             self._canvas.restore_surface()
             self._begin_bands()
@@ -325,31 +334,30 @@ class Picture:
         return self._canvas.software and points > BAND_POINTS and self._sight.eye is not None
 
     def _begin_bands(self) -> None:
-        """What is drawn, which is the models alone, is the picture that bands of features come to
-        lie over."""
+        """Save the picture, which shows only the models, as the background of the bands."""
         canvas = self._canvas
         self._contents.cameras.refresh()
         canvas.keep_features()
         count = math.ceil(self._contents.features.points / BAND_POINTS)
-        self._bands = bands(canvas.size[1], min(count, MOST_BANDS))
-        canvas.features_kept = False
+        self._bands = bands(canvas.size[1], min(count, MAX_BANDS))
+        canvas.features_saved = False
 
     def draw_band(self) -> bool:
-        """Draw the features in the next band of the picture; True once it was the last."""
+        """Draw the features in the next band. Return whether it was the last."""
         canvas, eye = self._canvas, self._sight.eye
         if not self._bands or eye is None:
             self._bands = []
             return True
-        first, past = self._bands.pop(0)
-        band = Spot(0, first, canvas.size[0] - 1, past - 1)
-        # What is selected lies over all of them.
+        first_row, end_row = self._bands.pop(0)
+        band = Spot(0, first_row, canvas.size[0] - 1, end_row - 1)
+        # The selection is drawn over all bands.
         self._render_spot(band, eye, chosen=not self._bands)
         canvas.wait()
-        canvas.features_kept = not self._bands
+        canvas.features_saved = not self._bands
         return not self._bands
 
     def _render_emphasis(self) -> None:
-        """What is selected or being painted, over the picture of all else that is kept."""
+        """Draw selected and live features over the saved picture of everything else."""
         self._contents.features.refresh_emphasis(self._sight.pixel_at)
         self._canvas.render(
             erase=False,
@@ -360,14 +368,13 @@ class Picture:
         )
 
     def _render_spot(self, spot: Spot, eye: Eye, *, chosen: bool = True) -> None:
-        """The features anew where some have changed, over the picture of them that is kept.
-        chosen : those that are selected as well"""
+        """Draw the features again where some have changed; `chosen` includes the selection."""
         canvas, features = self._canvas, self._contents.features
         width = math.ceil((LINE_WIDTH + HALO_EXTRA) * features.scale)
         spot = spot.wider(width).within(canvas.size)
         around = spot.wider(width)
         features.refresh(
-            self._sight.pixel_at, lambda boxes: seen_in(around, boxes, eye, canvas.size)
+            self._sight.pixel_at, lambda boxes: visible_in_spot(around, boxes, eye, canvas.size)
         )
 
         def before_layer() -> None:
@@ -392,6 +399,6 @@ class Picture:
 
 
 def bands(height: int, count: int) -> list[tuple[int, int]]:
-    """Rows from the bottom in `count` runs, first and one past the last of each."""
+    """Return the first and the end row of `count` bands, from the bottom."""
     ends = [round(k * height / count) for k in range(count + 1)]
     return list(itertools.pairwise(ends))

@@ -1,4 +1,4 @@
-"""How far the picture of a camera at rest has come."""
+"""Progress of the picture of a camera at rest."""
 
 from __future__ import annotations
 
@@ -10,10 +10,18 @@ Entry = tuple[ModelScene, Part]
 
 
 class Frame:
-    """pending : the parts that the frame in the making still lacks, None where none is being made
-    first : none of its parts has been drawn yet; bands : rows of it, first and one past the last,
-        that are still to be shaded, None before that is begun
-    complete : the picture that was drawn last is whole, and shows everything that is there
+    """Progress of a frame.
+
+    Attributes
+    ----------
+    pending : list or None
+        Parts that the frame still lacks, None without a frame.
+    first : bool
+        Whether none of its parts has been drawn.
+    bands : list or None
+        First and end rows that are still to be shaded, None before shading.
+    complete : bool
+        Whether the last picture is complete.
     """
 
     def __init__(self) -> None:
@@ -29,29 +37,29 @@ class Frame:
         self._outdated = False
 
     def end(self) -> None:
-        """The frame in the making is whole."""
+        """Mark the frame as complete."""
         self.pending = None
         self.complete = not self._outdated
 
     def abandon(self) -> None:
-        """Forget the frame in the making, and that the last one was whole."""
+        """Discard the frame, and mark the last one as incomplete."""
         self.pending = None
         self.complete = False
 
     def outdate(self) -> None:
-        """Something has come that neither the last frame nor that in the making shows."""
+        """Mark both frames as incomplete: content has been added that they do not show."""
         self.complete = False
         self._outdated = True
 
     def admit(self, model: ModelScene, part: Part) -> bool:
-        """Make what has come a part of the frame in the making; False where it is too late."""
+        """Add a part to the frame. Return False if it is too late."""
         if self.pending is None or self.bands is not None:
             return False
         self.pending.append((model, part))
         return True
 
     def dismiss(self, parts: Iterable[Part]) -> None:
-        """Leave parts out that are there no more."""
-        gone = {id(part) for part in parts}
-        if self.pending is not None and gone:
-            self.pending = [entry for entry in self.pending if id(entry[1]) not in gone]
+        """Remove parts that do not exist any more."""
+        dropped_ids = {id(part) for part in parts}
+        if self.pending is not None and dropped_ids:
+            self.pending = [entry for entry in self.pending if id(entry[1]) not in dropped_ids]

@@ -1,9 +1,9 @@
-"""A material's picture on the graphics card, at the level its view needs, brought there in pieces.
+"""Textures on the graphics card at the level that the view needs, uploaded in pieces.
 
-A software renderer makes its textures in main memory, and most of the time that takes goes into
-being given fresh pages. A level that comes in quarters (see `textures.Level`) is therefore brought
-one quarter at a time, and drawn by a few lines of shader that choose the quarter; until all four
-are there, the level before stays.
+A software renderer allocates textures in main memory, and most of that time is spent on fresh
+pages. A level in quarters (see `textures.Level`) is therefore uploaded one quarter at a time,
+and drawn by a shader that selects the quarter; until all four are present, the previous level
+remains.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from vomstudio.rendering.prepare import vtk_data
 from vomstudio.rendering.prepare.textures import Texture
 
 QUARTER_NAMES = ("actortexture", "quarter1", "quarter2", "quarter3")
-"""The first is what VTK calls an actor's own texture."""
+"""The first is VTK's name of an actor's texture."""
 
 # Each quarter has a rim of one texel from its neighbour, or from the far side of the picture,
-# which repeats: what is drawn is to the bit what the picture in one would give.
+# which repeats: the result equals that of the undivided picture bit by bit.
 QUARTERS_SHADER = """
   vec2 lower = vec2(textureSize(actortexture, 0) - 2);
   vec2 upper = vec2(textureSize(quarter3, 0) - 2);
@@ -40,39 +40,46 @@ QUARTERS_SHADER = """
 
 
 class Skin:
-    """A material's texture; `level` is the one on the graphics card, None before the first."""
+    """Texture of a material; `level` is the uploaded level, None before the first."""
 
     def __init__(self, texture: Texture) -> None:
         self.texture = texture
         self.level: int | None = None
-        self.wanted = 0
-        self._drawn: list[vtkTexture] = []
+        self.target_level = 0
+        self._uploaded: list[vtkTexture] = []
         self._coming: list[vtkTexture] = []
         self._coming_level = -1
 
     @property
     def too_coarse(self) -> bool:
-        return self.level is None or self.level > self.wanted
+        return self.level is None or self.level > self.target_level
 
     def want(self, texels_per_pixel: float | None) -> None:
-        """Choose the coarsest level with about a texel per pixel, given how many texels of the
-        finest fall on one; None where the material is not in view."""
-        last = len(self.texture.levels) - 1
+        """Choose the coarsest level with about a texel per pixel.
+
+        Parameters
+        ----------
+        texels_per_pixel : float or None
+            Texels of the finest level per pixel, None if the material is not in view.
+        """
+        coarsest = len(self.texture.levels) - 1
         if texels_per_pixel is not None:
             wanted = int(np.floor(np.log2(max(texels_per_pixel, 1.0)) + 0.25))
-            self.wanted = min(wanted, last)
+            self.target_level = min(wanted, coarsest)
         else:
-            self.wanted = last if self.level is None else self.level
+            self.target_level = coarsest if self.level is None else self.level
 
     def upload_piece(self, renderer: vtkRenderer, *, mipmap: bool) -> bool:
-        """Bring one piece of the wanted level to the graphics card; True once the level stands
-        there, and the actors have to put it on by `wear`."""
+        """Upload a piece of the target level. Return True once it is complete.
+
+        The actors must then apply it by `wear`.
+        """
         window = renderer.GetRenderWindow()
         window.MakeCurrent()
-        if self._coming_level != self.wanted:
+        if self._coming_level != self.target_level:
             self.forget_pieces(window)
-            self._coming_level = self.wanted
-        tiles = self.texture.levels[self.wanted].tiles
+            self._coming_level = self.target_level
+        tiles = self.texture.levels[self.target_level].tiles
         piece = vtkTexture()
         piece.SetInputData(vtk_data.image(tiles[len(self._coming)]))
         piece.InterpolateOn()
@@ -81,25 +88,25 @@ class Skin:
         self._coming.append(piece)
         if len(self._coming) < len(tiles):
             return False
-        self._release(self._drawn, window)
-        self._drawn, self._coming = self._coming, []
+        self._release(self._uploaded, window)
+        self._uploaded, self._coming = self._coming, []
         self.level, self._coming_level = self._coming_level, -1
         return True
 
     def wear(self, actor: vtkActor) -> bool:
-        """Dress an actor in what is on the graphics card; False where nothing is yet."""
-        if not self._drawn:
+        """Apply the uploaded texture to an actor. Return False if there is none yet."""
+        if not self._uploaded:
             return False
-        wear(actor, self._drawn)
+        wear(actor, self._uploaded)
         return True
 
     def forget_pieces(self, window: vtkRenderWindow | None) -> None:
-        """Give back the pieces of a level that is no longer wanted."""
+        """Release the pieces of an obsolete target level."""
         self._release(self._coming, window)
         self._coming_level = -1
 
     def release(self, window: vtkRenderWindow | None) -> None:
-        self._release(self._drawn, window)
+        self._release(self._uploaded, window)
         self.forget_pieces(window)
         self.level = None
 
@@ -112,8 +119,8 @@ class Skin:
 
 
 def wear(actor: vtkActor, pieces: list[vtkTexture]) -> None:
-    """Dress an actor in a texture whole or in quarters."""
-    take_off(actor)
+    """Apply a texture, whole or in quarters, to an actor."""
+    remove_textures(actor)
     actor.SetTexture(pieces[0])
     if len(pieces) > 1:
         for name, piece in zip(QUARTER_NAMES[1:], pieces[1:], strict=True):
@@ -123,8 +130,8 @@ def wear(actor: vtkActor, pieces: list[vtkTexture]) -> None:
         )
 
 
-def take_off(actor: vtkActor) -> None:
-    # VTK takes None for no texture; its stubs do not say so.
+def remove_textures(actor: vtkActor) -> None:
+    # VTK accepts None for no texture, unlike its stubs.
     actor.SetTexture(cast(vtkTexture, None))
     actor.GetProperty().RemoveAllTextures()
     actor.GetShaderProperty().ClearAllFragmentShaderReplacements()

@@ -1,4 +1,4 @@
-"""What draws the scene: maker, name and version of OpenGL, as the driver states them."""
+"""Vendor, renderer and version of OpenGL, as the driver states them."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ import sys
 
 
 def versions() -> dict[str, str]:
-    """ "vendor", "renderer" and "version", asked of a small picture that nobody sees. A broken
-    driver may end the process."""
+    """Return "vendor", "renderer" and "version" of a small off-screen window.
+
+    A broken driver may end the process.
+    """
     import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  makes the window one of OpenGL
     from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
 
@@ -17,12 +19,12 @@ def versions() -> dict[str, str]:
     window.SetSize(16, 16)
     window.AddRenderer(vtkRenderer())
     window.Render()
-    found = {}
+    texts = {}
     for line in window.ReportCapabilities().splitlines():
         for name in ("vendor", "renderer", "version"):
             if line.startswith(f"OpenGL {name} string:"):
-                found[name] = line.partition(":")[2].strip()
-    return found
+                texts[name] = line.partition(":")[2].strip()
+    return texts
 
 
 def main() -> int:

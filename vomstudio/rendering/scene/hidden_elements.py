@@ -1,4 +1,4 @@
-"""Faces and points of a model that are not drawn and not picked, while the rest of it is."""
+"""Hidden faces and points of models, which are not drawn and not picked."""
 
 from __future__ import annotations
 
@@ -12,62 +12,62 @@ from vomstudio.rendering.scene.model_scene import ModelScene, Part
 
 
 def hide(model: ModelScene, hidden: BoolArray | None) -> None:
-    """hidden : (n,) which faces or points; None for none"""
-    before, model.hidden = model.hidden, hidden
+    """Hide these faces or points (n,), None for none."""
+    previous, model.hidden = model.hidden, hidden
     for number, part in enumerate(model.parts):
-        _dress(model, number, part, before)
+        _dress(model, number, part, previous)
     if isinstance(model.data, Mesh) and model.proxies:
         _thin_proxies(model, model.data)
 
 
 def hide_newest(model: ModelScene) -> None:
-    """Of the part that has come last."""
+    """Hide elements of the part that was added last."""
     if model.hidden is not None:
         _dress(model, len(model.parts) - 1, model.parts[-1], None)
 
 
-def _dress(model: ModelScene, number: int, part: Part, before: BoolArray | None) -> None:
+def _dress(model: ModelScene, number: int, part: Part, previous: BoolArray | None) -> None:
     data = part.actor.GetMapper().GetInput()
     assert isinstance(data, vtkPolyData)
     if isinstance(model.data, Mesh):
         chunk = model.face_chunks[number]
-        if _none_of(chunk.face_ids, before) and _none_of(chunk.face_ids, model.hidden):
+        if _has_none(chunk.face_ids, previous) and _has_none(chunk.face_ids, model.hidden):
             return
-        shown = chunk.faces if model.hidden is None else chunk.faces[~model.hidden[chunk.face_ids]]
-        data.SetPolys(vtk_data.triangle_cells(shown))
-        part.elements = len(shown)
+        faces = chunk.faces if model.hidden is None else chunk.faces[~model.hidden[chunk.face_ids]]
+        data.SetPolys(vtk_data.triangle_cells(faces))
+        part.elements = len(faces)
     else:
         points = model.point_chunks[number]
-        if _none_of(points.point_ids, before) and _none_of(points.point_ids, model.hidden):
+        if _has_none(points.point_ids, previous) and _has_none(points.point_ids, model.hidden):
             return
         at = points.points
         if model.hidden is not None:
-            # A point that is hidden stands where one stands that is not.
-            gone = model.hidden[points.point_ids]
-            seen = np.flatnonzero(~gone)
+            # Hidden points are moved to a visible one.
+            is_hidden = model.hidden[points.point_ids]
+            visible_rows = np.flatnonzero(~is_hidden)
             at = at.copy()
-            at[gone] = at[seen[0]] if len(seen) else np.float32(np.nan)
+            at[is_hidden] = at[visible_rows[0]] if len(visible_rows) else np.float32(np.nan)
         data.SetPoints(vtk_data.vtk_points(at))
     data.Modified()
     part.uploaded = False
 
 
-def _none_of(ids: IntegerArray, mask: BoolArray | None) -> bool:
+def _has_none(ids: IntegerArray, mask: BoolArray | None) -> bool:
     return mask is None or not mask[ids].any()
 
 
 def _thin_proxies(model: ModelScene, mesh: Mesh) -> None:
-    """What stands for the model while it moves, without what hangs on hidden faces alone."""
-    seen = np.ones(len(mesh.vertices), np.bool_)
+    """Remove triangles with only hidden faces from the proxies."""
+    is_visible = np.ones(len(mesh.vertices), np.bool_)
     if model.hidden is not None:
-        seen[:] = False
-        seen[np.asarray(mesh.faces)[~model.hidden].ravel()] = True
+        is_visible[:] = False
+        is_visible[np.asarray(mesh.faces)[~model.hidden].ravel()] = True
     for part in model.proxies:
         data = part.actor.GetMapper().GetInput()
         if part.whole is None:
-            cells = vtk_data.array_of(data.GetPolys().GetConnectivityArray())
+            cells = vtk_data.to_array(data.GetPolys().GetConnectivityArray())
             part.whole = np.array(cells, np.int32).reshape(-1, 3)
-        corners = seen[part.rows[part.whole]]
+        corners = is_visible[part.rows[part.whole]]
         data.SetPolys(vtk_data.triangle_cells(part.whole[corners.any(axis=1)]))
         data.Modified()
         part.uploaded = False

@@ -1,4 +1,4 @@
-"""What the scene knows of a model and of the actors that it is drawn with."""
+"""State of a model in the scene, with its actors."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from vomstudio.rendering.view.spatial_blocks import FaceChunk, PointChunk
 
 @dataclass(eq=False)
 class Part:
-    """One actor of a model and what is known about drawing it."""
+    """Actor of a model, with properties for drawing it."""
 
     actor: vtkActor
     low: FloatArray
@@ -35,24 +35,24 @@ class Part:
     has_colors: bool = False
     uploaded: bool = False
     weight: float = 1.0
-    """Cost of drawing an element, against one of least cost."""
+    """Relative cost of drawing an element."""
     rows: IntegerArray = field(default_factory=lambda: np.zeros(0, np.int32))
-    """The model's vertices or points that are drawn, in order."""
-    own: vtkDataArray | None = None
-    """Its own colours while those of a field are shown."""
+    """Rows of the model's vertices or points that are drawn, in order."""
+    own_scalars: vtkDataArray | None = None
+    """Colours of the part while those of a field are shown."""
     tinted: bool = False
-    """The colours of a field are shown."""
+    """Whether the colours of a field are shown."""
     whole: Int32Array | None = None
-    """Of a stand-in, all its triangles, while some may be left out."""
+    """All triangles of a proxy, some of which may be hidden."""
     row: int = -1
-    """Of a node of a cloud."""
+    """Row of the node of a cloud."""
     piece: Piece | None = None
-    """What that node is made of."""
+    """Points of that node."""
 
 
 @dataclass(eq=False)
 class ModelScene:
-    """What is drawn of one model. `low` and `high` bound it in its local frame."""
+    """Drawn parts of a model, bounded by `low` and `high` in its local frame."""
 
     model_id: str
     data: Mesh | PointCloud
@@ -70,31 +70,31 @@ class ModelScene:
     locators: list[vtkStaticCellLocator] = field(default_factory=list)
     streamer: NodeStream | None = None
     shown_rows: dict[int, float] = field(default_factory=dict)
-    """Nodes of a cloud that the view needs, and the spacing that their points close now."""
+    """Nodes of a cloud that the view needs, with their present spacing."""
     needed: dict[int, float] = field(default_factory=dict)
-    """The same once all of them are there, for the last view that they were fetched for."""
+    """Nodes of the last view for which they were fetched, with their final spacing."""
     settled: bool = True
-    """All of these are there."""
+    """Whether all of these are present."""
     chunks_done: bool = False
     textures_done: bool = False
     hidden: BoolArray | None = None
-    """Which faces or points are not drawn and not picked."""
+    """Faces or points that are not drawn and not picked."""
     field: FieldReady | None = None
-    """The field's colours that the model has been given."""
+    """Colours of the field of the model."""
     _boxes: tuple[FloatArray, FloatArray] | None = None
 
     def drop(self, rows: Iterable[int]) -> list[Part]:
-        """Forget nodes of a cloud; their parts."""
-        gone = set(rows)
-        kept = [k for k, part in enumerate(self.parts) if part.row not in gone]
-        dropped = [part for part in self.parts if part.row in gone]
-        self.point_chunks = [self.point_chunks[k] for k in kept]
-        self.parts = [self.parts[k] for k in kept]
+        """Remove nodes of a cloud, and return their parts."""
+        dropped_rows = set(rows)
+        kept_indices = [k for k, part in enumerate(self.parts) if part.row not in dropped_rows]
+        dropped = [part for part in self.parts if part.row in dropped_rows]
+        self.point_chunks = [self.point_chunks[k] for k in kept_indices]
+        self.parts = [self.parts[k] for k in kept_indices]
         self._boxes = None
         return dropped
 
     def chunk_boxes(self) -> tuple[FloatArray, FloatArray]:
-        """Corners (n, 3), (n, 3) of the chunks' boxes in the local frame."""
+        """Return the corners (n, 3), (n, 3) of the chunks' boxes in the local frame."""
         if self._boxes is None or len(self._boxes[0]) != len(self.parts):
             self._boxes = (
                 np.stack([p.low for p in self.parts]),
@@ -103,8 +103,11 @@ class ModelScene:
         return self._boxes
 
     def corners_world(self, *, close: bool = False) -> FloatArray:
-        """(n, 3) corners in World of the model's box, or (close) of the boxes of its chunks once
-        they are there, which lie nearer to the surface."""
+        """Return the World corners (n, 3) of the model's box.
+
+        With `close` those of the boxes of its chunks, if present, which are nearer to the
+        surface.
+        """
         low, high = self.low[None], self.high[None]
         streamed = isinstance(self.data, StreamedCloud)
         if close and self.chunks_done and self.parts and not streamed:

@@ -1,4 +1,4 @@
-"""Pictures with their depths, kept aside where the graphics card draws."""
+"""Pictures with depth, saved in graphics memory."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ GL_NEAREST = 0x2600
 
 
 class Buffers:
-    """Of one window, by name, each as large as the window was when it was saved."""
+    """Saved pictures of a window by name, each of the window's size when it was saved."""
 
     def __init__(self, window: vtkOpenGLRenderWindow) -> None:
         self._window = window
         self._buffers: dict[str, vtkOpenGLFramebufferObject] = {}
-        # What VTK tells of a buffer's size is a bare pointer in Python.
+        # VTK returns a buffer's size as a bare pointer in Python.
         self._sizes: dict[str, tuple[int, int]] = {}
 
     def __getitem__(self, name: str) -> vtkOpenGLFramebufferObject:
         return self._buffers[name]
 
     def save(self, name: str, spot: Spot | None = None) -> None:
-        """Keep what the window shows. spot : only there; elsewhere what was kept before stays"""
+        """Save the window's picture, or only a part of it."""
         buffer = self._buffers[name] = self._fitting(name)
         self._copy(self._window.GetRenderFramebuffer(), buffer, spot)
 
     def restore(self, name: str, spot: Spot | None = None) -> None:
-        """Show again what was kept. spot : only there"""
+        """Restore a saved picture, or only a part of it."""
         self._copy(self._buffers[name], self._window.GetRenderFramebuffer(), spot)
 
     def release(self) -> None:
@@ -67,7 +67,7 @@ class Buffers:
         self._window.MakeCurrent()
         width, height = self._window.GetSize()
         spot = spot or Spot(0, 0, width - 1, height - 1)
-        # First column and the one past the last, then the rows likewise.
+        # First and end column, then first and end row.
         extent = [spot.left, spot.right + 1, spot.bottom, spot.top + 1]
         state = self._window.GetState()
         state.PushFramebufferBindings()

@@ -1,7 +1,7 @@
-"""From a ray in World to an exact point of one model, in float64.
+"""Intersection of a ray in World with models, as an exact point in float64.
 
-Which face or point is hit is decided on float32 copies in the model's local frame; where, always
-from the model's own float64 coordinates.
+The face or point is determined on float32 copies in the model's local frame, its position
+always from the model's float64 coordinates.
 """
 
 from __future__ import annotations
@@ -30,15 +30,16 @@ from vomstudio.studio.tools.interaction_types import Hit
 
 Triple = tuple[float, float, float]
 
-CLOUD_REACH_PIXELS = 6.0
-"""How far from the cursor, in pixels, a point of a cloud may lie to be taken."""
+MAX_PICK_DISTANCE_PIXELS = 6.0
+"""Maximum distance of a picked cloud point from the cursor, pixels."""
 
 SURFACE_THICKNESS = 4.0
-"""Points at most this many times that reach behind the front-most one belong to its surface."""
+"""Depth behind the front-most point, in multiples of that distance, within which points are of its
+surface."""
 
 
 class Pickable(Protocol):
-    """What picking needs of a model in the scene."""
+    """Model of the scene as picking uses it."""
 
     model_id: str
     data: Mesh | PointCloud
@@ -65,7 +66,7 @@ def pick_front(
     size: tuple[float, float],
     clip: ClipBox | None = None,
 ) -> Hit | None:
-    """The front-most point of the models at a pixel of an image of `size`."""
+    """Return the front-most point of the models at a pixel of an image of `size`."""
     origin, direction = camera.ray(x, y, size)
     tangent = 2.0 * camera.tangent / max(size[1], 1.0)
     if camera.orthographic:
@@ -92,26 +93,28 @@ def pick_model(
     spread: float,
     box: ClipBox | None = None,
 ) -> Hit | None:
-    """The front-most point of a model that a World ray meets, inside the clipping box.
+    """Return the front-most point of a model on a World ray, inside the clipping box.
 
-    radius, spread : size of a pixel in World metres at depth 0 and its growth per metre; only a
-        cloud uses them
+    Parameters
+    ----------
+    radius, spread : float
+        Size of a pixel in World metres at depth 0, and its growth per metre; for clouds only.
     """
     linear = model.from_world[:3, :3]
     start = linear @ origin + model.from_world[:3, 3] - model.origin
     heading = linear @ direction
     scale = math.hypot(*heading.tolist())
     heading = heading / scale
-    pad = (radius + spread * math.hypot(*start.tolist())) * scale * CLOUD_REACH_PIXELS
+    pad = (radius + spread * math.hypot(*start.tolist())) * scale * MAX_PICK_DISTANCE_PIXELS
     if not box_hit(model.low, model.high, start, heading, pad):
         return None
     limits = None
     if box is not None:
         reach = 0.0
         if not isinstance(model.data, Mesh):
-            # A point inside may be near a ray that passes just beside the box.
+            # A point inside may be near a ray that passes just outside the box.
             distance = float(np.linalg.norm(model.corners_world() - origin, axis=1).max())
-            reach = (radius + spread * distance) * CLOUD_REACH_PIXELS
+            reach = (radius + spread * distance) * MAX_PICK_DISTANCE_PIXELS
         limits = limits_for(box, origin, direction, model.to_world, model.origin, reach)
         if limits is None:
             return None
@@ -141,7 +144,7 @@ def _pick_mesh(
     if det == 0.0 or not math.isfinite(det):
         return None
     u, v = _dot(s, p) / det, _dot(ray, _cross(s, e1)) / det
-    # float32 may have chosen the neighbour of a shared edge: stay on the face that is named.
+    # float32 may have selected the neighbour of a shared edge: stay on the selected face.
     u, v = min(max(u, 0.0), 1.0), min(max(v, 0.0), 1.0)
     if u + v > 1.0:
         u, v = u / (u + v), v / (u + v)
@@ -167,16 +170,18 @@ def _dot(a: Triple, b: Triple) -> float:
 def _locate(
     model: Pickable, start: FloatArray, heading: FloatArray, between: tuple[float, float]
 ) -> int | None:
-    """Row of the first face between two depths, through the locators of the chunks whose boxes the
-    ray meets."""
+    """Return the row of the first face between two depths.
+
+    Only the locators of chunks whose boxes the ray meets are used.
+    """
     low, high = model.chunk_boxes()
     enter, leave = box_range(low, high, start, heading)
     slack = 1e-3 * (leave - enter) + 1e-6
-    # The chunk's own stretch a little lengthened, but never beyond what may be picked.
+    # The chunk's section of the ray is slightly extended, within the permitted depths.
     firsts = np.maximum(enter - slack, between[0])
     lasts = np.minimum(leave + slack, between[1])
     met = ((leave >= enter) & (lasts >= firsts)).nonzero()[0]
-    best, found = np.inf, None
+    best, face = np.inf, None
     t: Any = mutable(0.0)
     sub: Any = mutable(0)
     cell: Any = mutable(-1)
@@ -184,10 +189,10 @@ def _locate(
     for i in met[np.argsort(enter[met])]:
         if enter[i] > best:
             break
-        first, last = float(firsts[i]), float(lasts[i])
+        first_depth, last_depth = float(firsts[i]), float(lasts[i])
         hit = model.locators[i].IntersectWithLine(
-            (start + heading * first).tolist(),
-            (start + heading * last).tolist(),
+            (start + heading * first_depth).tolist(),
+            (start + heading * last_depth).tolist(),
             0.0,
             t,
             x,
@@ -196,10 +201,10 @@ def _locate(
             cell,
         )
         if hit and int(cell) >= 0:
-            depth = first + float(t) * (last - first)
+            depth = first_depth + float(t) * (last_depth - first_depth)
             if depth < best:
-                best, found = depth, int(model.face_chunks[i].face_ids[int(cell)])
-    return found
+                best, face = depth, int(model.face_chunks[i].face_ids[int(cell)])
+    return face
 
 
 def _pick_cloud(
@@ -218,19 +223,19 @@ def _pick_cloud(
         model.chunk_boxes(),
         start,
         heading,
-        radius * CLOUD_REACH_PIXELS,
-        spread * CLOUD_REACH_PIXELS,
+        radius * MAX_PICK_DISTANCE_PIXELS,
+        spread * MAX_PICK_DISTANCE_PIXELS,
         SURFACE_THICKNESS,
         None if limits is None else limits.inside,
         model.hidden,
     )
     if not len(rows):
         return None
-    # The front-most point near the cursor names the surface; of the points of that surface the
-    # one nearest to the cursor is taken.
+    # The front-most point near the cursor determines the surface; of its points the one nearest
+    # to the cursor is picked.
     front = float(depth.min())
-    thick = SURFACE_THICKNESS * (radius + spread * front) * CLOUD_REACH_PIXELS
-    same = np.flatnonzero(depth <= front + thick)
-    row = int(rows[same[np.argmin(off[same])]])
+    thick = SURFACE_THICKNESS * (radius + spread * front) * MAX_PICK_DISTANCE_PIXELS
+    on_surface = np.flatnonzero(depth <= front + thick)
+    row = int(rows[on_surface[np.argmin(off[on_surface])]])
     x, y, z = (float(v) for v in cloud.position(row))
     return Hit(model.model_id, "point", row, (x, y, z))

@@ -1,4 +1,4 @@
-"""What is drawn for the models while drawing them takes too long."""
+"""Proxies that are drawn while drawing the models takes too long."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from vomstudio.rendering.scene.model_scene import ModelScene, Part
 MOVING_SETS = 6
 POINTS_PER_SET = 50_000
 MESH_ELEMENTS = 150_000
-"""Of meshes that nothing else stands for."""
+"""Maximum number of faces of meshes without a proxy."""
 
 Entry = tuple[ModelScene, Part]
 
 
-def of_meshes(visible: list[ModelScene]) -> list[Part]:
-    """The faces of meshes without a proxy, as far as they are on the graphics card."""
+def mesh_proxies(visible: list[ModelScene]) -> list[Part]:
+    """Return the uploaded faces of meshes without a proxy."""
     show = []
     budget = MESH_ELEMENTS
     for model in visible:
@@ -28,23 +28,27 @@ def of_meshes(visible: list[ModelScene]) -> list[Part]:
     return show
 
 
-def coarse_nodes(seen: list[Entry], sets: int) -> tuple[list[Entry], bool]:
-    """The coarse nodes of clouds, as many as there is time for, and whether the next picture will
-    show more of them.
+def coarse_nodes(entries: list[Entry], sets: int) -> tuple[list[Entry], bool]:
+    """Return the coarse nodes of clouds that time permits, and whether more will follow.
 
-    seen : every part in view; sets : of POINTS_PER_SET points that a moving picture can afford
+    Parameters
+    ----------
+    seen : list of Entry
+        All parts in view.
+    sets : int
+        Sets of POINTS_PER_SET points that a moving picture can afford.
     """
-    nodes = [entry for entry in seen if isinstance(entry[0].data, PointCloud)]
+    nodes = [entry for entry in entries if isinstance(entry[0].data, PointCloud)]
     nodes.sort(key=lambda entry: -entry[1].spacing)
-    left = sets * POINTS_PER_SET
+    remaining = sets * POINTS_PER_SET
     show: list[Entry] = []
     fresh = 0
     for model, part in nodes:
-        left -= part.elements
-        if show and left < 0:
+        remaining -= part.elements
+        if show and remaining < 0:
             break
         if not part.uploaded:
-            # A few at a time: the first drawing takes it to the graphics card.
+            # A few at a time, because the first drawing uploads them.
             fresh += part.elements
             if show and fresh > POINTS_PER_SET:
                 return show, True

@@ -1,6 +1,7 @@
-"""Everything that VTK draws, off screen, without Qt.
+"""Off-screen VTK scene without Qt.
 
-What there is comes in here and is placed; `Picture` draws it. All of this belongs to one thread.
+The scene contains and places its contents; `Picture` draws it. All of this belongs to one
+thread.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from vomstudio.rendering.scene.frame_drawing import Picture
 from vomstudio.rendering.scene.frame_progress import Frame
 from vomstudio.rendering.scene.model_scene import ModelScene
 from vomstudio.rendering.scene.shader_warmup import warm_up
-from vomstudio.rendering.scene.visible_nodes import NodesInView
+from vomstudio.rendering.scene.visible_nodes import VisibleNodes
 from vomstudio.rendering.view.camera import Camera
 from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.drawing import PREVIEW, FeatureDrawing
@@ -34,11 +35,18 @@ from vomstudio.studio.tools.interaction_types import Hit
 
 
 class Scene:
-    """The drawn world of one viewport.
+    """Drawn world of one viewport.
 
-    models : by id, what is drawn of each; features, cameras : what is drawn over them; look : how
-        models look
-    canvas : where it is drawn; picture : draws it; nodes : which nodes of clouds the view needs
+    Attributes
+    ----------
+    models : dict of str to ModelScene
+    features, cameras
+        Layers over the models.
+    look : Appearance
+    canvas, picture
+        Window in which it is drawn, and the drawing.
+    nodes : VisibleNodes
+        Nodes of clouds that the view needs.
     """
 
     def __init__(self, camera: Camera | None = None) -> None:
@@ -51,28 +59,28 @@ class Scene:
         self.cameras = self._contents.cameras
         self._planes = self._contents.planes
         self._sight = Sight(self.camera, self.canvas, self._contents)
-        self.nodes = NodesInView(self.canvas, self._contents, self._sight)
+        self.nodes = VisibleNodes(self.canvas, self._contents, self._sight)
         frame = Frame()
         self.picture = Picture(self.canvas, self._contents, self._sight, self.nodes, frame)
         self._intake = Intake(self.canvas, self._contents, self._sight, frame)
 
-    # -- life
+    # -- life cycle
 
     def start(self, width: int, height: int) -> None:
-        """Make the off-screen window and learn what the graphics driver is."""
+        """Create the off-screen window and detect the graphics driver."""
         canvas = self.canvas
         canvas.open(width, height)
         self.features.attach(canvas.layer, canvas.chosen)
         self.cameras.attach(canvas.layer)
         self._sight.apply()
-        canvas.learn_driver()
+        canvas.detect_driver()
 
     def warm_up(self) -> Iterator[None]:
-        """Have the driver compile its programs, one per step."""
+        """Compile the programs of the driver, one per step."""
         return warm_up(self.canvas, self._contents, self._sight, self._intake)
 
     def close(self) -> None:
-        """Release every graphics resource; the scene cannot be started again."""
+        """Release all graphics resources; the scene cannot be started again."""
         if not self.canvas.is_open:
             return
         self.canvas.make_current()
@@ -86,7 +94,7 @@ class Scene:
         self.picture.abandon()
 
     def set_scale(self, scale: float) -> None:
-        """Device pixels per logical pixel: widths and sizes of points are logical."""
+        """Set device pixels per logical pixel; widths and point sizes are logical."""
         self.look.point_scale = scale
         self.features.set_scale(scale)
         self.cameras.set_scale(scale)
@@ -101,7 +109,7 @@ class Scene:
         bounds: FloatArray,
         origin: FloatArray,
     ) -> ModelScene:
-        """Register a model that will be filled by `take`; bounds (2, 3) in its file frame."""
+        """Register a model that `take` will fill; bounds (2, 3) are in its file frame."""
         self.remove_model(model_id)
         if isinstance(data, StreamedCloud):
             bounds = data.bounds
@@ -113,7 +121,7 @@ class Scene:
         return model
 
     def take(self, model_id: str, event: Event) -> None:
-        """Accept what a worker has prepared; from here on it belongs to this thread."""
+        """Accept a result of a worker, which then belongs to this thread."""
         model = self.models.get(model_id)
         if model is None:
             return
@@ -136,7 +144,7 @@ class Scene:
             self.canvas.origin = None
 
     def set_to_world(self, model_id: str, to_world: FloatArray) -> None:
-        """to_world : (4, 4) similarity from the file's frame to World"""
+        """Change the placement of a model, (4, 4) from the file's frame to World."""
         model = self.models[model_id]
         model.to_world = np.array(to_world, np.float64)
         model.from_world = np.asarray(np.linalg.inv(model.to_world), np.float64)
@@ -151,26 +159,27 @@ class Scene:
         self.picture.abandon()
 
     def set_hidden(self, model_id: str, hidden: BoolArray | None) -> None:
-        """Draw and pick a model without these faces or points (n,); None for all of it."""
+        """Hide these faces or points (n,) of a model, None for none."""
         hidden_elements.hide(self.models[model_id], hidden)
         self.picture.abandon()
 
     def corners(self, *, close: bool = False) -> FloatArray:
-        """(n, 3) World corners of the visible models; see `ModelScene.corners_world`."""
+        """Return the World corners (n, 3) of the visible models or, with `close`, their
+        chunks.
+        """
         return self._contents.corners(close=close)
 
     def everything(self) -> FloatArray:
-        """(n, 3) World corners of the visible models or, without any, of the features; and of the
-        cameras of photos."""
+        """Return the World corners (n, 3) of visible models, else of features, and of cameras."""
         corners = self.corners(close=True)
         if not len(corners):
             corners = self.features.corners()
         return np.concatenate([corners, self.cameras.corners()])
 
-    # -- how models look
+    # -- appearance
 
     def set_mode(self, mode: str) -> None:
-        """See DISPLAY_MODES."""
+        """Set the display mode, see DISPLAY_MODES."""
         if mode not in DISPLAY_MODES:
             raise ValueError(f"display mode {mode!r}; one of {', '.join(DISPLAY_MODES)}")
         self.look.mode = mode
@@ -180,12 +189,12 @@ class Scene:
         self._redress()
 
     def set_lit(self, mode: str, lit: bool) -> None:
-        """Whether a light at the viewer shades the meshes in a display mode."""
+        """Set whether a light at the viewer shades the meshes in a display mode."""
         self.look.lit[mode] = lit
         self._redress()
 
     def set_point_size(self, pixels: float | None) -> None:
-        """In logical pixels; None closes the surface that the points lie on."""
+        """Set the point size in logical pixels; None closes the surface of the points."""
         self.look.point_size = pixels
         self._redress()
 
@@ -196,12 +205,12 @@ class Scene:
         self.picture.abandon()
 
     def set_eye_dome(self, on: bool) -> None:
-        """Shade clouds at rest by how far pixels lie behind their neighbours."""
+        """Set whether clouds at rest have eye-dome lighting."""
         self.picture.eye_dome = on
         self.picture.abandon()
 
     def set_field(self, model_id: str, ready: FieldReady | None) -> None:
-        """Give a model the colours of a field, or take them away."""
+        """Set the colours of a model's field, None to remove them."""
         model = self.models[model_id]
         model.field = ready
         self.look.tint(model)
@@ -219,13 +228,13 @@ class Scene:
         self.features.change(changes)
 
     def set_selected(self, ids: Iterable[str]) -> None:
-        """Emphasise these features, and no others."""
+        """Emphasise exactly these features."""
         self.features.select(frozenset(ids))
 
-    # -- where VTK draws it
+    # -- coordinates of VTK
 
     def set_origin(self, origin: FloatingArray) -> None:
-        """(3,) World, from where VTK counts in its 32 bits."""
+        """Set the origin (3,) in World of VTK's 32-bit coordinates."""
         place = self.canvas.origin = np.asarray(origin, np.float64)
         self.features.set_origin(place)
         self.cameras.set_origin(place)
@@ -239,10 +248,10 @@ class Scene:
             part.actor.SetUserMatrix(placement)
 
     def set_clip(self, box: ClipBox | None) -> None:
-        """Draw and pick only what lies in a box; None for everything."""
-        before, self._planes.box = self._planes.box, box
+        """Draw and pick only inside a box, None for everything."""
+        previous, self._planes.box = self._planes.box, box
         self._place_planes()
-        if (before is None) != (box is None):
+        if (previous is None) != (box is None):
             self.features.clip(None if box is None else self._planes.every())
         self.picture.abandon()
 
@@ -253,26 +262,31 @@ class Scene:
                 for part in model.parts + model.proxies:
                     self._planes.cut(part.actor)
 
-    # -- what is seen
+    # -- visibility
 
     def seen(self, points: FloatArray, slack: float = 0.0) -> BoolArray:
-        """Whether World points (n, 3) are not behind the surface as it was last drawn."""
+        """Return whether World points (n, 3) are not behind the surface as last drawn."""
         return self._sight.in_front(points, slack)
 
     def pick(self, x: float, y: float, size: tuple[float, float]) -> Hit | None:
-        """The front-most point of a visible model at a pixel of an image of `size`."""
+        """Return the front-most point of a visible model at a pixel of an image of `size`."""
         models = self._contents.visible()
-        shown = [model for model in models if not model.model_id.startswith(PREVIEW)]
-        return picking.pick_front(shown, self.camera, x, y, size, self._planes.box)
+        candidates = [model for model in models if not model.model_id.startswith(PREVIEW)]
+        return picking.pick_front(candidates, self.camera, x, y, size, self._planes.box)
 
     def looking(self, ratio: float) -> Looking | None:
-        """What is seen now, as numbers; None before anything was drawn. ratio : pixels of the
-        device for a logical one"""
+        """Return the current view as numbers, None before the first picture.
+
+        Parameters
+        ----------
+        ratio : float
+            Device pixels per logical pixel.
+        """
         eye, canvas = self._sight.eye, self.canvas
         if eye is None:
             return None
         while self.picture.refining and not self.picture.refine():
-            # What is not drawn yet would count as free air.
+            # Parts that are not drawn yet would count as free air.
             pass
         buffer = canvas.surface_depth()[::-1].astype(np.float64)
         depth = np.where(buffer < 1.0, eye.depth_from_buffer(buffer), np.inf).astype(np.float32)

@@ -1,4 +1,4 @@
-"""The driver compiles its programs before the first model needs them."""
+"""Compilation of the driver's programs before the first model needs them."""
 
 from __future__ import annotations
 
@@ -20,8 +20,11 @@ from vomstudio.rendering.view.camera import Camera
 
 
 def warm_up(canvas: Canvas, contents: Contents, sight: Sight, intake: Intake) -> Iterator[None]:
-    """One program per step: together they would hold up the first frame of the first model by a
-    tenth of a second. Nothing is left of what is drawn, and a model that comes ends it."""
+    """Compile one program per step.
+
+    Together they would delay the first frame of the first model by a tenth of a second. Nothing
+    that is drawn remains, and the arrival of a model ends it.
+    """
     points = np.array([[0, 0, 0], [1, 0, 0], [0, 0, 1]], np.float32)
     corners = points.astype(np.float64)
     faces = np.array([[0, 1, 2]], np.int32)
@@ -36,7 +39,7 @@ def warm_up(canvas: Canvas, contents: Contents, sight: Sight, intake: Intake) ->
         if contents.models or not canvas.is_open:
             return
         zero = np.zeros(3)
-        before, canvas.origin = canvas.origin, None
+        origin, canvas.origin = canvas.origin, None
         model = ModelScene("", holder, zero, zero, zero + 1.0, np.eye(4), np.eye(4))
         part = intake.part(model, data)
         contents.look.dress(model, part)
@@ -53,6 +56,6 @@ def warm_up(canvas: Canvas, contents: Contents, sight: Sight, intake: Intake) ->
         canvas.render(erase=True, surface=True, layer=False, chosen=False)
         canvas.wait()
         intake.drop(part)
-        canvas.origin = before
+        canvas.origin = origin
         canvas.frames -= 1
         yield

@@ -1,4 +1,4 @@
-"""How fine the textures on the graphics card are, by what the view needs of them."""
+"""Texture levels on the graphics card by the needs of the view."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from vomstudio.rendering.scene.model_scene import ModelScene
 
 
 class TextureLevels:
-    """Of all the models of a scene."""
+    """Texture levels of all models of a scene."""
 
     def __init__(self, canvas: Canvas, contents: Contents, sight: Sight) -> None:
         self._canvas, self._contents, self._sight = canvas, contents, sight
 
     @property
     def due(self) -> bool:
-        """Whether a finer texture is wanted than the card has."""
+        """Return whether a finer texture is needed than uploaded."""
         return any(skin.too_coarse for m in self._textured() for skin in m.skins.values())
 
     def choose(self) -> None:
-        """Without hardware mipmaps: the coarsest level with about a texel per pixel."""
+        """Choose the coarsest levels with about a texel per pixel, without hardware mipmaps."""
         software = self._canvas.software
         needed = self._sight.texels_per_pixel() if software else {}
         for model in self._contents.models.values():
@@ -28,18 +28,18 @@ class TextureLevels:
                 if software:
                     skin.want(needed.get(id(skin)))
                 else:
-                    skin.wanted = 0
+                    skin.target_level = 0
 
     def upload_one(self) -> bool:
-        """Bring one piece of a texture to the graphics card; False where none is due."""
+        """Upload a piece of a texture. Return False if none is needed."""
         models = self._textured()
         if any(skin.level is None for m in models for skin in m.skins.values()):
-            # A texture that has just come would go up in full, which holds the window up, only to
-            # be replaced by the level that this view needs.
+            # A new texture would be uploaded in full, which blocks the window, only to be
+            # replaced by the level that this view needs.
             self.choose()
         for model in models:
             for material, skin in model.skins.items():
-                if skin.level == skin.wanted:
+                if skin.level == skin.target_level:
                     skin.forget_pieces(self._canvas.window)
                     continue
                 if skin.upload_piece(self._canvas.surface, mipmap=not self._canvas.software):

@@ -1,4 +1,4 @@
-"""Which parts of the models are in view, how near they are, and how fine they should be drawn."""
+"""Parts of the models in view, with their distance and level of detail."""
 
 from __future__ import annotations
 
@@ -21,9 +21,11 @@ def parts_in_view(
     *,
     every_node: bool = False,
 ) -> list[tuple[ModelScene, Part]]:
-    """Parts whose box may be in view, nearest first; of clouds the nodes that the view needs, or
-    every one that is there."""
-    found = []
+    """Return the parts whose box may be in view, nearest first.
+
+    Of clouds, the nodes that the view needs, or with `every_node` all that are present.
+    """
+    parts = []
     aspect = size[0] / max(size[1], 1)
     for model in models:
         if not model.visible or not model.parts:
@@ -47,13 +49,13 @@ def parts_in_view(
         if model.streamer is not None and not every_node:
             inside &= np.array([part.row in model.shown_rows for part in model.parts])
         for i in np.flatnonzero(inside):
-            found.append((float(q[i, 2] - radius[i]), model, model.parts[i]))
-    found.sort(key=lambda entry: entry[0])
-    return [(model, part) for _, model, part in found]
+            parts.append((float(q[i, 2] - radius[i]), model, model.parts[i]))
+    parts.sort(key=lambda entry: entry[0])
+    return [(model, part) for _, model, part in parts]
 
 
 def reach(model: ModelScene, part: Part, eye: Eye) -> tuple[float, float]:
-    """Scale of the model and depth of the near side of a part's ball."""
+    """Return the scale of the model, and the depth of the near side of a part's sphere."""
     scale = float(np.cbrt(abs(np.linalg.det(model.to_world[:3, :3])))) or 1.0
     centre = (part.low + part.high) / 2.0 + model.origin
     centre = model.to_world[:3, :3] @ centre + model.to_world[:3, 3]
@@ -64,7 +66,7 @@ def reach(model: ModelScene, part: Part, eye: Eye) -> tuple[float, float]:
 def size_points(
     model: ModelScene, part: Part, eye: Eye, camera: Camera, height: int, look: Appearance
 ) -> None:
-    """Points just large enough to close the surface they lie on, within limits."""
+    """Set the point size just large enough to close the surface, within limits."""
     scale, depth = reach(model, part, eye)
     spacing = model.shown_rows.get(part.row, part.spacing)
     pixels = 1.3 * spacing * scale / camera.metres_per_pixel(height, depth)
@@ -79,8 +81,10 @@ def size_points(
 def texels_per_pixel(
     parts: Iterable[tuple[ModelScene, Part]], eye: Eye, camera: Camera, height: int
 ) -> dict[int, float]:
-    """By the id of each skin in view: texels of its finest level for a pixel, where it is
-    nearest."""
+    """Return texels of the finest level per pixel by the id of each skin in view.
+
+    The value is that of the nearest place.
+    """
     best: dict[int, float] = {}
     for model, part in parts:
         if not part.has_uv or part.material not in model.skins:

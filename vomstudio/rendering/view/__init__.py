@@ -1,1 +1,1 @@
-"""Camera, visibility, colours and symbols as numbers: no Qt, no VTK window."""
+"""Camera, visibility, colours and symbols as numbers, without Qt and VTK windows."""

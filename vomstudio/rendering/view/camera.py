@@ -1,7 +1,7 @@
-"""The viewer's eye in World coordinates, in float64 and without VTK.
+"""Camera in World coordinates, in float64 and without VTK.
 
-All projections that the program relies on (picking, handles, labels, the scale bar) are computed
-here; VTK gets the same numbers, less the scene origin, only to draw with.
+All projections that the program relies on (picking, handles, labels, the scale bar) are
+computed here; VTK gets the same numbers minus the scene origin, only for drawing.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from vomstudio.geometry.coordinate_limits import why_no_coordinate
 from vomstudio.geometry.vectors import wrap360
 
 VERTICAL_DEG = 89.0
-"""Steeper than this a view counts as vertical and North points up in the image."""
+"""Plunge above which a view is treated as vertical, with North up in the image."""
 
 STANDARD_VIEWS: dict[str, tuple[float, float]] = {
     "down": (0.0, 90.0),
@@ -31,22 +31,27 @@ STANDARD_VIEWS: dict[str, tuple[float, float]] = {
     "west": (270.0, 0.0),
     "northwest": (315.0, 0.0),
 }
-"""Trend and plunge by the direction in which the viewer looks: "north" stands in the south."""
+"""Trend and plunge of the view directions; "north" looks from the south."""
 
-# What lies so many times the pivot's distance before or behind it is not drawn in parallel view.
-_REACH = 1000.0
+# In parallel view, contents beyond this multiple of the pivot's distance are not drawn.
+DEPTH_RANGE = 1000.0
 
 VIEW_ALIASES = {"top": "down", "bottom": "up"}
-"""A top view is seen from above, so it looks down."""
+"""A top view looks down."""
 
 
 @dataclass(frozen=True)
 class Eye:
-    """What drawing and projecting need: the frame at `position` (World) and the depth range.
+    """View for drawing and projecting: the frame at `position` (World) and the depth range.
 
-    right, up, direction : orthonormal rows; direction points away from the viewer
-    near, far : depths along `direction` between which the scene lies, both positive
-    half_height : of the image in metres where orthographic, else the tangent of the half angle
+    Parameters
+    ----------
+    right, up, direction : (3,) float64
+        Orthonormal vectors; `direction` points away from the viewer.
+    near, far : float
+        Depth range of the scene along `direction`, both positive.
+    half_height : float
+        Half height of an orthographic image in metres, else tangent of the half angle.
     """
 
     position: FloatArray
@@ -59,25 +64,28 @@ class Eye:
     orthographic: bool
 
     def depth(self, points: FloatArray) -> FloatArray:
-        """Metres along the view direction, (n,)."""
+        """Return the depth (n,) along the view direction, metres."""
         return (points - self.position) @ self.direction
 
     def depth_from_buffer(self, z: FloatArray) -> FloatArray:
-        """Metres along the view direction of depth-buffer values 0..1."""
+        """Return the depth along the view direction of depth-buffer values 0..1, metres."""
         if self.orthographic:
             return self.near + z * (self.far - self.near)
         return self.near * self.far / (self.far - z * (self.far - self.near))
 
 
 def direction_vector(trend_deg: float, plunge_deg: float) -> FloatArray:
-    """Unit vector (East, North, Up) of a line; plunge is positive downwards."""
+    """Return the unit vector (East, North, Up) of a line; plunge is positive downwards."""
     t, p = math.radians(trend_deg), math.radians(plunge_deg)
     return np.array([math.sin(t) * math.cos(p), math.cos(t) * math.cos(p), -math.sin(p)])
 
 
 def view_frame(trend_deg: float, plunge_deg: float) -> FloatArray:
-    """Rows right, up, direction of a view: Up projected is image up, North where the view is
-    within 1 degree of vertical (CONVENTIONS, view direction)."""
+    """Return the rows right, up, direction of a view.
+
+    Image up is the projection of Up, or North if the view is within 1 degree of vertical
+    (CONVENTIONS, view direction).
+    """
     direction = direction_vector(trend_deg, plunge_deg)
     reference = np.array([0.0, 1.0, 0.0] if abs(plunge_deg) > VERTICAL_DEG else [0.0, 0.0, 1.0])
     up = reference - (reference @ direction) * direction
@@ -86,8 +94,10 @@ def view_frame(trend_deg: float, plunge_deg: float) -> FloatArray:
 
 
 def turntable_frame(heading_deg: float, plunge_deg: float) -> FloatArray:
-    """Rows right, up, direction without roll; continuous through the vertical, where the heading
-    alone tells how the image is turned."""
+    """Return the rows right, up, direction without roll, also in vertical views.
+
+    In a vertical view only the heading determines the rotation of the image.
+    """
     t, p = math.radians(heading_deg), math.radians(plunge_deg)
     direction = direction_vector(heading_deg, plunge_deg)
     up = np.array([math.sin(t) * math.sin(p), math.cos(t) * math.sin(p), math.cos(p)])
@@ -95,7 +105,7 @@ def turntable_frame(heading_deg: float, plunge_deg: float) -> FloatArray:
 
 
 def rotation(axis: FloatArray, angle_deg: float) -> FloatArray:
-    """3 x 3 matrix turning by angle_deg about a unit axis, right-handed."""
+    """Return the 3 x 3 right-handed rotation matrix about a unit axis."""
     a = math.radians(angle_deg)
     x, y, z = axis
     k = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
@@ -104,10 +114,10 @@ def rotation(axis: FloatArray, angle_deg: float) -> FloatArray:
 
 
 class Camera:
-    """Position, orientation and scale of the view, with the moves a viewer makes.
+    """Position, orientation and scale of the view, with its moves.
 
     Pixels are logical, measured from the top left corner; sizes are (width, height) in the same
-    unit. `distance` is the depth at which the scale of the view is stated (the pivot's depth); an
+    unit. `distance` is the depth of the pivot, at which the scale of the view is defined; an
     orthographic view shows there exactly what the perspective one would.
     """
 
@@ -128,15 +138,15 @@ class Camera:
     def tangent(self) -> float:
         return math.tan(math.radians(self.view_angle_deg) / 2.0)
 
-    # -- what is seen
+    # -- properties
 
     def metres_per_pixel(self, height: float, depth: float | None = None) -> float:
-        """Metres that one pixel covers across the view at `depth` (default: the pivot's)."""
+        """Return the metres per pixel across the view at `depth`, by default the pivot's."""
         reach = self.distance if self.orthographic or depth is None else depth
         return 2.0 * reach * self.tangent / max(height, 1.0)
 
     def trend_plunge(self) -> tuple[float, float]:
-        """Where the viewer looks; trend 0 where the view is vertical."""
+        """Return trend and plunge of the view direction; trend 0 if it is vertical."""
         x, y, z = self.direction
         plunge = math.degrees(math.asin(max(-1.0, min(1.0, -z))))
         if math.hypot(x, y) < 1e-9:
@@ -144,11 +154,12 @@ class Camera:
         return wrap360(math.degrees(math.atan2(x, y))), plunge
 
     def eye(self, corners: FloatArray) -> Eye:
-        """The eye with a depth range that holds `corners` (n, 3) World (n may be 0), as far as a
-        depth buffer of 24 bits can tell depths apart at the pivot: another model thousands of
-        kilometres away, as in another frame, must not swallow what is looked at.
+        """Return the eye with a depth range that contains the World points `corners` (n, 3).
 
-        An orthographic eye stands back until everything is before it; this changes no pixel.
+        The range is limited to what a depth buffer of 24 bits can resolve at the pivot: another
+        model thousands of kilometres away, as in another frame, must not hide the target of the
+        view. An orthographic eye retreats until everything is in front of it, which changes no
+        pixel.
         """
         position = self.position
         depth = (corners - position) @ self.direction if len(corners) else np.zeros(0)
@@ -159,12 +170,12 @@ class Camera:
         margin = 0.05 * (farthest - nearest) + 0.02 * self.distance + 1e-6
         nearest, farthest = nearest - margin, farthest + margin
         if self.orthographic:
-            reach = _REACH * self.distance
+            reach = DEPTH_RANGE * self.distance
             nearest = max(nearest, min(farthest, self.distance) - reach)
             farthest = min(farthest, max(nearest, self.distance) + reach)
-            back = max(0.0, 1e-3 * (farthest - nearest) - nearest)
-            position = position - back * self.direction
-            nearest, farthest = nearest + back, farthest + back
+            retreat = max(0.0, 1e-3 * (farthest - nearest) - nearest)
+            position = position - retreat * self.direction
+            nearest, farthest = nearest + retreat, farthest + retreat
             half = self.distance * self.tangent
         else:
             farthest = max(farthest, 1e-3 * self.distance)
@@ -177,8 +188,7 @@ class Camera:
     def project(
         self, points: FloatArray, size: tuple[float, float]
     ) -> tuple[FloatArray, FloatArray]:
-        """Pixels (n, 2) and depth (n,) in metres; pixels of points behind a perspective viewer
-        are NaN."""
+        """Return pixels (n, 2) and depth (n,) in metres; NaN behind a perspective viewer."""
         q = (np.asarray(points, float).reshape(-1, 3) - self.position) @ self.frame.T
         width, height = size
         depth = q[:, 2]
@@ -191,7 +201,7 @@ class Camera:
         return pixels, depth
 
     def ray(self, x: float, y: float, size: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
-        """Origin and unit direction in World of the ray through a pixel."""
+        """Return origin and unit direction in World of the ray through a pixel."""
         width, height = size
         a = (x - width / 2.0) * 2.0 * self.tangent / height
         b = (height / 2.0 - y) * 2.0 * self.tangent / height
@@ -202,7 +212,7 @@ class Camera:
         return self.position.copy(), d / np.linalg.norm(d)
 
     def at_depth(self, x: float, y: float, size: tuple[float, float], depth: float) -> FloatArray:
-        """World point seen at a pixel at a depth along the view direction."""
+        """Return the World point at a pixel and a depth along the view direction."""
         origin, d = self.ray(x, y, size)
         return origin + d * (depth - (origin - self.position) @ self.direction) / (
             d @ self.direction
@@ -220,7 +230,7 @@ class Camera:
             self.distance = depth
 
     def orbit(self, heading_deg: float, plunge_deg: float) -> None:
-        """Turn about the pivot with Z up: change heading and plunge by so many degrees."""
+        """Rotate about the pivot with Z up, by changes of heading and plunge."""
         x, y, z = self.direction
         up = self.frame[1]
         plunge = math.degrees(math.asin(max(-1.0, min(1.0, -z))))
@@ -230,31 +240,31 @@ class Camera:
             heading = math.degrees(math.atan2(sign * up[0], sign * up[1]))
         else:
             heading = math.degrees(math.atan2(x, y))
-        new = turntable_frame(heading + heading_deg, max(-90.0, min(90.0, plunge + plunge_deg)))
-        self._turn_to(new)
+        frame = turntable_frame(heading + heading_deg, max(-90.0, min(90.0, plunge + plunge_deg)))
+        self._turn_to(frame)
 
     def tumble(self, right_deg: float, up_deg: float) -> None:
-        """Trackball: turn about the pivot around the image's own axes."""
+        """Rotate about the pivot around the image's axes, like a trackball."""
         turn = rotation(self.frame[1], -right_deg) @ rotation(self.frame[0], -up_deg)
-        new = self.frame @ turn.T
-        new[2] /= np.linalg.norm(new[2])
-        new[0] = np.cross(new[2], new[1])
-        new[0] /= np.linalg.norm(new[0])
-        new[1] = np.cross(new[0], new[2])
-        self._turn_to(new)
+        frame = self.frame @ turn.T
+        frame[2] /= np.linalg.norm(frame[2])
+        frame[0] = np.cross(frame[2], frame[1])
+        frame[0] /= np.linalg.norm(frame[0])
+        frame[1] = np.cross(frame[0], frame[2])
+        self._turn_to(frame)
 
     def _turn_to(self, frame: FloatArray) -> None:
-        # The pivot keeps its coordinates in the frame, hence its pixel.
+        # The pivot keeps its coordinates in the frame, and so its pixel.
         inside = self.frame @ (self.pivot - self.position)
         self.frame = frame
         self.position = self.pivot - frame.T @ inside
 
     def look_along(self, trend_deg: float, plunge_deg: float) -> None:
-        """Look along a direction, the pivot staying in its pixel."""
+        """Look along a direction; the pivot keeps its pixel."""
         self._turn_to(view_frame(trend_deg, plunge_deg))
 
     def zoom(self, factor: float, about: FloatArray) -> None:
-        """Shrink (factor < 1) the distance to `about`, which keeps its pixel."""
+        """Reduce (factor < 1) the distance to `about`, which keeps its pixel."""
         about = np.asarray(about, float)
         distance = self.distance * factor
         if not 1e-4 < distance < 1e8:
@@ -269,7 +279,7 @@ class Camera:
         self.position = self.position - dx * step * right + dy * step * up
 
     def fit(self, points: FloatArray, size: tuple[float, float]) -> None:
-        """Keep the direction, show all `points` (n, 3) and put the pivot at their middle."""
+        """Show all `points` (n, 3), keeping the direction, with the pivot in their middle."""
         points = np.asarray(points, float).reshape(-1, 3)
         points = points[np.isfinite(points).all(axis=1)]
         if not len(points):
@@ -277,11 +287,11 @@ class Camera:
         width, height = size
         tall = self.tangent
         wide = tall * width / max(height, 1.0)
-        # Row by row: of columns of (n, 3) the extremes take four times as long.
+        # Row by row: extremes of columns of (n, 3) take four times as long.
         q = np.ascontiguousarray((points @ self.frame.T).T)
         centre = (q.min(axis=1) + q.max(axis=1)) / 2.0
         depth = 0.0
-        # In perspective the middle of the picture is not that of the box: a few steps find it.
+        # In perspective the middle of the picture is not that of the box: found by iteration.
         for _ in range(8):
             p = q - centre[:, None]
             if self.orthographic:
@@ -291,13 +301,13 @@ class Camera:
                 max((np.abs(p[1]) / tall - p[2]).max(), (np.abs(p[0]) / wide - p[2]).max())
             )
             depth = max(depth, float(-p[2].min()) * 1.01 + 1e-3)
-            seen = p[:2] / (p[2] + depth)
-            centre[:2] += (seen.min(axis=1) + seen.max(axis=1)) / 2.0 * depth
+            image_points = p[:2] / (p[2] + depth)
+            centre[:2] += (image_points.min(axis=1) + image_points.max(axis=1)) / 2.0 * depth
         self.distance = max(depth * 1.06, 1e-2)
         self.pivot = self.frame.T @ centre
         self.position = self.pivot - self.distance * self.direction
 
-    # -- stored with the project, as view state
+    # -- stored view state
 
     def to_dict(self) -> dict[str, Any]:
         return {

@@ -1,4 +1,4 @@
-"""The clipping box: along the axes of World, everything outside it is neither drawn nor picked."""
+"""Clipping box along the axes of World; nothing outside it is drawn or picked."""
 
 from __future__ import annotations
 
@@ -15,10 +15,14 @@ __all__ = ["EDGES", "FACES", "ClipBox", "Limits", "along_axis", "limits_for"]
 
 @dataclass(frozen=True, eq=False)
 class Limits:
-    """What picking may find on a ray through one model.
+    """Limits of picking on a ray through one model.
 
-    first, last : depths along the ray in the model's local frame
-    inside : which local points (n, 3) lie in the box
+    Parameters
+    ----------
+    first, last : float
+        Depths along the ray in the model's local frame.
+    inside : callable
+        Returns which local points (n, 3) are in the box.
     """
 
     first: float
@@ -34,8 +38,7 @@ def limits_for(
     model_origin: FloatArray,
     reach: float = 0.0,
 ) -> Limits | None:
-    """Limits of a World ray for a model; None where the ray does not come within `reach` of the
-    box."""
+    """Return the limits of a World ray for a model, None if it misses the box by `reach`."""
     stretch = box.stretch(origin, direction, reach)
     if stretch is None:
         return None
@@ -50,8 +53,10 @@ def limits_for(
 def along_axis(
     origin: FloatArray, direction: FloatArray, through: FloatArray, axis: int
 ) -> float | None:
-    """Coordinate of the point of an axis-parallel line that is nearest to a ray; None where the
-    ray runs along it."""
+    """Return the coordinate on an axis-parallel line of the point nearest to a ray.
+
+    None if the ray is parallel to the line.
+    """
     along = np.zeros(3)
     along[axis] = 1.0
     cos = float(direction @ along)

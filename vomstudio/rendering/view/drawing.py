@@ -1,4 +1,4 @@
-"""What the viewport is told to draw for one feature: plain data in World, no Qt, no VTK."""
+"""Drawing of a feature as plain data in World; no Qt, no VTK."""
 
 from __future__ import annotations
 
@@ -11,21 +11,29 @@ from vomstudio.studio.tools.interaction_types import Area
 SymbolKind = Literal["plane", "overturned", "vertical", "horizontal", "line", "disc"]
 
 PREVIEW = "preview:"
-"""So begin the ids of models that are shown until others are there, and never picked."""
+"""Prefix of the ids of previews, which are replaced by models and never picked."""
 
 
 @dataclass(frozen=True, eq=False)
 class Symbol:
-    """The attitude of a feature as a sign of constant size on the screen.
+    """Attitude of a feature as a symbol of constant size on the screen.
 
-    kind : "plane" strike line with a tick down the dip, "overturned" the same with a hook,
+    Parameters
+    ----------
+    kind : SymbolKind
+        "plane" strike line with a tick down the dip, "overturned" the same with a hook,
         "vertical" a tick either way, "horizontal" a cross in a circle, "line" an arrow down the
-        plunge, "disc" a dot that stands for a disc too small to be seen
-    place : (3,) World, where it lies
-    along : (3,) unit vector, the strike of a plane or the direction of a line; 0 for a dot
-    across : (3,) unit vector in the plane at right angles to `along`, downwards; 0 where it is none
-    text : the dip or plunge beside it, empty for none
-    extent : m, of the feature
+        plunge, "disc" a dot for a disc that is too small to be seen.
+    place : (3,) float64
+        World position.
+    along : (3,) float64
+        Unit vector of the strike of a plane or the direction of a line, 0 for a dot.
+    across : (3,) float64
+        Downward unit vector in the plane, perpendicular to `along`; 0 if undefined.
+    text : str
+        Dip or plunge, "" for none.
+    extent : float
+        Extent of the feature, metres.
     """
 
     kind: SymbolKind
@@ -38,18 +46,29 @@ class Symbol:
 
 @dataclass(frozen=True, eq=False)
 class FeatureDrawing:
-    """One feature of the document as the viewport draws it.
+    """Feature of the document as the viewport draws it.
 
-    id : the record's id, given back by `FeaturesShown.at`
-    line : (k, 3) float64 World vertices joined in order; k may be 0
-    disc : (c, 3) float64 World corners of a convex ring, drawn translucent, or None
-    color : RGB 0..1
-    label : text beside the anchor, empty for none
-    anchor : (3,) World point the label belongs to
-    visible : False keeps it registered but draws nothing
-    area : the piece of the surface that it is, drawn translucent over it, or None
-    symbol : its sign, or None
-    extent : m; larger features get their labels first
+    Parameters
+    ----------
+    id : str
+        Id of the record, which `ShownFeatures.at` returns.
+    line : (k, 3) float64
+        World vertices joined in order; k may be 0.
+    disc : (c, 3) float64 or None
+        World corners of a convex ring, drawn translucent.
+    color : tuple of float
+        RGB, 0 to 1.
+    label : str
+        Text beside the anchor, "" for none.
+    anchor : (3,) float64
+        World point of the label.
+    visible : bool
+        Whether it is drawn.
+    area : Area, optional
+        Part of the surface, drawn translucent over it.
+    symbol : Symbol, optional
+    extent : float
+        Metres; larger features get their labels first.
     """
 
     id: str

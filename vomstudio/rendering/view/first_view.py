@@ -1,4 +1,4 @@
-"""The first view of a model: onto its exposed side, not its edge."""
+"""First view of a model, onto its exposed side."""
 
 from __future__ import annotations
 
@@ -10,43 +10,48 @@ from vomstudio.geometry.cloud import PointCloud
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.geometry.vectors import wrap360
 
-_SAMPLE = 10_000
-_STEEPEST_DEG = 60.0
-# Under this share of all face area the sides cancel out: the model has no one exposed side.
-_ONE_SIDED = 0.2
+MAX_SAMPLE = 10_000
+MAX_PLUNGE_DEG = 60.0
+# Below this share of the total face area the sides cancel out: no side is exposed.
+MIN_ONE_SIDED_SHARE = 0.2
 
 
 def first_view(data: Mesh | PointCloud, to_world: FloatArray) -> tuple[float, float]:
-    """Trend and plunge, in degrees, of a view onto the exposed side of a model.
+    """Return trend and plunge, in degrees, of a view onto the exposed side of a model.
 
-    A mesh is faced against the sum of its face normals; a cloud, whose side is not known, across
-    its thinnest direction, from above or from the south. to_world : (4, 4).
+    A mesh is viewed against the sum of its face normals; a cloud, whose side is unknown, across
+    its thinnest direction, from above or from the south.
+
+    Parameters
+    ----------
+    to_world : (4, 4) float64
+        Matrix from the frame of the file to World.
     """
-    out = _mesh_side(data) if isinstance(data, Mesh) else _thin_direction(data.points)
-    if out is None:
+    outward = _mesh_side(data) if isinstance(data, Mesh) else _thin_direction(data.points)
+    if outward is None:
         return 0.0, 35.0
-    x, y, z = transform.rotate(to_world, [out])[0]
+    x, y, z = transform.rotate(to_world, [outward])[0]
     if not isinstance(data, Mesh) and (z < 0 if abs(z) > 0.5 else y > 0):
         x, y, z = -x, -y, -z
     plunge = float(np.degrees(np.arctan2(z, np.hypot(x, y))))
-    # Flat ground has no side: North stays up.
-    trend = 0.0 if abs(plunge) > _STEEPEST_DEG else wrap360(float(np.degrees(np.arctan2(-x, -y))))
-    return trend, float(np.clip(plunge, 0.0, _STEEPEST_DEG))
+    # Level ground has no exposed side: North is up.
+    trend = 0.0 if abs(plunge) > MAX_PLUNGE_DEG else wrap360(float(np.degrees(np.arctan2(-x, -y))))
+    return trend, float(np.clip(plunge, 0.0, MAX_PLUNGE_DEG))
 
 
 def _mesh_side(mesh: Mesh) -> FloatArray | None:
-    step = max(1, len(mesh.faces) // _SAMPLE)
+    step = max(1, len(mesh.faces) // MAX_SAMPLE)
     corners = mesh.vertices[mesh.faces[::step]]
     doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     total = doubled.sum(axis=0)
     length = float(np.linalg.norm(total))
-    if not length > _ONE_SIDED * float(np.linalg.norm(doubled, axis=1).sum()):
+    if not length > MIN_ONE_SIDED_SHARE * float(np.linalg.norm(doubled, axis=1).sum()):
         return None
     return np.asarray(total / length)
 
 
 def _thin_direction(points: FloatArray) -> FloatArray | None:
-    sample = points[:: max(1, len(points) // _SAMPLE)]
+    sample = points[:: max(1, len(points) // MAX_SAMPLE)]
     if len(sample) < 3:
         return None
     _, axes = np.linalg.eigh(np.cov((sample - sample.mean(axis=0)).T))

@@ -1,8 +1,8 @@
-"""Place of the reading of an unfinished feature, in pixels; no Qt, no VTK.
+"""Position of the reading of an unfinished feature, in pixels; no Qt, no VTK.
 
-It is beside the cursor if it covers nothing of the picked line there, else at an edge of the view,
-else anywhere in the view. It stays on its side as long as that is free, and comes back from an edge
-only into ample room, so that it does not jump about.
+It is beside the cursor if it covers nothing of the picked line there, else at an edge of the
+view, else anywhere in the view. It stays on its side as long as that is free, and returns from
+an edge only if there is ample space, so that it does not jump.
 """
 
 from __future__ import annotations
@@ -19,76 +19,92 @@ Box = tuple[float, float, float, float]
 
 EDGE = 4.0
 """Pixels between the reading and the edge of the view."""
-_ROUND_LINES, _TO_TAKE, _TO_RETURN = 8.0, 14.0, 40.0
+LINE_CLEARANCE, NEW_CLEARANCE, RETURN_CLEARANCE = 8.0, 14.0, 40.0
 """Pixels that stay free all round lines and vertices: where the reading stands, where it goes
 anew, and where it comes back to the cursor from an edge."""
-_ROUND_CURSOR = 10.0
-_ONWARDS = 120.0
-_CURSOR_COSTS, _VERTEX_COSTS = 1e5, 40.0
-_BESIDE = 6
-_GRID = 16
+CURSOR_CLEARANCE = 10.0
+AHEAD_LENGTH = 120.0
+CURSOR_COST, VERTEX_COST = 1e5, 40.0
+POSITIONS_AT_CURSOR = 6
+GRID_SIZE = 16
 
 
-def _nothing() -> FloatArray:
+def _no_points() -> FloatArray:
     return np.zeros((0, 2))
 
 
 @dataclass(frozen=True, eq=False)
 class Picked:
-    """What must stay in sight, in pixels.
+    """Picked points that must remain visible, in pixels.
 
-    line : (k, 2) vertices, joined in order; not finite where behind the viewer
-    cursor : (2,) where the mouse is
-    rubber : (2,) where the band from the last vertex ends, or None
-    dots : (d, 2) other places, such as on the border of a painted area
-    clear : half the width of the brush round the cursor
+    Parameters
+    ----------
+    line : (k, 2) float64
+        Vertices joined in order, not finite behind the viewer.
+    cursor : (float, float)
+    rubber : (2,) float64, optional
+        End of the rubber band from the last vertex.
+    dots : (d, 2) float64
+        Other points, such as the border of a painted area.
+    clear : float
+        Half the width of the brush around the cursor.
     """
 
     line: FloatArray
     cursor: tuple[float, float]
     rubber: FloatArray | None = None
-    dots: FloatArray = field(default_factory=_nothing)
+    dots: FloatArray = field(default_factory=_no_points)
     clear: float = 0.0
 
     def segments(self) -> FloatArray:
-        """(s, 4) x, y of both ends of all lines that are drawn."""
+        """Return x, y of both ends of all drawn lines, (s, 4)."""
         line = np.asarray(self.line, float).reshape(-1, 2)
         if self.rubber is not None and len(line):
             line = np.vstack([line, self.rubber])
-        found = np.hstack([line[:-1], line[1:]]) if len(line) > 1 else np.zeros((0, 4))
-        return np.asarray(found[np.isfinite(found).all(axis=1)])
+        segments = np.hstack([line[:-1], line[1:]]) if len(line) > 1 else np.zeros((0, 4))
+        return np.asarray(segments[np.isfinite(segments).all(axis=1)])
 
     def points(self) -> FloatArray:
-        """(p, 2) vertices and dots that are in front of the viewer."""
-        both = np.vstack([np.asarray(self.line, float).reshape(-1, 2), self.dots.reshape(-1, 2)])
-        return np.asarray(both[np.isfinite(both).all(axis=1)])
+        """Return the vertices and dots (p, 2) in front of the viewer."""
+        points = np.vstack([np.asarray(self.line, float).reshape(-1, 2), self.dots.reshape(-1, 2)])
+        return np.asarray(points[np.isfinite(points).all(axis=1)])
 
-    def onwards(self) -> FloatArray:
-        """(0 or 1, 4) where the line goes on if it keeps its direction: what is picked next."""
+    def ahead(self) -> FloatArray:
+        """Return the extrapolated line (0 or 1, 4), where the next vertex is expected."""
         line = np.asarray(self.line, float).reshape(-1, 2)
         if not len(line) or not np.isfinite(line[-1]).all():
             return np.zeros((0, 4))
-        way = np.array(self.cursor) - line[-1]
-        length = float(np.hypot(*way))
+        direction = np.array(self.cursor) - line[-1]
+        length = float(np.hypot(*direction))
         if length < 30.0:
             return np.zeros((0, 4))
-        return np.concatenate([self.cursor, self.cursor + way / length * _ONWARDS])[None]
+        return np.concatenate([self.cursor, self.cursor + direction / length * AHEAD_LENGTH])[None]
 
 
-class ReadingPlace:
-    """side : which of the places was taken last
-    box : where the reading was drawn last, or None"""
+class ReadingPosition:
+    """Position of the reading.
+
+    Attributes
+    ----------
+    side : int
+        Number of the last position.
+    box : Box or None
+        Where the reading was last drawn.
+    """
 
     def __init__(self) -> None:
         self.side = 0
         self.box: Box | None = None
 
     def choose(self, sizes: list[Size], view: Size, picked: Picked) -> tuple[int, Box]:
-        """Which of the sizes of the reading to draw, and where.
+        """Choose the form of the reading and its position.
 
-        sizes : of the whole reading, then of shorter forms, taken where the whole one finds no
-            place; at least one
-        view : width and height
+        Parameters
+        ----------
+        sizes : list of Size
+            Sizes of the whole reading, then of shorter forms for lack of space; at least one.
+        view : Size
+            Width and height of the view.
         """
         for number, size in enumerate(sizes):
             places = _places(size, view, picked)
@@ -97,14 +113,14 @@ class ReadingPlace:
                 return number, self._take(side, places[side])
         number = len(sizes) - 1
         places = [*_places(sizes[number], view, picked), *_grid(sizes[number], view)]
-        cost = [_covered(box, picked, _ROUND_LINES) for box in places]
+        cost = [_covered(box, picked, LINE_CLEARANCE) for box in places]
         side = int(np.argmin(cost))
         if cost[self.side] <= cost[side]:
             side = self.side
         return number, self._take(side, places[side])
 
     def forget(self) -> None:
-        """Nothing is drawn."""
+        """Reset because nothing is drawn."""
         self.side, self.box = 0, None
 
     def _take(self, side: int, box: Box) -> Box:
@@ -112,7 +128,7 @@ class ReadingPlace:
         return box
 
     def _free_side(self, places: list[Box], picked: Picked) -> int | None:
-        onwards = picked.onwards()
+        onwards = picked.ahead()
 
         def free(side: int, margin: float, *, next_too: bool = False) -> bool:
             box = places[side]
@@ -120,69 +136,72 @@ class ReadingPlace:
                 return False
             return not next_too or float(_lengths_in(box, onwards).sum()) == 0.0
 
-        beside = range(_BESIDE)
+        at_cursor = range(POSITIONS_AT_CURSOR)
         is_usual = self.side < len(places)
-        if self.side < _BESIDE:
-            if free(self.side, _ROUND_LINES, next_too=True):
+        if self.side < POSITIONS_AT_CURSOR:
+            if free(self.side, LINE_CLEARANCE, next_too=True):
                 return self.side
-            back = _TO_TAKE
+            clearance = NEW_CLEARANCE
         else:
-            back = _TO_RETURN
-        for side in beside:
-            if free(side, back, next_too=True):
+            clearance = RETURN_CLEARANCE
+        for side in at_cursor:
+            if free(side, clearance, next_too=True):
                 return side
-        if is_usual and free(self.side, _ROUND_LINES):
+        if is_usual and free(self.side, LINE_CLEARANCE):
             return self.side
-        return next((side for side in range(len(places)) if free(side, _TO_TAKE)), None)
+        return next((side for side in range(len(places)) if free(side, NEW_CLEARANCE)), None)
 
 
 def _places(size: Size, view: Size, picked: Picked) -> list[Box]:
-    """Six beside the cursor, then along the edges; all inside the view, as far as it is larger."""
+    """Return the positions: six at the cursor, then along the edges, inside the view."""
     (wide, high), (width, height), (x, y) = size, view, picked.cursor
-    right, left = x + max(20.0, picked.clear + 8.0), x - max(16.0, picked.clear + 8.0) - wide
-    under, over = y + 18.0, y - 14.0 - high
+    x_right, x_left = x + max(20.0, picked.clear + 8.0), x - max(16.0, picked.clear + 8.0) - wide
+    y_below, y_above = y + 18.0, y - 14.0 - high
     below, above = y + max(24.0, picked.clear + 12.0), y - max(20.0, picked.clear + 12.0) - high
     middle = x - wide / 2.0
-    far_x, far_y = width - EDGE - wide, height - EDGE - high
+    x_max, y_max = width - EDGE - wide, height - EDGE - high
     mid_x, mid_y = (width - wide) / 2.0, (height - high) / 2.0
     corners = [
-        (right, under),
-        (right, over),
-        (left, under),
-        (left, over),
+        (x_right, y_below),
+        (x_right, y_above),
+        (x_left, y_below),
+        (x_left, y_above),
         (middle, below),
         (middle, above),
-        # Compass and scale bar stand in the lower corners: those come last.
+        # Compass and scale bar are in the lower corners: those come last.
         (EDGE, EDGE),
-        (far_x, EDGE),
+        (x_max, EDGE),
         (mid_x, EDGE),
         (EDGE, mid_y),
-        (far_x, mid_y),
-        (mid_x, far_y),
-        (EDGE, far_y),
-        (far_x, far_y),
+        (x_max, mid_y),
+        (mid_x, y_max),
+        (EDGE, y_max),
+        (x_max, y_max),
     ]
-    return [(max(EDGE, min(a, far_x)), max(EDGE, min(b, far_y)), wide, high) for a, b in corners]
+    return [(max(EDGE, min(a, x_max)), max(EDGE, min(b, y_max)), wide, high) for a, b in corners]
 
 
 def _grid(size: Size, view: Size) -> list[Box]:
     """Return a grid of places over the view, for lines that cover all preferred places."""
     (wide, high), (width, height) = size, view
-    columns = np.linspace(EDGE, max(width - EDGE - wide, EDGE), _GRID)
-    rows = np.linspace(EDGE, max(height - EDGE - high, EDGE), _GRID)
+    columns = np.linspace(EDGE, max(width - EDGE - wide, EDGE), GRID_SIZE)
+    rows = np.linspace(EDGE, max(height - EDGE - high, EDGE), GRID_SIZE)
     return [(float(x), float(y), wide, high) for y in rows for x in columns]
 
 
 def _covered(box: Box, picked: Picked, margin: float) -> float:
-    """How much of what is picked lies under a box or nearer to it than `margin`: pixels of lines,
-    with vertices and above all the cursor counted as many pixels each."""
+    """Return the cost of a box that covers or nears the picked points.
+
+    The cost is the length of covered lines in pixels; vertices and especially the cursor count
+    as many pixels each.
+    """
     x, y, wide, high = box
     wider = (x - margin, y - margin, wide + 2 * margin, high + 2 * margin)
     cost = float(_lengths_in(wider, picked.segments()).sum())
     points = picked.points()
-    cost += _VERTEX_COSTS * int(_inside(wider, points, 0.0).sum())
-    reach = max(_ROUND_CURSOR, picked.clear)
-    cost += _CURSOR_COSTS * int(_inside(box, np.array([picked.cursor], float), reach).sum())
+    cost += VERTEX_COST * int(_inside(wider, points, 0.0).sum())
+    reach = max(CURSOR_CLEARANCE, picked.clear)
+    cost += CURSOR_COST * int(_inside(box, np.array([picked.cursor], float), reach).sum())
     return cost
 
 
@@ -193,17 +212,16 @@ def _inside(box: Box, points: FloatArray, margin: float) -> BoolArray:
 
 
 def _lengths_in(box: Box, segments: FloatArray) -> FloatArray:
-    """(s,) length of each segment inside a box, after Liang and Barsky (1984, *ACM Trans. Graph.*
-    3, 1)."""
+    """Return the length (s,) of each segment inside a box (Liang and Barsky 1984)."""
     x, y, wide, high = box
-    start, way = segments[:, :2], segments[:, 2:] - segments[:, :2]
+    start, direction = segments[:, :2], segments[:, 2:] - segments[:, :2]
     low, top = np.array([x, y]), np.array([x + wide, y + high])
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        a, b = (low - start) / way, (top - start) / way
-    still = way == 0.0
+        a, b = (low - start) / direction, (top - start) / direction
+    is_parallel = direction == 0.0
     within = (start >= low) & (start <= top)
-    a = np.where(still, np.where(within, -np.inf, np.inf), a)
-    b = np.where(still, np.where(within, np.inf, -np.inf), b)
+    a = np.where(is_parallel, np.where(within, -np.inf, np.inf), a)
+    b = np.where(is_parallel, np.where(within, np.inf, -np.inf), b)
     enter = np.clip(np.minimum(a, b).max(axis=1, initial=0.0), 0.0, None)
-    leave = np.maximum(np.where(still & ~within, -np.inf, a), b).min(axis=1, initial=1.0)
-    return np.asarray(np.clip(leave - enter, 0.0, None) * np.hypot(*way.T))
+    leave = np.maximum(np.where(is_parallel & ~within, -np.inf, a), b).min(axis=1, initial=1.0)
+    return np.asarray(np.clip(leave - enter, 0.0, None) * np.hypot(*direction.T))

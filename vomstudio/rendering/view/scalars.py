@@ -1,9 +1,8 @@
-"""Values of a model as colours: which field, over which range, through which map. numpy only.
+"""Colours of a model's values: field, range and colour map. numpy only.
 
-A field is a name of `PointCloud.fields` or `Mesh.fields`, or ELEVATION, the height in World, which
-every model has. How it is shown follows from what it is: categories where the values are codes, a
-map that closes in a circle for azimuths, a diverging one about zero where values have both signs,
-else viridis.
+A field is a name of `PointCloud.fields` or `Mesh.fields`, or ELEVATION, the height in World,
+which every model has. Its presentation follows from its values: categories for codes, a cyclic
+map for azimuths, a diverging one about zero for values of both signs, else viridis.
 """
 
 from __future__ import annotations
@@ -39,20 +38,20 @@ __all__ = [
     "Kind",
     "Scale",
     "field_names",
+    "field_title",
+    "field_unit",
     "make_scale",
     "map_table",
     "reader",
-    "title_of",
-    "unit_of",
 ]
 
 MISSING = (128, 128, 128)
-"""Colour of what has no value."""
+"""Colour of missing values."""
 
 SAMPLE = 200_000
 PIECE = 1 << 19
-MOST_CATEGORIES = 12
-MOST_LABELS = 65_535
+MAX_CATEGORIES = 12
+MAX_LABEL_CODES = 65_535
 
 
 # ASPRS, LAS specification 1.4 R15, table 17.
@@ -97,7 +96,7 @@ OTHER_COLORS = (
 )
 
 # As `extraction.exposure` counts them.
-_NAMED: dict[str, tuple[tuple[str, str], ...]] = {
+NAMED_CATEGORIES: dict[str, tuple[tuple[str, str], ...]] = {
     "exposure": (
         (to_translate("rock in a facet"), "#56b4e9"),
         (to_translate("rock in none"), "#d55e00"),
@@ -114,11 +113,11 @@ _NAMED: dict[str, tuple[tuple[str, str], ...]] = {
 }
 """Names and colours of the codes 0, 1 ... of fields of this name, up to a comma in it."""
 
-_AZIMUTHS = ("azimuth", "dip_direction", "dipdir", "dip_dir", "strike", "trend", "aspect")
-_CODES = ("return", "class", "segment", "label", "source_id", "user_data", "flag", "channel")
-_SIGNED = ("distance_m",)
-"""Whose zero means something also where all values lie on one side of it."""
-_UNITS = (
+AZIMUTH_NAMES = ("azimuth", "dip_direction", "dipdir", "dip_dir", "strike", "trend", "aspect")
+CODE_NAMES = ("return", "class", "segment", "label", "source_id", "user_data", "flag", "channel")
+SIGNED_NAMES = ("distance_m",)
+"""Fields with a meaningful zero, even if all values have the same sign."""
+NAME_UNITS = (
     (("azimuth", "dip", "strike", "trend", "plunge", "aspect", "slope", "angle"), "°"),
     (("gps_time",), "s"),
 )
@@ -133,12 +132,17 @@ class Category:
 
 @dataclass(frozen=True, eq=False)
 class Scale:
-    """Values to colours, and what a colour bar says of it.
+    """Mapping of values to colours, and the contents of a colour bar.
 
-    low, high : values of the first and the last colour; NaN for categories
+    Parameters
+    ----------
+    low, high : float
+        Values of the first and the last colour, NaN for categories.
     table : (k, 3) uint8
-    below, above : there are values beyond the ends, which have the colours of the ends
-    missing : there are points without a value
+    below, above : bool
+        Whether there are values beyond the ends, which have the colours of the ends.
+    missing : bool
+        Whether there are points without a value.
     """
 
     title: str
@@ -153,27 +157,29 @@ class Scale:
     missing: bool = False
 
     def colors(self, values: AnyArray) -> ByteArray:
-        """(n, 3) for values (n,)."""
+        """Return colours (n, 3) for values (n,)."""
         values = np.asarray(values, np.float64)
-        known = np.isfinite(values)
+        is_valid = np.isfinite(values)
         if self.kind == "categories":
             codes = np.array([c.code for c in self.categories], np.float64)
             places = np.searchsorted(codes, values)
             places = np.minimum(places, len(codes) - 1)
-            known &= codes[places] == values
+            is_valid &= codes[places] == values
         else:
             width = self.high - self.low
-            place = (np.where(known, values, self.low) - self.low) / (width if width > 0 else 1.0)
+            place = (np.where(is_valid, values, self.low) - self.low) / (
+                width if width > 0 else 1.0
+            )
             if self.kind == "cyclic":
                 place -= np.floor(place)
             places = np.clip(place * len(self.table), 0, len(self.table) - 1).astype(np.intp)
         out = self.table[places]
-        if not known.all():
-            out[~known] = MISSING
+        if not is_valid.all():
+            out[~is_valid] = MISSING
         return out
 
     def ticks(self, most: int = 6) -> list[tuple[float, str]]:
-        """Round values from low to high, with their texts."""
+        """Return round values from low to high, with their texts."""
         if self.kind == "categories" or not self.high > self.low:
             return []
         width = self.high - self.low
@@ -187,7 +193,7 @@ class Scale:
         return [(k * step, number(k * step, decimals)) for k in range(first, last + 1)]
 
     def end_texts(self) -> tuple[str, str]:
-        """Both ends of the range as text, with enough digits to tell them apart."""
+        """Return both ends of the range as text, with enough digits to distinguish them."""
         width = self.high - self.low
         decimals = max(0, 2 - math.floor(math.log10(width))) if width > 0 else 3
         return number(self.low, min(decimals, 9)), number(self.high, min(decimals, 9))
@@ -199,7 +205,7 @@ def number(value: float, decimals: int) -> str:
 
 
 def round_step(smallest: float) -> float:
-    """The smallest 1, 2 or 5 times a power of ten that is at least `smallest`."""
+    """Return the smallest 1, 2 or 5 times a power of ten that is at least `smallest`."""
     power = 10.0 ** math.floor(math.log10(smallest))
     for k in (1.0, 2.0, 5.0):
         if k * power >= smallest * (1.0 - 1e-9):
@@ -210,37 +216,39 @@ def round_step(smallest: float) -> float:
 # -- fields of a model
 
 
-def title_of(name: str) -> str:
-    """A field's name as it is shown: without unit and CloudCompare's prefix."""
-    bare = re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", name)
-    bare = re.sub(r"^scalar_", "", bare, flags=re.IGNORECASE)
-    bare = bare.removesuffix("_px").removesuffix("_m")
-    return bare.replace("_", " ").strip() or name
+def field_title(name: str) -> str:
+    """Return a field's name for display, without unit and CloudCompare's prefix."""
+    title = re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", name)
+    title = re.sub(r"^scalar_", "", title, flags=re.IGNORECASE)
+    title = title.removesuffix("_px").removesuffix("_m")
+    return title.replace("_", " ").strip() or name
 
 
-def unit_of(name: str) -> str:
-    """The unit that a field's name gives in brackets, else that of what it names, else none:
-    lengths are in the file's own."""
+def field_unit(name: str) -> str:
+    """Return the unit in brackets in a field's name, else that of its quantity, else "".
+
+    Lengths without a unit are in that of the file.
+    """
     if name == ELEVATION:
         return "m"
-    found = re.search(r"[\[(]([^\])]+)[\])]\s*$", name)
-    if found:
-        return found.group(1)
+    match = re.search(r"[\[(]([^\])]+)[\])]\s*$", name)
+    if match:
+        return match.group(1)
     for unit in ("px", "m"):
         if name.endswith(f"_{unit}"):
             return unit
     plain = _plain(name)
-    return next((unit for words, unit in _UNITS if any(w in plain for w in words)), "")
+    return next((unit for words, unit in NAME_UNITS if any(w in plain for w in words)), "")
 
 
 def _plain(name: str) -> str:
-    return title_of(name).lower().replace(" ", "_")
+    return field_title(name).lower().replace(" ", "_")
 
 
 def reader(
     data: Mesh | PointCloud, name: str, to_world: FloatArray
 ) -> tuple[int, Callable[[Any], AnyArray]]:
-    """How many values there are, and what gives those of some rows or of a slice."""
+    """Return the number of values, and a function that reads rows or a slice."""
     points = data.vertices if isinstance(data, Mesh) else data.points
     if name == ELEVATION:
         row, shift = to_world[2, :3], float(to_world[2, 3])
@@ -260,12 +268,12 @@ def make_scale(
     to_world: FloatArray,
     check: Callable[[], None] = lambda: None,
 ) -> Scale:
-    """The scale of a field; `check` is called now and then and may raise to stop it."""
-    count, read = reader(data, style.name, to_world)
+    """Return the scale of a field; `check` is called regularly and may raise to stop."""
+    count, read_values = reader(data, style.name, to_world)
     lowest, highest, missing = math.inf, -math.inf, False
     for part in _pieces(count):
         check()
-        values = read(part)
+        values = read_values(part)
         if values.dtype.kind == "f":
             good = np.isfinite(values)
             missing |= not good.all()
@@ -273,7 +281,7 @@ def make_scale(
         if len(values):
             lowest = min(lowest, float(values.min()))
             highest = max(highest, float(values.max()))
-    title, unit = title_of(style.name), unit_of(style.name)
+    title, unit = field_title(style.name), field_unit(style.name)
     if lowest > highest:
         table = np.array([MISSING], np.uint8)
         return Scale(title, unit, "sequential", 0.0, 0.0, table, missing=True)
@@ -286,9 +294,9 @@ def make_scale(
         )
     kind = _kind(style.name, lowest, highest)
     rows = np.unique(np.linspace(0, count - 1, min(count, SAMPLE)).astype(np.int64))
-    some = np.asarray(read(rows), np.float64)
-    some = some[np.isfinite(some)]
-    low, high = _range(kind, style, some if len(some) else np.array([lowest, highest]))
+    sample = np.asarray(read_values(rows), np.float64)
+    sample = sample[np.isfinite(sample)]
+    low, high = _range(kind, style, sample if len(sample) else np.array([lowest, highest]))
     palette = style.palette or PALETTES[kind][0]
     if kind == "cyclic":
         return Scale(title, unit, kind, low, high, map_table(palette), missing=missing)
@@ -307,27 +315,27 @@ def make_scale(
 
 def _kind(name: str, lowest: float, highest: float) -> Kind:
     plain = _plain(name)
-    if any(word in plain for word in _AZIMUTHS) and lowest >= -180.0 and highest <= 360.0:
+    if any(word in plain for word in AZIMUTH_NAMES) and lowest >= -180.0 and highest <= 360.0:
         return "cyclic"
     if name == ELEVATION or plain in ("x", "y", "z"):
         return "sequential"
-    signed = lowest < 0.0 < highest or name in _SIGNED
+    signed = lowest < 0.0 < highest or name in SIGNED_NAMES
     return "diverging" if signed else "sequential"
 
 
 def _range(kind: Kind, style: FieldStyle, sample: FloatArray) -> tuple[float, float]:
     if kind == "cyclic":
         return 0.0, 360.0
-    first, last = np.percentile(sample, np.clip(style.percentiles, 0.0, 100.0))
-    low, high = float(first), float(last)
+    bottom, top = np.percentile(sample, np.clip(style.percentiles, 0.0, 100.0))
+    low, high = float(bottom), float(top)
     if kind == "diverging":
-        # Zero keeps the middle of the map.
+        # Zero remains in the middle of the map.
         high = max(abs(low), abs(high))
         low = -high
     low = low if style.low is None else style.low
     high = high if style.high is None else style.high
     if not high > low:
-        # A field of one value has a range too.
+        # A constant field needs a range too.
         pad = max(abs(low), 1.0) * 1e-3
         low, high = low - pad, low + pad
     return low, high
@@ -336,39 +344,39 @@ def _range(kind: Kind, style: FieldStyle, sample: FloatArray) -> tuple[float, fl
 def _codes(
     data: Mesh | PointCloud, name: str, lowest: float, highest: float, check: Callable[[], None]
 ) -> IntArray | None:
-    """The codes that occur, where a field's values are codes."""
+    """Return the codes that occur, None if a field's values are not codes."""
     plain = _plain(name)
     if name == ELEVATION or "intensity" in plain:
         return None
     values = data.fields[name]
-    named = plain.partition(",")[0] in _NAMED or any(word in plain for word in _CODES)
+    named = plain.partition(",")[0] in NAMED_CATEGORIES or any(word in plain for word in CODE_NAMES)
     if values.dtype.kind == "f" and not named:
         return None
     if not 0.0 <= lowest <= highest <= 65535.0:
         return None
-    seen = np.zeros(int(highest) + 1, np.bool_)
+    occurs = np.zeros(int(highest) + 1, np.bool_)
     for part in _pieces(len(values)):
         check()
-        some = np.asarray(values[part])
-        if some.dtype.kind == "f":
-            some = some[np.isfinite(some)]
-            if (some != np.floor(some)).any():
+        part_values = np.asarray(values[part])
+        if part_values.dtype.kind == "f":
+            part_values = part_values[np.isfinite(part_values)]
+            if (part_values != np.floor(part_values)).any():
                 return None
-        seen[some.astype(np.int64)] = True
-    codes = np.flatnonzero(seen)
-    most = len(LAS_CLASSES) if "class" in plain else MOST_CATEGORIES
-    most = MOST_LABELS if "label" in plain else most
-    return codes if len(codes) <= most else None
+        occurs[part_values.astype(np.int64)] = True
+    codes = np.flatnonzero(occurs)
+    max_categories = len(LAS_CLASSES) if "class" in plain else MAX_CATEGORIES
+    max_categories = MAX_LABEL_CODES if "label" in plain else max_categories
+    return codes if len(codes) <= max_categories else None
 
 
 def _categories(name: str, codes: IntArray) -> Iterator[Category]:
     las = "class" in _plain(name)
-    own = _NAMED.get(_plain(name).partition(",")[0], ())
-    # The others keep their colours where one of so many pieces is gone.
+    names = NAMED_CATEGORIES.get(_plain(name).partition(",")[0], ())
+    # The others keep their colours when one piece is removed.
     labels = "label" in _plain(name)
     for place, code in enumerate(int(c) for c in codes):
-        if code < len(own):
-            title, color = own[code]
+        if code < len(names):
+            title, color = names[code]
             yield Category(code, tr(title), _rgb(color))
             continue
         if las and code in LAS_CLASSES:
@@ -386,7 +394,7 @@ def _rgb(color: str) -> tuple[int, int, int]:
 
 
 def map_table(name: str) -> ByteArray:
-    """(256, 3) uint8 of one of matplotlib's maps."""
+    """Return one of matplotlib's colour maps as (256, 3) uint8."""
     from matplotlib import colormaps
 
     rgba = colormaps[name].resampled(256)(np.arange(256), bytes=True)

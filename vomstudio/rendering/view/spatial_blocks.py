@@ -1,9 +1,9 @@
 """Spatial order and a two-level box index of triangles or points: numpy only.
 
-The index answers a ray in about a millisecond and stands as soon as the chunks do, long before a
-cell locator; for clouds it is the way to pick. Coordinates are the model's local frame (file minus
-the model's integer origin) in float32; what is returned are indices, and the caller computes the
-position from the model's own float64 values.
+The index answers a ray query in about a millisecond and exists as soon as the chunks do, long
+before a cell locator; clouds are always picked by it. Coordinates are float32 in the model's
+local frame (file minus the model's integer origin). Results are indices; the caller computes
+the position from the model's float64 values.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ POINTS_PER_BLOCK = 128
 
 
 def spread_bits(v: UInt32Array) -> UInt32Array:
-    """Ten bits of v with two zero bits between neighbours."""
+    """Return ten bits of v with two zero bits between neighbours."""
     v = (v | (v << np.uint32(16))) & np.uint32(0x030000FF)
     v = (v | (v << np.uint32(8))) & np.uint32(0x0300F00F)
     v = (v | (v << np.uint32(4))) & np.uint32(0x030C30C3)
@@ -37,7 +37,7 @@ def spread_bits(v: UInt32Array) -> UInt32Array:
 
 
 def morton(points: Float32Array, low: Float32Array, size: float) -> UInt32Array:
-    """Place of each point (n, 3) along a Z-shaped curve through a cube of 1024 cells a side."""
+    """Return the position of points (n, 3) along a Z-order curve of 1024 cells per side."""
     scale = np.float32(1023.0 / max(size, 1e-30))
     code = np.zeros(len(points), np.uint32)
     for axis in range(3):
@@ -50,7 +50,7 @@ def morton(points: Float32Array, low: Float32Array, size: float) -> UInt32Array:
 def ray_triangles(
     origin: FloatArray, direction: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
-    """Moeller-Trumbore for one ray and n triangles: t, u, v (n,) and whether it hits ahead.
+    """Intersect a ray with n triangles: return t, u, v (n,) and which are hit ahead.
 
     The position is a + u (b - a) + v (c - a). Tomas Moeller and Ben Trumbore, Fast, minimum
     storage ray/triangle intersection, J. Graphics Tools 2 (1997).
@@ -75,7 +75,7 @@ def ray_triangles(
 class Blocks:
     """Boxes of runs of `per_block` elements of one chunk, in the chunk's order.
 
-    low, high : (b, 3) float64 corners of each run
+    `low` and `high` are the (b, 3) float64 corners of each run.
     """
 
     low: FloatArray
@@ -84,14 +84,14 @@ class Blocks:
     count: int
 
     def elements(self, hit: BoolArray) -> IntArray:
-        """Element numbers inside the chunk of the blocks marked in `hit`."""
-        first = np.flatnonzero(hit) * self.per_block
-        rows = (first[:, None] + np.arange(self.per_block)).ravel()
+        """Return the element numbers, within the chunk, of the blocks marked in `hit`."""
+        first_elements = np.flatnonzero(hit) * self.per_block
+        rows = (first_elements[:, None] + np.arange(self.per_block)).ravel()
         return rows[rows < self.count]
 
 
 def block_boxes(low: Float32Array, high: Float32Array, per_block: int) -> Blocks:
-    """Blocks of elements whose own corners are `low` and `high` (n, 3)."""
+    """Return blocks of elements with corners `low` and `high` (n, 3)."""
     starts = np.arange(0, len(low), per_block)
     return Blocks(
         np.minimum.reduceat(low, starts, axis=0).astype(np.float64),
@@ -103,10 +103,18 @@ def block_boxes(low: Float32Array, high: Float32Array, per_block: int) -> Blocks
 
 @dataclass(frozen=True, eq=False)
 class FaceChunk:
-    """A run of neighbouring triangles.
+    """Run of neighbouring triangles.
 
-    points : (k, 3) float32 local; faces : (m, 3) int32 into points
-    face_ids : (m,) rows of the model's faces; vertex_ids : (k,) rows of its vertices
+    Parameters
+    ----------
+    points : (k, 3) float32
+        Local frame.
+    faces : (m, 3) int32
+        Rows of `points`.
+    face_ids : (m,) int
+        Rows of the model's faces.
+    vertex_ids : (k,) int
+        Rows of the model's vertices.
     """
 
     points: Float32Array
@@ -119,14 +127,14 @@ class FaceChunk:
 
 @dataclass(frozen=True, eq=False)
 class PointChunk:
-    """A run of neighbouring points; point_ids : (k,) rows of the cloud's points."""
+    """Run of neighbouring points; `point_ids` (k,) are rows of the cloud's points."""
 
     points: Float32Array
     point_ids: IntegerArray
     blocks: Blocks
 
     def spacing(self) -> float:
-        """Rough distance between neighbours, taking each block for a square patch of a surface."""
+        """Return the approximate spacing, taking each block for a square part of a surface."""
         diagonals = np.linalg.norm(self.blocks.high - self.blocks.low, axis=1)
         per_block = min(self.blocks.per_block, self.blocks.count)
         return float(np.median(diagonals) / np.sqrt(2.0 * per_block))
@@ -139,13 +147,15 @@ def first_face(
     between: tuple[float, float] = (0.0, np.inf),
     hidden: BoolArray | None = None,
 ) -> int | None:
-    """Row of the front-most face that a local ray hits between two depths, or None. hidden : which
-    of the model's faces are not there"""
+    """Return the row of the front-most face that a local ray hits between two depths, or None.
+
+    `hidden` marks faces of the model that are ignored.
+    """
     if not chunks:
         return None
     low = np.stack([c.blocks.low.min(axis=0) for c in chunks])
     high = np.stack([c.blocks.high.max(axis=0) for c in chunks])
-    best, found = np.inf, None
+    best, face = np.inf, None
     for i in np.flatnonzero(boxes_hit(low, high, origin, direction)):
         chunk = chunks[i]
         rows = chunk.blocks.elements(
@@ -160,8 +170,8 @@ def first_face(
         t = np.where(ok & (t >= between[0]) & (t <= between[1]), t, np.inf)
         k = int(np.argmin(t))
         if t[k] < best:
-            best, found = float(t[k]), int(chunk.face_ids[rows[k]])
-    return found
+            best, face = float(t[k]), int(chunk.face_ids[rows[k]])
+    return face
 
 
 def points_near_ray(
@@ -175,21 +185,35 @@ def points_near_ray(
     counts: Callable[[FloatArray], BoolArray] | None = None,
     hidden: BoolArray | None = None,
 ) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Points within radius + spread * depth of a local ray.
+    """Return the points within radius + spread * depth of a local ray.
 
-    boxes : corners (n, 3), (n, 3) of the chunks
-    thickness : chunks that begin further behind the front-most such point than this many times
-        the allowed distance are not looked at
-    counts : which local points (n, 3) count at all; None for every one
-    hidden : which of the cloud's points are not there; None for none
+    Parameters
+    ----------
+    boxes : (n, 3) and (n, 3) float64
+        Corners of the chunks.
+    thickness : float
+        Chunks that start further behind the front-most such point than this multiple of the
+        permitted distance are skipped.
+    counts : callable, optional
+        Returns which local points (n, 3) count, by default all.
+    hidden : (n,) bool, optional
+        Points of the cloud that are ignored.
 
-    Returns rows in the cloud, depth along the ray, and distance from the ray divided by the
-    allowed one (so 0..1).
+    Returns
+    -------
+    rows : (k,) int
+        Rows of the cloud.
+    depth : (k,) float64
+        Depth along the ray.
+    offset : (k,) float64
+        Distance from the ray divided by the permitted one, 0 to 1.
     """
     rows_out, depth_out, off_out = [], [], []
     low, high = boxes
-    far = np.linalg.norm((low + high) / 2.0 - origin, axis=1) + np.linalg.norm(high - low, axis=1)
-    pad = (radius + spread * far)[:, None]
+    far_depth = np.linalg.norm((low + high) / 2.0 - origin, axis=1) + np.linalg.norm(
+        high - low, axis=1
+    )
+    pad = (radius + spread * far_depth)[:, None]
     enter, leave = box_range(low - pad, high + pad, origin, direction)
     met = np.flatnonzero(leave >= np.maximum(enter, 0.0))
     front = np.inf
@@ -208,13 +232,13 @@ def points_near_ray(
         side = q - depth[:, None] * direction
         off = np.sqrt(np.einsum("ij,ij->i", side, side))
         allowed = radius + spread * np.maximum(depth, 0.0)
-        near = np.flatnonzero((depth > 0.0) & (off <= allowed))
-        if counts is not None and len(near):
-            near = near[counts(chunk.points[rows[near]].astype(np.float64))]
-        if len(near):
-            rows_out.append(chunk.point_ids[rows[near]].astype(np.int64))
-            depth_out.append(depth[near])
-            off_out.append(off[near] / allowed[near])
+        in_reach = np.flatnonzero((depth > 0.0) & (off <= allowed))
+        if counts is not None and len(in_reach):
+            in_reach = in_reach[counts(chunk.points[rows[in_reach]].astype(np.float64))]
+        if len(in_reach):
+            rows_out.append(chunk.point_ids[rows[in_reach]].astype(np.int64))
+            depth_out.append(depth[in_reach])
+            off_out.append(off[in_reach] / allowed[in_reach])
             front = min(front, float(depth_out[-1].min()))
     if not rows_out:
         return np.zeros(0, np.int64), np.zeros(0), np.zeros(0)

@@ -1,1 +1,1 @@
-"""Running things without freezing: worker processes, typed jobs and events. No Qt."""
+"""Typed jobs that run in worker processes, and their events. No Qt."""

@@ -11,7 +11,7 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.core.words import tr
 from vomstudio.studio.jobs.job import Job, Lane
-from vomstudio.studio.jobs.placed_model import StandingModel, read_standing
+from vomstudio.studio.jobs.placed_model import PlacedModel, read_in_file_frame
 
 if TYPE_CHECKING:
     from vomstudio.core.arrays import FloatArray
@@ -22,7 +22,7 @@ Point = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class DrawingFile:
-    """sidecar : of the picture on which it was drawn, None where that is to be found"""
+    """Drawing, and the sidecar of its picture; None to search for the sidecar."""
 
     path: Path
     sidecar: Path | None
@@ -30,40 +30,46 @@ class DrawingFile:
 
 @dataclass(frozen=True)
 class FittingPictures:
-    """sidecars : of the pictures on which it can have been drawn; content_hashes : of the model
-    that each shows, "" where that is not said"""
+    """Pictures on which a drawing may have been made.
+
+    Parameters
+    ----------
+    sidecars : tuple of Path
+    content_hashes : tuple of str
+        Hash of the model that each picture shows, "" if its sidecar states none.
+    """
 
     sidecars: tuple[Path, ...]
     content_hashes: tuple[str, ...]
 
 
-def _find_pictures(asked: DrawingFile, progress: Progress) -> FittingPictures:
+def _find_pictures(request: DrawingFile, progress: Progress) -> FittingPictures:
     from vomstudio.core.errors import InputError
     from vomstudio.products.ortho.back_projection import fitting_sidecars, read_sidecar
 
-    chosen = asked.sidecar
-    found = fitting_sidecars(asked.path, progress) if chosen is None else [chosen]
+    sidecar = request.sidecar
+    sidecars = fitting_sidecars(request.path, progress) if sidecar is None else [sidecar]
     hashes = []
-    for path in found:
+    for path in sidecars:
         try:
             hashes.append(read_sidecar(path).content_hash or "")
         except InputError:
-            # It is said when the lines are read.
+            # The error is reported when the lines are read.
             hashes.append("")
-    return FittingPictures(tuple(found), tuple(hashes))
+    return FittingPictures(tuple(sidecars), tuple(hashes))
 
 
 FIND_PICTURES = Job("find_pictures", Lane.PRODUCTS, DrawingFile, FittingPictures, _find_pictures)
-"""Look which orthophotos of its folder a drawing can have been made on."""
+"""Find the orthophotos in a drawing's folder on which it may have been made."""
 
 
 @dataclass(frozen=True)
-class DrawingOrder:
-    """The lines of `drawing`, made on the picture of `sidecar`, on the surface of a model."""
+class DrawnLinesRequest:
+    """Request for the lines of a drawing on a model; `sidecar` is that of its picture."""
 
     drawing: Path
     sidecar: Path
-    model: StandingModel
+    model: PlacedModel
 
 
 @dataclass(frozen=True)
@@ -110,7 +116,7 @@ class DrawnLine:
 
     @property
     def on_surface(self) -> tuple[Point, ...]:
-        """Those of its points that meet the surface."""
+        """Return the vertices that meet the surface, in the frame of the model's file."""
         return tuple(point for point in self.points if point is not None)
 
 
@@ -142,14 +148,21 @@ def collect_lines(
     warnings: Iterable[Finding],
     to_file: FloatArray | None = None,
 ) -> DrawnLines:
-    """Return lines that were brought back as plain data.
+    """Convert lines on a surface to plain data.
 
-    names : those that the drawing states; to_file : (4, 4) from their frame to that of the model's
-    file, None if it is the same
+    Parameters
+    ----------
+    brought : Brought
+        Lines of the drawing with their places on the surface.
+    names : iterable of str
+        Names that the drawing states.
+    to_file : (4, 4) array, optional
+        Matrix from the frame of the lines to that of the model's file; None if they are the
+        same.
     """
     from vomstudio.geometry import transform
 
-    stated = {name.strip() for name in names}
+    stated_names = {name.strip() for name in names}
     lines = []
     for line in (*brought.lines, *brought.skipped):
         points = line.points
@@ -159,7 +172,7 @@ def collect_lines(
         lines.append(
             DrawnLine(
                 name=line.name,
-                is_named=line.name in stated,
+                is_named=line.name in stated_names,
                 layer=line.layer,
                 pixels=tuple((float(x), float(y)) for x, y in line.pixels),
                 points=tuple(_point(next(places)) if met else None for met in line.is_met),
@@ -176,7 +189,7 @@ def _point(place: Sequence[float]) -> Point:
     return x, y, z
 
 
-def _read_lines(asked: DrawingOrder, progress: Progress) -> DrawnLines:
+def _read_lines(request: DrawnLinesRequest, progress: Progress) -> DrawnLines:
     from vomstudio.core.errors import InputError
     from vomstudio.products.ortho.back_projection import (
         bring_back,
@@ -185,19 +198,21 @@ def _read_lines(asked: DrawingOrder, progress: Progress) -> DrawnLines:
         read_sidecar,
     )
 
-    picture = read_sidecar(asked.sidecar)
-    progress.stage(tr("Reading {file}", file=asked.drawing.name))
-    lines, messages = read_drawing(asked.drawing, picture, progress)
-    data = read_standing(asked.model, progress).data
+    picture = read_sidecar(request.sidecar)
+    progress.stage(tr("Reading {file}", file=request.drawing.name))
+    lines, messages = read_drawing(request.drawing, picture, progress)
+    data = read_in_file_frame(request.model, progress).data
     progress.stage(tr("Projecting {count} lines onto the surface", count=len(lines)))
     try:
-        brought = bring_back(lines, in_frame(picture, asked.model.to_world), data)
+        brought = bring_back(lines, in_frame(picture, request.model.to_world), data)
     except InputError as error:
-        raise error.with_file(asked.drawing) from error
+        raise error.with_file(request.drawing) from error
     return collect_lines(brought, (line.name for line in lines), picture, messages)
 
 
-READ_DRAWN_LINES = Job("read_drawn_lines", Lane.PRODUCTS, DrawingOrder, DrawnLines, _read_lines)
-"""Bring the lines of a drawing back to the surface that its picture shows."""
+READ_DRAWN_LINES = Job(
+    "read_drawn_lines", Lane.PRODUCTS, DrawnLinesRequest, DrawnLines, _read_lines
+)
+"""Project the lines of a drawing back onto the surface that its picture shows."""
 
 JOBS = (FIND_PICTURES, READ_DRAWN_LINES)

@@ -1,4 +1,4 @@
-"""Edges found by a network of the user's, in a worker: its file is a stranger's."""
+"""Edge detection by a user's network, in a worker process because the file is not trusted."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from pathlib import Path
 
 from vomstudio.core.progress import CancelToken, Progress
 from vomstudio.extraction.proposals.edge_pictures import Find
-from vomstudio.studio.jobs.proposal_tasks import FIND_EDGES, EdgesOrder
+from vomstudio.studio.jobs.proposal_tasks import FIND_EDGES, EdgesRequest
 from vomstudio.studio.jobs.run_job import run_job
 
 
 @contextmanager
-def edges_by(
+def open_edge_finder(
     network: str | None, progress: Progress, cancel: CancelToken | None = None
 ) -> Iterator[tuple[Find, Path] | None]:
     """Yield the edge finder of a network and a temporary folder for pictures.
@@ -34,7 +34,7 @@ def edges_by(
     file = Path(network).resolve()
 
     def find(pictures: Sequence[Path], folder: Path) -> Sequence[Path]:
-        order = EdgesOrder(file, tuple(path.resolve() for path in pictures), folder)
+        order = EdgesRequest(file, tuple(path.resolve() for path in pictures), folder)
         return run_job(FIND_EDGES, order, progress, cancel).pictures
 
     with tempfile.TemporaryDirectory(prefix="vomstudio-edges-") as name:

@@ -11,7 +11,7 @@ from vomstudio.core.errors import VomError, from_dict
 
 @dataclass(frozen=True)
 class Stage:
-    """A stage begins; `total` counts its steps, None where they cannot be known."""
+    """Start of a stage; `total` is its number of steps, None if unknown."""
 
     job: int
     name: str
@@ -20,7 +20,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Step:
-    """`done` steps of the job's stage are complete."""
+    """Progress of the current stage: `done` steps are complete."""
 
     job: int
     done: int
@@ -28,7 +28,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Done:
-    """`result`: plain values on the wire; the supervisor tells of the job's own dataclass."""
+    """End of a job. The supervisor converts `result` to the job's dataclass."""
 
     job: int
     result: Any
@@ -36,7 +36,7 @@ class Done:
 
 @dataclass(frozen=True)
 class Failed:
-    """`error` is `VomError.to_dict()`; `exit_code` is that of the command."""
+    """Failure of a job: `error` as by `VomError.to_dict`, and the exit code of the command."""
 
     job: int
     error: dict[str, Any]
@@ -44,12 +44,12 @@ class Failed:
 
     @property
     def message(self) -> str:
-        """The message with its place in a file before it, as the window shows it."""
+        """Return the message as the window shows it, starting with the position in a file."""
         error = self.to_error()
         return error.message if error.file is None else str(error)
 
     def to_error(self) -> VomError:
-        """Return the error that the job ended with."""
+        """Return the error of the job."""
         return from_dict(self.error, self.exit_code)
 
     @property
@@ -60,8 +60,17 @@ class Failed:
 
 @dataclass(frozen=True)
 class Fault:
-    """A mistake of the program itself, whose trace is in the log; the job ends with an event of its
-    own. job: the one that was being done, 0 for none; what: a few words, see `Failure.what`."""
+    """Defect of the program; its traceback is in the log.
+
+    The job also ends with an event of its own.
+
+    Parameters
+    ----------
+    job : int
+        Number of the job that was running, 0 for none.
+    what : str
+        Short description, see `Failure.what`.
+    """
 
     job: int
     what: str
@@ -72,12 +81,12 @@ _KINDS: dict[str, type[Any]] = {cls.__name__: cls for cls in (Stage, Step, Done,
 
 
 def to_line(event: Event | Fault) -> str:
-    """One line of JSON, with its end."""
+    """Return an event as a line of JSON, with the line break."""
     return json.dumps({"event": type(event).__name__, **asdict(event)}, allow_nan=False) + "\n"
 
 
 def from_line(line: str) -> Event | Fault:
-    """Raises ValueError where the line is not an event."""
+    """Parse a line of JSON. Raises ValueError if it is not an event."""
     try:
         values = json.loads(line)
         event: Event | Fault = _KINDS[values.pop("event")](**values)

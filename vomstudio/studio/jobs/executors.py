@@ -1,4 +1,4 @@
-"""Executors of the work on many photos or tiles: threads of this process, or a Dask cluster."""
+"""Executors of work on many photos or tiles: threads of this process, or a Dask cluster."""
 
 from __future__ import annotations
 
@@ -18,15 +18,18 @@ from vomstudio.photogrammetry.base.memory import workers_at_once
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-# How often a part of the work may take a worker of a cluster down with it.
-_TRIES = 3
-# How long a cluster may be without any worker.
-_RESTART_S = 10.0
+# A part of the work may crash its worker this many times before the job fails.
+MAX_ATTEMPTS = 3
+# Maximum time without any worker in the cluster.
+MAX_RESTART_TIME_S = 10.0
 
 
 class Threads:
-    """An Executor of `count` threads. What it is given is native code that frees the GIL; threads
-    share the photos that they read, and one process is what a supervisor can kill."""
+    """Executor with a fixed number of threads.
+
+    The work is native code that releases the GIL. Threads share the photos that they read, and a
+    supervisor can kill them with their process.
+    """
 
     def __init__(self, count: int) -> None:
         self._count = count
@@ -52,14 +55,14 @@ class Threads:
             check()
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Do nothing: there are no resources."""
 
 
 class Cluster:
-    """An Executor on the workers of a Dask scheduler, which must have this version installed."""
+    """Executor on the workers of a Dask scheduler, which must have this version installed."""
 
     def __init__(self, address: str) -> None:
-        """Raises UsageError where Dask is not installed, or the scheduler does not answer."""
+        """Connect to a scheduler. Raises UsageError if Dask is missing or there is no answer."""
         try:
             import distributed
         except ImportError as error:
@@ -68,7 +71,7 @@ class Cluster:
                 field="--scheduler",
             ) from error
         for name in ("distributed", "distributed.client", "distributed.core", "tornado"):
-            # What it says of lost connections, in tracebacks, is said here in sentences.
+            # Lost connections are reported as errors below, not as tracebacks of distributed.
             logging.getLogger(name).setLevel(logging.CRITICAL)
         try:
             connect: Any = distributed.Client
@@ -87,7 +90,7 @@ class Cluster:
 
     @property
     def workers(self) -> int:
-        """Threads of all workers together."""
+        """Return the total number of threads of all workers."""
         return sum(self._client.nthreads().values())
 
     def map(
@@ -97,31 +100,36 @@ class Cluster:
         progress: Progress,
         needed: int = 0,
     ) -> Iterator[tuple[int, Result]]:
-        """See `Executor`. Raises WorkerError where the cluster loses its workers or the same
-        part again and again."""
+        """See `Executor`.
+
+        Raises
+        ------
+        WorkerError
+            If the cluster has lost its workers, or the same part of the work repeatedly fails.
+        """
         import distributed
 
-        lost = (distributed.KilledWorker, distributed.CancelledError)
+        worker_errors = (distributed.KilledWorker, distributed.CancelledError)
         done = 0
         progress.step(0)
         running: dict[Any, tuple[int, Item, int]] = {}
         numbered = enumerate(items)
-        heard = threading.Event()
+        completed = threading.Event()
 
         def submit(number: int, item: Item, tries: int = 1) -> None:
-            # A large item travels as data of its own, not inside the task's description.
+            # Large items are sent as data, not inside the description of the task.
             sent = self._client.scatter(item, direct=False, hash=False)
             future = self._client.submit(work, sent, pure=False)
             running[future] = (number, item, tries)
-            future.add_done_callback(lambda _: heard.set())
+            future.add_done_callback(lambda _: completed.set())
 
         try:
             for number, item in itertools.islice(numbered, self.workers + 1):
                 submit(number, item)
             while running:
-                # Not distributed.wait: it raises for all where one was lost with its worker.
-                heard.wait(CHECK_PERIOD_S)
-                heard.clear()
+                # `distributed.wait` would raise for all futures if one was lost with its worker.
+                completed.wait(CHECK_PERIOD_S)
+                completed.clear()
                 progress.step(done)
                 finished = [future for future in running if future.done()]
                 if not finished:
@@ -130,10 +138,10 @@ class Cluster:
                     number, item, tries = running.pop(future)
                     try:
                         result = future.result()
-                    except lost as error:
-                        # What a dead worker held is gone with it, and is sent again.
+                    except worker_errors as error:
+                        # The item was lost with its worker, and is sent again.
                         self._require_workers()
-                        if tries == _TRIES:
+                        if tries == MAX_ATTEMPTS:
                             raise WorkerError(
                                 Finding(
                                     "cluster.part-lost", tries=tries, error=type(error).__name__
@@ -154,8 +162,8 @@ class Cluster:
             raise WorkerError(Finding("cluster.workers-lost"))
 
     def _wait_for_workers(self) -> bool:
-        """A worker may just be starting, or starting again in place of one that died."""
-        end = time.monotonic() + _RESTART_S
+        """Wait for a worker: one may be starting, or restarting after a crash."""
+        end = time.monotonic() + MAX_RESTART_TIME_S
         while not self._threads():
             if self._client.status != "running" or time.monotonic() > end:
                 return False
@@ -170,12 +178,25 @@ class Cluster:
             return 0
 
     def close(self) -> None:
-        """Leave the scheduler."""
+        """Disconnect from the scheduler."""
         self._client.close()
 
 
 def make_executor(threads: int | None = None, scheduler: str | None = None) -> Executor:
-    """threads: None for as many as there are processors. Raises UsageError."""
+    """Create the executor of a scheduler, or of threads of this process.
+
+    Parameters
+    ----------
+    threads : int, optional
+        Number of threads, by default the number of processors.
+    scheduler : str, optional
+        Address of a Dask scheduler.
+
+    Raises
+    ------
+    UsageError
+        If the scheduler cannot be used.
+    """
     if scheduler is not None:
         return Cluster(scheduler)
     count = threads or PROCESSORS

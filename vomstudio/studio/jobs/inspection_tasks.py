@@ -1,5 +1,7 @@
-"""Jobs that read a reconstruction for inspection: small things as values, large as arrays in
-files. `out` is the reconstruction's folder, `into` the file for the arrays."""
+"""Jobs that read a reconstruction for inspection.
+
+In the requests, `out` is the folder of the reconstruction and `into` the file for the arrays.
+"""
 
 from __future__ import annotations
 
@@ -14,16 +16,27 @@ from vomstudio.studio.jobs.job import Job, Lane, Nothing
 
 
 @dataclass(frozen=True)
-class AlignmentIn:
-    """out : the reconstruction's folder"""
+class AlignmentRequest:
+    """Request for the overview of an alignment."""
 
     out: Path
 
 
 @dataclass(frozen=True)
 class AlignedPhoto:
-    """part : 0 for the model's own, None where it was not placed, for the `reason`; error_px :
-    median of its tie points; gps_m : by how much it misses its GPS position"""
+    """Photo of an alignment.
+
+    Parameters
+    ----------
+    part : int or None
+        Number of the component, 0 for that of the model; None if the photo was not aligned.
+    reason : str or None
+        Why it was not aligned.
+    error_px, largest_px : float or None
+        Median and largest reprojection error of its tie points, pixels.
+    gps_m : float or None
+        Distance from its GPS position, metres.
+    """
 
     name: str
     width: int
@@ -40,8 +53,19 @@ class AlignedPhoto:
 
 @dataclass(frozen=True)
 class AlignedCamera:
-    """values : of the parameters `names`; sigma, correlation : None where they are undetermined;
-    focal : "held" or how it was found; strongest : the pair that is hardest to tell apart"""
+    """Calibration of a camera.
+
+    Parameters
+    ----------
+    names, values : tuple
+        Parameters of the camera model.
+    sigma, correlation : tuple
+        Standard deviations and correlations, None for undetermined parameters.
+    focal : str
+        "held" or how the focal length was estimated.
+    strongest : (str, str, float) or None
+        The most strongly correlated pair of parameters.
+    """
 
     model: str
     names: tuple[str, ...]
@@ -58,7 +82,10 @@ class AlignedCamera:
 
 @dataclass(frozen=True)
 class AlignmentOverview:
-    """See `inspection.overview`. pairs : rows of two photos, matches tried and kept."""
+    """Overview of an alignment, see `inspection.overview`.
+
+    `pairs` contains rows of two photos, tentative matches and verified matches.
+    """
 
     folder: str | None
     photos: tuple[AlignedPhoto, ...]
@@ -75,20 +102,20 @@ class AlignmentOverview:
 NOTHING_ALIGNED = AlignmentOverview(None, (), (), 0, (), None, 0, False, None, {})
 
 
-def _alignment(asked: AlignmentIn, progress: Progress) -> AlignmentOverview:
+def _alignment(request: AlignmentRequest, progress: Progress) -> AlignmentOverview:
     from vomstudio.photogrammetry.inspect.inspection import overview
 
-    return serialisation.decode(AlignmentOverview, overview(asked.out))
+    return serialisation.decode(AlignmentOverview, overview(request.out))
 
 
 INSPECT_ALIGNMENT = Job(
-    "inspect_alignment", Lane.INSPECTION, AlignmentIn, AlignmentOverview, _alignment
+    "inspect_alignment", Lane.INSPECTION, AlignmentRequest, AlignmentOverview, _alignment
 )
 
 
 @dataclass(frozen=True)
-class PairIn:
-    """a, b : names of two photos"""
+class PairRequest:
+    """Request for the matches of the photos `a` and `b`."""
 
     out: Path
     into: Path
@@ -96,76 +123,76 @@ class PairIn:
     b: str
 
 
-def _pair(asked: PairIn, progress: Progress) -> Nothing:
+def _pair(request: PairRequest, progress: Progress) -> Nothing:
     import numpy as np
 
     from vomstudio.photogrammetry.inspect.inspection import pair
 
-    found = pair(asked.out, asked.a, asked.b)
+    matches = pair(request.out, request.a, request.b)
     np.savez(
-        asked.into,
-        left=found.left,
-        right=found.right,
-        matches=found.matches,
-        refused=found.refused,
+        request.into,
+        left=matches.left,
+        right=matches.right,
+        matches=matches.matches,
+        refused=matches.refused,
     )
     return Nothing()
 
 
-INSPECT_PAIR = Job("inspect_pair", Lane.INSPECTION, PairIn, Nothing, _pair)
-"""The features and matches of two photos."""
+INSPECT_PAIR = Job("inspect_pair", Lane.INSPECTION, PairRequest, Nothing, _pair)
+"""Read the features and matches of two photos."""
 
 
 @dataclass(frozen=True)
-class PhotoIn:
-    """name : of a photo"""
+class PhotoRequest:
+    """Request for data of a photo."""
 
     out: Path
     into: Path
     name: str
 
 
-def _residuals(asked: PhotoIn, progress: Progress) -> Nothing:
+def _residuals(request: PhotoRequest, progress: Progress) -> Nothing:
     import numpy as np
 
     from vomstudio.photogrammetry.inspect.inspection import residual_vectors
 
-    pixels, vectors = residual_vectors(asked.out, asked.name)
-    np.savez(asked.into, pixels=pixels, vectors=vectors)
+    pixels, vectors = residual_vectors(request.out, request.name)
+    np.savez(request.into, pixels=pixels, vectors=vectors)
     return Nothing()
 
 
-INSPECT_RESIDUALS = Job("inspect_residuals", Lane.INSPECTION, PhotoIn, Nothing, _residuals)
-"""The residual vectors of a photo."""
+INSPECT_RESIDUALS = Job("inspect_residuals", Lane.INSPECTION, PhotoRequest, Nothing, _residuals)
+"""Read the residual vectors of a photo."""
 
 
 @dataclass(frozen=True)
 class DepthFacts:
-    """low, high : ends of the colours; coverage : share of the pixels that have a depth"""
+    """Range of the colours of a depth picture, and the share of pixels with a depth."""
 
     low: float
     high: float
     coverage: float
 
 
-def _depths(asked: PhotoIn, progress: Progress) -> DepthFacts:
+def _depths(request: PhotoRequest, progress: Progress) -> DepthFacts:
     import numpy as np
 
     from vomstudio.photogrammetry.inspect.inspection import depth_pictures
 
-    made = depth_pictures(asked.out, asked.name)
+    depths = depth_pictures(request.out, request.name)
     np.savez(
-        asked.into,
-        photo=made.photo,
-        depth=made.depth,
-        colors=made.colors,
-        confidence=made.confidence,
-        normals=made.normals,
+        request.into,
+        photo=depths.photo,
+        depth=depths.depth,
+        colors=depths.colors,
+        confidence=depths.confidence,
+        normals=depths.normals,
     )
-    return DepthFacts(made.low, made.high, made.coverage)
+    return DepthFacts(depths.low, depths.high, depths.coverage)
 
 
-INSPECT_DEPTHS = Job("inspect_depths", Lane.INSPECTION, PhotoIn, DepthFacts, _depths)
-"""The depth map of a photo as pictures."""
+INSPECT_DEPTHS = Job("inspect_depths", Lane.INSPECTION, PhotoRequest, DepthFacts, _depths)
+"""Write the depth map of a photo as pictures."""
 
 JOBS = (INSPECT_ALIGNMENT, INSPECT_PAIR, INSPECT_RESIDUALS, INSPECT_DEPTHS)

@@ -1,4 +1,4 @@
-"""A job of a worker: its name, request, result, and the function that does it."""
+"""Job of a worker: name, request, result, and the function that runs it."""
 
 from __future__ import annotations
 
@@ -16,8 +16,10 @@ Result = TypeVar("Result")
 
 
 class Lane(enum.Enum):
-    """Jobs of one lane follow one another in one process; lanes run beside each other, so that
-    reading a model never waits for a reconstruction."""
+    """Queue of jobs that run one after another in one process.
+
+    Lanes run in parallel, so that reading a model never waits for a reconstruction.
+    """
 
     MODELS = "models"
     FILES = "files"
@@ -29,14 +31,19 @@ class Lane(enum.Enum):
 
 @dataclass(frozen=True)
 class Nothing:
-    """Of a job that is asked nothing, or that answers by being done."""
+    """Request without parameters, or result without values."""
 
 
 @dataclass(frozen=True)
 class Job(Generic[Request, Result]):
-    """`request` and `result` are dataclasses of what fits into JSON, see `serialisation`.
+    """Job of a worker.
 
-    smaller : what to change where memory is short, a sentence for `tr`; "" where nothing can be
+    `request` and `result` are dataclasses that can be converted to JSON, see `serialisation`.
+
+    Parameters
+    ----------
+    smaller : str
+        What to change if there is not enough memory, a sentence for `tr`; "" for no advice.
     """
 
     name: str
@@ -46,13 +53,18 @@ class Job(Generic[Request, Result]):
     do: Callable[[Request, Progress], Result]
     smaller: str = ""
 
-    def carry_out(self, args: Any, progress: Progress) -> Any:
-        """In the worker: plain values in, plain values out. Raises WorkerError where they do not
-        fit, and what the work raises."""
+    def run_plain(self, args: Any, progress: Progress) -> Any:
+        """Run the job in the worker, with plain values as input and output.
+
+        Raises
+        ------
+        WorkerError
+            If the values cannot be converted; also every error of the job itself.
+        """
         return serialisation.encode(self.do(serialisation.decode(self.request, args), progress))
 
-    def if_memory_is_short(self) -> str:
-        """What to do about it, in a sentence."""
+    def memory_advice(self) -> str:
+        """Return what to do if there is not enough memory."""
         if self.smaller:
             return tr(self.smaller)
         return tr("Close other programs and try again.")

@@ -1,4 +1,4 @@
-"""The job that writes the GIS layers of a project. The window submits it after every edit."""
+"""Job that writes the GIS layers of a project; the window submits it after every edit."""
 
 from __future__ import annotations
 
@@ -10,19 +10,21 @@ from vomstudio.studio.jobs.job import Job, Lane, Nothing
 
 
 @dataclass(frozen=True)
-class LayersOrder:
-    """The GIS layers of the project in `folder` go to its `project.gpkg`."""
+class LayersRequest:
+    """Request to write the GIS layers of the project in `folder` to its `project.gpkg`."""
 
     folder: Path
 
 
-def _write_layers(asked: LayersOrder, progress: Progress) -> Nothing:
+def _write_layers(request: LayersRequest, progress: Progress) -> Nothing:
     from vomstudio.project.exports.export import export_project
 
-    export_project(asked.folder, "gpkg", asked.folder / "project.gpkg", with_map=False, force=True)
+    export_project(
+        request.folder, "gpkg", request.folder / "project.gpkg", with_map=False, force=True
+    )
     return Nothing()
 
 
-WRITE_LAYERS = Job("write_layers", Lane.FILES, LayersOrder, Nothing, _write_layers)
+WRITE_LAYERS = Job("write_layers", Lane.FILES, LayersRequest, Nothing, _write_layers)
 
 JOBS = (WRITE_LAYERS,)

@@ -13,13 +13,13 @@ from vomstudio.geometry.registrations import Registration
 from vomstudio.geometry.units import WORLD, Axes
 from vomstudio.studio.jobs.job import Job, Lane, Nothing
 
-_TILES = to_translate("Divide the model into tiles, or close other programs.")
+MEMORY_ADVICE = to_translate("Divide the model into tiles, or close other programs.")
 
 Matrix = tuple[tuple[float, ...], ...]
-"""Rows of 4 x 4, as a model's `to_world` is written down."""
+"""Rows of a 4 x 4 matrix, as stored in a model's `to_world`."""
 
 
-def _warm(asked: Nothing, progress: Progress) -> Nothing:
+def _warm(request: Nothing, progress: Progress) -> Nothing:
     import laspy  # noqa: F401
     import lazrs  # noqa: F401
     import pyproj  # noqa: F401
@@ -38,7 +38,7 @@ IMPORT_LIBRARIES = Job("warm", Lane.MODELS, Nothing, Nothing, _warm)
 _PACKAGE = Path(__file__).resolve().parents[2]
 
 
-def _compile_kernels(asked: Nothing, progress: Progress) -> Nothing:
+def _compile_kernels(request: Nothing, progress: Progress) -> Nothing:
     import importlib
     import os
     import pkgutil
@@ -63,7 +63,7 @@ each, and not when somebody waits for them."""
 
 @dataclass(frozen=True)
 class ModelFile:
-    """path : of the model; cache : the folder below which it is kept at hand"""
+    """Request to read the model `path`, which is cached below the folder `cache`."""
 
     path: Path
     cache: Path
@@ -71,8 +71,17 @@ class ModelFile:
 
 @dataclass(frozen=True)
 class CachedModel:
-    """folder : in the cache, from where it is read; crs and content_hash : the file's own;
-    resolution : usual spacing, None where there is none"""
+    """Model in the cache.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder in the cache.
+    crs, content_hash : str
+        CRS and hash of the file.
+    resolution : float or None
+        Typical spacing in the unit of the file, None if unknown.
+    """
 
     folder: Path
     kind: Literal["mesh", "cloud"]
@@ -82,12 +91,12 @@ class CachedModel:
     resolution: float | None
 
 
-def _load_model(asked: ModelFile, progress: Progress) -> CachedModel:
+def _load_model(request: ModelFile, progress: Progress) -> CachedModel:
     from vomstudio.io.models import model_cache
     from vomstudio.io.models.opening import resolution
 
-    kept = model_cache.folder_of(asked.path, asked.cache)
-    loaded, folder = model_cache.load_into(asked.path, kept, progress)
+    cached_folder = model_cache.folder_of(request.path, request.cache)
+    loaded, folder = model_cache.load_into(request.path, cached_folder, progress)
     spacing = loaded.resolution
     if spacing is None:
         spacing = resolution(loaded.data)
@@ -101,13 +110,13 @@ def _load_model(asked: ModelFile, progress: Progress) -> CachedModel:
     )
 
 
-LOAD_MODEL = Job("load_model", Lane.MODELS, ModelFile, CachedModel, _load_model, _TILES)
+LOAD_MODEL = Job("load_model", Lane.MODELS, ModelFile, CachedModel, _load_model, MEMORY_ADVICE)
 """Read a model into a cache folder, from where the window reads it."""
 
 
 @dataclass(frozen=True)
-class PreviewOrder:
-    """out : the file into which the points go"""
+class PreviewRequest:
+    """Request to write a sample of the points of a cloud to `out`."""
 
     path: Path
     out: Path
@@ -115,17 +124,17 @@ class PreviewOrder:
 
 @dataclass(frozen=True)
 class PreviewPoints:
-    """points : how many, 0 where the file has no quick look"""
+    """Number of points in the preview, 0 if the file offers none."""
 
     points: int
 
 
-def _preview_model(asked: PreviewOrder, progress: Progress) -> PreviewPoints:
+def _preview_model(request: PreviewRequest, progress: Progress) -> PreviewPoints:
     import numpy as np
 
     from vomstudio.io.models.preview import preview
 
-    cloud = preview(asked.path)
+    cloud = preview(request.path)
     if cloud is None:
         return PreviewPoints(0)
     arrays: dict[str, Any] = {"points": cloud.points}
@@ -134,14 +143,14 @@ def _preview_model(asked: PreviewOrder, progress: Progress) -> PreviewPoints:
     for name, values in cloud.fields.items():
         if "intensity" in name.lower():
             arrays["intensity"] = values
-    np.savez(asked.out, **arrays)
+    np.savez(request.out, **arrays)
     return PreviewPoints(len(cloud.points))
 
 
 PREVIEW_MODEL = Job(
-    "preview_model", Lane.MODELS, PreviewOrder, PreviewPoints, _preview_model, _TILES
+    "preview_model", Lane.MODELS, PreviewRequest, PreviewPoints, _preview_model, MEMORY_ADVICE
 )
-"""Write points spread over a cloud as arrays."""
+"""Write a sample of a cloud's points as arrays."""
 
 
 @dataclass(frozen=True)
@@ -180,7 +189,7 @@ def _copy_model(request: ModelCopy, progress: Progress) -> CopiedModel:
     return CopiedModel(copy)
 
 
-COPY_MODEL = Job("copy_model", Lane.FILES, ModelCopy, CopiedModel, _copy_model, _TILES)
+COPY_MODEL = Job("copy_model", Lane.FILES, ModelCopy, CopiedModel, _copy_model, MEMORY_ADVICE)
 
 
 @dataclass(frozen=True)
@@ -209,7 +218,7 @@ def _convert_model(request: ModelConversion, progress: Progress) -> ConvertedMod
 
 
 CONVERT_MODEL = Job(
-    "convert_model", Lane.FILES, ModelConversion, ConvertedModel, _convert_model, _TILES
+    "convert_model", Lane.FILES, ModelConversion, ConvertedModel, _convert_model, MEMORY_ADVICE
 )
 """Write a copy of a model in another CRS."""
 
@@ -264,7 +273,9 @@ def _export_model(request: ModelExport, progress: Progress) -> ExportedModel:
     return ExportedModel(tuple(warnings))
 
 
-EXPORT_MODEL = Job("export_model", Lane.PRODUCTS, ModelExport, ExportedModel, _export_model, _TILES)
+EXPORT_MODEL = Job(
+    "export_model", Lane.PRODUCTS, ModelExport, ExportedModel, _export_model, MEMORY_ADVICE
+)
 
 
 @dataclass(frozen=True)
@@ -320,8 +331,8 @@ def _cut_model(request: ModelCut, progress: Progress) -> CutModel:
     return CutModel(path, tuple(warnings))
 
 
-CUT_MODEL = Job("cut_model", Lane.FILES, ModelCut, CutModel, _cut_model, _TILES)
-"""Write a piece of a model as a model of its own."""
+CUT_MODEL = Job("cut_model", Lane.FILES, ModelCut, CutModel, _cut_model, MEMORY_ADVICE)
+"""Write a part of a model as a new model."""
 
 JOBS = (
     IMPORT_LIBRARIES,

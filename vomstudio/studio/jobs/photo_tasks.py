@@ -1,4 +1,4 @@
-"""Jobs on photos: listing, survey check, import of what lies beside them."""
+"""Jobs on photos: listing, survey check, import of companion files."""
 
 from __future__ import annotations
 
@@ -21,9 +21,16 @@ from vomstudio.studio.jobs.job import Job, Lane
 
 
 @dataclass(frozen=True)
-class PhotosIn:
-    """photos : their folder; cache : thumbnails are kept below it; masks : by photo, in place of
-    those that lie beside the photos, None for those"""
+class PhotosRequest:
+    """Request about a folder of photos.
+
+    Parameters
+    ----------
+    cache : Path
+        Folder below which thumbnails are stored.
+    masks : mapping of str to Path, optional
+        Mask of each photo by its name, by default the masks beside the photos.
+    """
 
     photos: Path
     cache: Path
@@ -32,8 +39,15 @@ class PhotosIn:
 
 @dataclass(frozen=True)
 class ListedPhoto:
-    """What a photo says of itself. place : (x, y) metres in plan; looks : unit (dx, dy), each None
-    where it is not known"""
+    """Metadata of a photo.
+
+    Parameters
+    ----------
+    place : (float, float) or None
+        Position in plan view, metres.
+    looks : (float, float) or None
+        Unit vector of the viewing direction in plan view.
+    """
 
     name: str
     path: str
@@ -48,29 +62,29 @@ class ListedPhoto:
     place: tuple[float, float] | None
     looks: tuple[float, float] | None
     found_sha256: str
-    """Of the file of its mask, "" without one."""
+    """Hash of its mask file, "" without a mask."""
 
 
 @dataclass(frozen=True)
 class PhotoList:
-    """left_out : sentences on what is no usable photo"""
+    """Photos of a folder; `left_out` contains why other files are not usable photos."""
 
     rows: tuple[ListedPhoto, ...]
     left_out: tuple[Finding, ...]
 
 
-def _list_photos(asked: PhotosIn, progress: Progress) -> PhotoList:
+def _list_photos(request: PhotosRequest, progress: Progress) -> PhotoList:
     from vomstudio.io.photos.pixels import thumbnail
     from vomstudio.io.photos.reading import read_photos
     from vomstudio.photogrammetry.survey.camera_positions import metres_from_gps
 
-    found = read_photos(asked.photos, progress)
-    thumbnails = asked.cache / "thumbnails"
+    survey = read_photos(request.photos, progress)
+    thumbnails = request.cache / "thumbnails"
     make_folder(thumbnails)
-    places = metres_from_gps(found.photos)
-    progress.stage(tr("Making thumbnails"), len(found.photos))
+    places = metres_from_gps(survey.photos)
+    progress.stage(tr("Making thumbnails"), len(survey.photos))
     rows = []
-    for number, photo in enumerate(found.photos):
+    for number, photo in enumerate(survey.photos):
         progress.step(number)
         looks = None
         if photo.yaw_deg is not None and (photo.pitch_deg is None or photo.pitch_deg > -80):
@@ -88,16 +102,16 @@ def _list_photos(asked: PhotosIn, progress: Progress) -> PhotoList:
                 taken="" if photo.taken_at is None else photo.taken_at.isoformat(" ", "seconds"),
                 has_gps=photo.latitude_deg is not None,
                 mask=None if photo.mask is None else str(photo.mask),
-                thumbnail=_keep_thumbnail(photo, thumbnails, thumbnail),
+                thumbnail=_cache_thumbnail(photo, thumbnails, thumbnail),
                 place=(east, north) if math.isfinite(east) else None,
                 looks=looks,
                 found_sha256="" if photo.mask is None else _sha256(photo.mask),
             )
         )
     left_out = [
-        Finding("photo.left-out", photo=name, reason=reason) for name, reason in found.skipped
+        Finding("photo.left-out", photo=name, reason=reason) for name, reason in survey.skipped
     ]
-    return PhotoList(tuple(rows), (*left_out, *found.warnings))
+    return PhotoList(tuple(rows), (*left_out, *survey.warnings))
 
 
 def _sha256(path: Path) -> str:
@@ -114,8 +128,8 @@ def _focal(photo: Any) -> str:
     return f"{photo.focal_mm:g} mm"
 
 
-def _keep_thumbnail(photo: Any, folder: Path, thumbnail: Callable[..., Any]) -> str | None:
-    """The file of a small picture that is kept between sessions; None where there is none."""
+def _cache_thumbnail(photo: Any, folder: Path, thumbnail: Callable[..., Any]) -> str | None:
+    """Return the stored thumbnail of a photo, None if it cannot be created."""
     from PIL import Image
 
     status = photo.path.stat()
@@ -129,26 +143,37 @@ def _keep_thumbnail(photo: Any, folder: Path, thumbnail: Callable[..., Any]) -> 
     return str(out)
 
 
-_FEWER = to_translate("Leave out the largest photos, or close other programs.")
-LIST_PHOTOS = Job("list_photos", Lane.PHOTOS, PhotosIn, PhotoList, _list_photos, _FEWER)
-"""What the photos of a folder say of themselves."""
+MEMORY_ADVICE = to_translate("Leave out the largest photos, or close other programs.")
+LIST_PHOTOS = Job("list_photos", Lane.PHOTOS, PhotosRequest, PhotoList, _list_photos, MEMORY_ADVICE)
+"""Read the metadata of the photos of a folder."""
 
 
-def _check_photos(asked: PhotosIn, progress: Progress) -> SurveyReport:
+def _check_photos(request: PhotosRequest, progress: Progress) -> SurveyReport:
     from vomstudio.io.photos.reading import read_photos
     from vomstudio.photogrammetry.survey.check import check_photos
 
-    return check_photos(read_photos(asked.photos).with_masks(asked.masks), progress=progress)
+    return check_photos(read_photos(request.photos).with_masks(request.masks), progress=progress)
 
 
-CHECK_PHOTOS = Job("check_photos", Lane.PHOTOS, PhotosIn, SurveyReport, _check_photos, _FEWER)
-"""The survey check of a folder of photos, as `vomstudio check` prints it."""
+CHECK_PHOTOS = Job(
+    "check_photos", Lane.PHOTOS, PhotosRequest, SurveyReport, _check_photos, MEMORY_ADVICE
+)
+"""Check the photos of a folder, as `vomstudio check` does."""
 
 
 @dataclass(frozen=True)
 class SidecarImport:
-    """What lies beside the photos called `names`: tables, and masks, file by photo, which are kept
-    in the folder `project`"""
+    """Request to import companion files of the photos `names` into the project.
+
+    Parameters
+    ----------
+    project : Path
+        Folder in which masks are stored.
+    control, marks : Path or None
+        Tables of control points and of their marks.
+    masks : mapping of str to Path
+        Mask files by photo.
+    """
 
     project: Path
     control: Path | None
@@ -157,18 +182,18 @@ class SidecarImport:
     names: tuple[str, ...]
 
 
-def _import_sidecars(asked: SidecarImport, progress: Progress) -> Beside:
+def _import_sidecars(request: SidecarImport, progress: Progress) -> Beside:
     from vomstudio.project.imports.sidecar_import import read_beside
 
-    progress.stage(tr("Importing points and masks"), len(asked.masks))
+    progress.stage(tr("Importing points and masks"), len(request.masks))
     return read_beside(
-        asked.project, asked.control, asked.marks, asked.masks, asked.names, progress
+        request.project, request.control, request.marks, request.masks, request.names, progress
     )
 
 
 IMPORT_SIDECARS = Job(
-    "take_in_photos", Lane.PHOTOS, SidecarImport, Beside, _import_sidecars, _FEWER
+    "take_in_photos", Lane.PHOTOS, SidecarImport, Beside, _import_sidecars, MEMORY_ADVICE
 )
-"""What lies beside photos, to become records."""
+"""Read companion files of photos as records."""
 
 JOBS = (LIST_PHOTOS, CHECK_PHOTOS, IMPORT_SIDECARS)

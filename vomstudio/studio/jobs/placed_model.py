@@ -1,4 +1,4 @@
-"""A model and how it stands in World, as jobs are told of it."""
+"""Models with their placement, as input of jobs."""
 
 from __future__ import annotations
 
@@ -17,9 +17,20 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class StandingModel:
-    """A model `path`, called `name`, kept at hand under `cache`, and how it stands in World, `crs`,
-    None for a local frame. registration : by which it stands there, None for a stated frame."""
+class PlacedModel:
+    """Model with its placement in World.
+
+    Parameters
+    ----------
+    cache : Path
+        Folder below which the model is cached.
+    to_world : Matrix
+        Matrix from the frame of the file to World.
+    crs : str or None
+        CRS of World, None for a local frame.
+    registration : Registration, optional
+        Registration that places the model; None for a declared frame.
+    """
 
     name: str
     path: Path
@@ -29,15 +40,15 @@ class StandingModel:
     registration: Registration | None = None
 
 
-def read_standing(one: StandingModel, progress: Progress) -> LoadedModel:
-    """Its data in its own frame."""
+def read_in_file_frame(model: PlacedModel, progress: Progress) -> LoadedModel:
+    """Return the model in the frame of its file."""
     from vomstudio.io.models import model_cache
 
-    return model_cache.load(one.path, model_cache.folder_of(one.path, one.cache), progress)
+    return model_cache.load(model.path, model_cache.folder_of(model.path, model.cache), progress)
 
 
-def in_world(one: StandingModel, progress: Progress) -> Mesh | PointCloud:
-    """Its data as it stands in World, m."""
+def load_in_world(model: PlacedModel, progress: Progress) -> Mesh | PointCloud:
+    """Return the model in World, metres."""
     from vomstudio.geometry.model_transform import moved
 
-    return moved(read_standing(one, progress).data, one.to_world)
+    return moved(read_in_file_frame(model, progress).data, model.to_world)

@@ -1,4 +1,4 @@
-"""Jobs that make products of a project: orthophotos, elevation models."""
+"""Jobs that create products of a project: orthophotos, elevation models."""
 
 from __future__ import annotations
 
@@ -20,14 +20,26 @@ from vomstudio.products.ortho import (
 from vomstudio.studio.jobs.job import Job, Lane
 from vomstudio.studio.jobs.model_tasks import Matrix
 
-_COARSER = to_translate("Choose larger pixels or a smaller part, or close other programs.")
+MEMORY_ADVICE = to_translate("Choose larger pixels or a smaller part, or close other programs.")
 
 
 @dataclass(frozen=True)
-class OrthophotoOrder:
-    """Of the model `path`, kept at hand under `cache`. crs, gsd, region and sheet may be None.
-    draw : folder of the project whose features are drawn, None for none; parts : which of
-    `interpretation.PARTS`; domain : the only one that is not grey, of the project in a folder"""
+class OrthophotoRequest:
+    """Request for an orthophoto of a model.
+
+    Parameters
+    ----------
+    path, cache : Path
+        Model file, and the folder below which it is cached.
+    crs, gsd, region, sheet
+        See `write_orthophoto`; None for the defaults.
+    draw : Path, optional
+        Folder of the project whose features are drawn.
+    parts : tuple of str
+        Which of `interpretation.PARTS` are drawn.
+    domain : (Path, str), optional
+        Project and the domain that is not greyed out.
+    """
 
     path: Path
     cache: Path
@@ -45,8 +57,17 @@ class OrthophotoOrder:
 
 @dataclass(frozen=True)
 class WrittenOrthophoto:
-    """unit : of gsd_m, "m", or "units" where the scale is not known; coverage : share, 0 to 1;
-    drawing : files of the features"""
+    """Orthophoto that was written.
+
+    Parameters
+    ----------
+    unit : {"m", "units"}
+        Unit of `gsd_m`, "units" if the scale is unknown.
+    coverage : float
+        Share of the pixels that show the model, 0 to 1.
+    drawing : tuple of Path
+        Files of the features.
+    """
 
     image: Path
     sheet: Path | None
@@ -59,56 +80,56 @@ class WrittenOrthophoto:
     warnings: tuple[Finding, ...]
 
 
-def _orthophoto(asked: OrthophotoOrder, progress: Progress) -> WrittenOrthophoto:
+def _orthophoto(request: OrthophotoRequest, progress: Progress) -> WrittenOrthophoto:
     from vomstudio.io.models import model_cache
 
     features, only, items = None, None, tuple[interpretation.Item, ...]()
-    if asked.domain is not None:
-        items = interpretation.read_items(asked.domain[0])
-        only = domain_mask.territory(items, asked.domain[1])
-    if asked.draw is not None:
-        shown = interpretation.read_items(asked.draw) if only is None else only.features(items)
-        features = interpretation.items_shown(shown, asked.parts)
-    folder = model_cache.folder_of(asked.path, asked.cache)
-    loaded = model_cache.load(asked.path, folder, progress)
+    if request.domain is not None:
+        items = interpretation.read_items(request.domain[0])
+        only = domain_mask.territory(items, request.domain[1])
+    if request.draw is not None:
+        shown = interpretation.read_items(request.draw) if only is None else only.features(items)
+        features = interpretation.items_shown(shown, request.parts)
+    folder = model_cache.folder_of(request.path, request.cache)
+    loaded = model_cache.load(request.path, folder, progress)
     plan = planning.plan(
-        loaded.data, asked.view, to_world=asked.to_world, gsd=asked.gsd, region=asked.region
+        loaded.data, request.view, to_world=request.to_world, gsd=request.gsd, region=request.region
     )
-    made = orthophoto.write_orthophoto(
+    result = orthophoto.write_orthophoto(
         loaded.data,
         plan,
-        asked.out,
-        crs=asked.crs,
-        model=str(asked.path),
+        request.out,
+        crs=request.crs,
+        model=str(request.path),
         content_hash=loaded.content_hash,
-        sheet=asked.sheet,
+        sheet=request.sheet,
         force=True,
         progress=progress,
         features=features,
-        legend=interpretation.LEGEND in asked.parts,
+        legend=interpretation.LEGEND in request.parts,
         only=None if only is None else only.seen_in(items, plan),
     )
     return WrittenOrthophoto(
-        image=Path(made.image),
-        sheet=None if made.sheet is None else Path(made.sheet),
+        image=Path(result.image),
+        sheet=None if result.sheet is None else Path(result.sheet),
         width=plan.grid.width,
         height=plan.grid.height,
         gsd_m=plan.grid.gsd,
         unit="m" if plan.view.metric else "units",
-        coverage=made.coverage,
-        drawing=tuple(made.drawing.values()),
-        warnings=tuple(made.warnings),
+        coverage=result.coverage,
+        drawing=tuple(result.drawing.values()),
+        warnings=tuple(result.warnings),
     )
 
 
 ORTHOPHOTO = Job(
-    "orthophoto", Lane.PRODUCTS, OrthophotoOrder, WrittenOrthophoto, _orthophoto, _COARSER
+    "orthophoto", Lane.PRODUCTS, OrthophotoRequest, WrittenOrthophoto, _orthophoto, MEMORY_ADVICE
 )
 
 
 @dataclass(frozen=True)
-class ElevationOrder:
-    """Elevation model of the model `path`, whose cache is in the folder `cache`. crs : of World"""
+class ElevationRequest:
+    """Request for an elevation model of the model `path`; `cache` and `crs` as elsewhere."""
 
     path: Path
     cache: Path
@@ -121,7 +142,7 @@ class ElevationOrder:
     out: Path
 
 
-def _elevation(asked: ElevationOrder, progress: Progress) -> WrittenElevation:
+def _elevation(request: ElevationRequest, progress: Progress) -> WrittenElevation:
     import numpy as np
 
     from vomstudio.geometry.model_transform import moved
@@ -130,34 +151,36 @@ def _elevation(asked: ElevationOrder, progress: Progress) -> WrittenElevation:
     from vomstudio.products.elevation.heights import draw_heights
     from vomstudio.products.elevation.planning import plan_heights, reference_plane
 
-    folder = model_cache.folder_of(asked.path, asked.cache)
-    loaded = model_cache.load(asked.path, folder, progress)
-    data = moved(loaded.data, asked.to_world)
-    options = asked.options
+    folder = model_cache.folder_of(request.path, request.cache)
+    loaded = model_cache.load(request.path, folder, progress)
+    data = moved(loaded.data, request.to_world)
+    options = request.options
     plan = plan_heights(
         data,
         reference_plane(options.plane),
         to_world=np.eye(4),
         gsd=options.gsd_m,
-        metric=asked.metric,
+        metric=request.metric,
     )
     heights, limit = draw_heights(data, plan, options.limit_m, progress)
     progress.stage(tr("Writing the elevation model"))
     return writing.write_elevation(
         heights,
         plan,
-        writing.figures_of(heights, plan, limit, asked.crs),
-        asked.out,
-        files=asked.files,
-        world=asked.crs,
-        north_known=asked.north_known,
-        model=str(asked.path),
+        writing.figures_of(heights, plan, limit, request.crs),
+        request.out,
+        files=request.files,
+        world=request.crs,
+        north_known=request.north_known,
+        model=str(request.path),
         content_hash=loaded.content_hash,
         warnings=(*loaded.warnings, *plan.notes),
         force=True,
     )
 
 
-ELEVATION = Job("elevation", Lane.PRODUCTS, ElevationOrder, WrittenElevation, _elevation, _COARSER)
+ELEVATION = Job(
+    "elevation", Lane.PRODUCTS, ElevationRequest, WrittenElevation, _elevation, MEMORY_ADVICE
+)
 
 JOBS = (ORTHOPHOTO, ELEVATION)

@@ -1,4 +1,4 @@
-"""Jobs that propose lines on one model."""
+"""Jobs that propose traces on a model."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.progress import Progress
 from vomstudio.extraction.trace_options import ProposalOptions
 from vomstudio.studio.jobs.job import Job, Lane
-from vomstudio.studio.jobs.placed_model import StandingModel, in_world
+from vomstudio.studio.jobs.placed_model import PlacedModel, load_in_world
 
 
 @dataclass(frozen=True)
-class EdgesOrder:
-    """network : an ONNX file; out : the folder for the pictures of edges"""
+class EdgesRequest:
+    """Request for edges by the ONNX file `network`; `out` is the folder for the edge pictures."""
 
     network: Path
     pictures: tuple[Path, ...]
@@ -25,34 +25,38 @@ class EdgesOrder:
 
 @dataclass(frozen=True)
 class FoundEdges:
-    """pictures : of edges, in the order of the others"""
+    """Edge pictures in the order of the input pictures."""
 
     pictures: tuple[Path, ...]
 
 
-def _find_edges(order: EdgesOrder, progress: Progress) -> FoundEdges:
+def _find_edges(request: EdgesRequest, progress: Progress) -> FoundEdges:
     from vomstudio.extraction.proposals.edge_pictures import write_edges
 
-    return FoundEdges(tuple(write_edges(order.network, order.pictures, order.out, progress)))
+    return FoundEdges(tuple(write_edges(request.network, request.pictures, request.out, progress)))
 
 
-FIND_EDGES = Job("find_edges", Lane.PRODUCTS, EdgesOrder, FoundEdges, _find_edges)
+FIND_EDGES = Job("find_edges", Lane.PRODUCTS, EdgesRequest, FoundEdges, _find_edges)
 
 
 @dataclass(frozen=True)
-class TracesOrder:
-    """Order for proposing lines on a model; out : file for the lines"""
+class TracesRequest:
+    """Request for trace proposals on a model; `out` is the file for the traces."""
 
-    model: StandingModel
+    model: PlacedModel
     options: ProposalOptions
     out: Path
 
 
 @dataclass(frozen=True)
 class FoundTraces:
-    """count lines, the least doubtful first, in `out`: places (n, 3) in the frame of the model's
-    file, those of line i from cuts[i] to cuts[i + 1]; length_m, evidence, doubt, resolution (file
-    units, NaN where unknown) and outcrop_normal (3,) (file frame, NaN) of each"""
+    """Proposed traces, the most reliable first.
+
+    The file `out` contains `places` (n, 3) in the frame of the model's file, those of trace i
+    from `cuts[i]` to `cuts[i + 1]`, and for each trace `length_m`, `evidence`, `doubt`,
+    `resolution` (file units, NaN if unknown) and `outcrop_normal` (3,) (file frame, NaN if
+    unknown).
+    """
 
     count: int
     cost: str
@@ -62,7 +66,7 @@ class FoundTraces:
     out: Path
 
 
-def _propose(order: TracesOrder, progress: Progress) -> FoundTraces:
+def _propose(request: TracesRequest, progress: Progress) -> FoundTraces:
     import numpy as np
 
     from vomstudio.extraction.followed_trace import near_surface
@@ -72,59 +76,66 @@ def _propose(order: TracesOrder, progress: Progress) -> FoundTraces:
     from vomstudio.geometry import transform
     from vomstudio.io.models.opening import resolution
 
-    data = in_world(order.model, progress)
-    spacing, network = resolution(data), order.options.onnx_model
+    data = load_in_world(request.model, progress)
+    spacing, network = resolution(data), request.options.onnx_model
     if network is not None:
         file = Path(network)
         data = wearing_edges(
             data,
             spacing,
             lambda pictures, out: write_edges(file, pictures, out, progress),
-            order.out.with_suffix(""),
+            request.out.with_suffix(""),
         )
     surface = SurfaceGraph(data)
-    found = propose_traces(
+    result = propose_traces(
         surface,
-        order.options,
+        request.options,
         resolution=spacing,
-        model=order.model.name,
-        frame=order.model.crs or "local",
+        model=request.model.name,
+        frame=request.model.crs or "local",
         progress=progress,
     )
-    back = transform.invert(transform.matrix(order.model.to_world))
-    scale = transform.scale_of(order.model.to_world)
-    near = near_surface(surface) if found.proposals else None
-    own = [near.resolution_near(one.points) if near else None for one in found.proposals]
-    faces = [near.outcrop_normal(one.points) if near else None for one in found.proposals]
-    turn = scale * back[:3, :3]
+    to_file = transform.invert(transform.matrix(request.model.to_world))
+    scale = transform.scale_of(request.model.to_world)
+    surface_measures = near_surface(surface) if result.proposals else None
+    resolutions = [
+        surface_measures.resolution_near(proposal.points) if surface_measures else None
+        for proposal in result.proposals
+    ]
+    faces = [
+        surface_measures.outcrop_normal(proposal.points) if surface_measures else None
+        for proposal in result.proposals
+    ]
+    turn = scale * to_file[:3, :3]
     unknown = np.full(3, np.nan)
     arrays: dict[str, Any] = {
         "places": transform.apply(
-            back, np.concatenate([*(one.points for one in found.proposals), np.zeros((0, 3))])
+            to_file,
+            np.concatenate([*(proposal.points for proposal in result.proposals), np.zeros((0, 3))]),
         ),
-        "cuts": np.cumsum([0, *(len(one.points) for one in found.proposals)]),
-        "length_m": np.array([one.length_m for one in found.proposals]),
-        "evidence": np.array([one.evidence for one in found.proposals]),
-        "doubt": np.array([one.doubt for one in found.proposals]),
-        "resolution": np.array([np.nan if r is None else r / scale for r in own]),
+        "cuts": np.cumsum([0, *(len(proposal.points) for proposal in result.proposals)]),
+        "length_m": np.array([proposal.length_m for proposal in result.proposals]),
+        "evidence": np.array([proposal.evidence for proposal in result.proposals]),
+        "doubt": np.array([proposal.doubt for proposal in result.proposals]),
+        "resolution": np.array([np.nan if r is None else r / scale for r in resolutions]),
         "outcrop_normal": np.array(
             [unknown if face is None else turn @ face for face in faces]
         ).reshape(-1, 3),
     }
-    order.out.parent.mkdir(parents=True, exist_ok=True)
-    part = order.out.with_name(f"{order.out.stem}.part.npz")
+    request.out.parent.mkdir(parents=True, exist_ok=True)
+    part = request.out.with_name(f"{request.out.stem}.part.npz")
     np.savez(part, **arrays)
-    os.replace(part, order.out)
+    os.replace(part, request.out)
     return FoundTraces(
-        len(found.proposals),
-        found.cost,
-        found.least_length_m,
-        found.surrogates,
-        found.warnings,
-        order.out,
+        len(result.proposals),
+        result.cost,
+        result.least_length_m,
+        result.surrogates,
+        result.warnings,
+        request.out,
     )
 
 
-PROPOSE_TRACES = Job("propose_traces", Lane.PRODUCTS, TracesOrder, FoundTraces, _propose)
+PROPOSE_TRACES = Job("propose_traces", Lane.PRODUCTS, TracesRequest, FoundTraces, _propose)
 
 JOBS = (FIND_EDGES, PROPOSE_TRACES)

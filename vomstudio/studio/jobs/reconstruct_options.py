@@ -99,7 +99,7 @@ class ReconstructOptions(Options):
 
     @property
     def box(self) -> tuple[float, ...] | None:
-        """The lowest and the highest corner of the region. Raises UsageError."""
+        """Return the lowest and highest corner of the region. Raises UsageError."""
         if self.region is None:
             return None
         try:

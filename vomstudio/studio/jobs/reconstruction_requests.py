@@ -1,4 +1,4 @@
-"""Orders of reconstructions from the options of the command or function."""
+"""Requests of reconstructions from the options of the command or function."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from vomstudio.io.control.points import MARKS
 from vomstudio.io.gis.crs import parse_crs_option
 from vomstudio.io.photos.reading import photo_names
 from vomstudio.studio.jobs.reconstruct_options import ReconstructOptions
-from vomstudio.studio.jobs.reconstruction_tasks import ReconstructionOrder
+from vomstudio.studio.jobs.reconstruction_tasks import ReconstructionRequest
 
-NO_CONTROL = "none"
+CONTROL_OFF = "none"
 
 
-def order_reconstruction(
+def reconstruction_request(
     photos: str | Path,
     output: str | Path,
     options: ReconstructOptions,
-) -> tuple[ReconstructionOrder, list[Finding]]:
-    """Return the order of a reconstruction, and findings about tables that are not used.
+) -> tuple[ReconstructionRequest, list[Finding]]:
+    """Return the request of a reconstruction, and findings about tables that are not used.
 
     Raises
     ------
@@ -39,7 +39,7 @@ def order_reconstruction(
         )
     crs = None if options.crs is None else _crs(options.crs)
     points, marks, findings = _tables(folder, options.gcp, options.marks)
-    order = ReconstructionOrder(
+    order = ReconstructionRequest(
         folder.resolve(),
         out.resolve(),
         quality=options.quality,
@@ -74,8 +74,8 @@ def _tables(
     chosen_marks = None if marks_option is None else Path(marks_option).resolve()
     photos = photos.resolve()
     photo_marks = photos / MARKS
-    if gcp is None or str(gcp).casefold() == NO_CONTROL:
-        found, marks = find_control(photos) or (
+    if gcp is None or str(gcp).casefold() == CONTROL_OFF:
+        control_path, marks = find_control(photos) or (
             None,
             photo_marks if photo_marks.is_file() else None,
         )
@@ -83,13 +83,16 @@ def _tables(
         _require_file(marks, "--marks")
         if gcp is not None:
             return None, marks, []
-        names = [] if found is None else photo_names(photos)
-        control, marks, why_not = usable_tables(found, marks, names)
+        names = [] if control_path is None else photo_names(photos)
+        control, marks, findings = usable_tables(control_path, marks, names)
         reasons = [
             Finding(
-                "reconstruct.tables-unused", file=found, reason=each.message, reason_code=each.code
+                "reconstruct.tables-unused",
+                file=control_path,
+                reason=each.message,
+                reason_code=each.code,
             )
-            for each in why_not
+            for each in findings
         ]
         return control, marks, reasons
     control = Path(gcp).resolve()

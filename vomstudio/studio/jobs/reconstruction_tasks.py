@@ -1,4 +1,4 @@
-"""The job that makes a model of photos."""
+"""Job that reconstructs a model from photos."""
 
 from __future__ import annotations
 
@@ -17,13 +17,21 @@ from vomstudio.studio.jobs.job import Job, Lane
 
 
 @dataclass(frozen=True)
-class ReconstructionOrder:
-    """Of the photos in the folder `photos`, below `out`; the rest as in `Settings`.
+class ReconstructionRequest:
+    """Request to reconstruct a model from photos; other fields as in `Settings`.
 
-    scheduler : address of a Dask cluster, None for this machine's processors
-    masks : by photo, in place of those that lie beside the photos; None for those
-    device : "auto", "cpu" or "cuda", for the depth maps
-    region : lowest and highest corner of the part of which a model is made, in its frame
+    Parameters
+    ----------
+    photos, out : Path
+        Folder of the photos, and the folder for the reconstruction.
+    scheduler : str, optional
+        Address of a Dask cluster, by default the processors of this computer.
+    masks : mapping of str to Path, optional
+        Mask of each photo by its name, by default the masks beside the photos.
+    device : {"auto", "cpu", "cuda"}
+        Device for the depth maps.
+    region : tuple of float, optional
+        Lowest and highest corner of the part to reconstruct, in the frame of the model.
     """
 
     photos: Path
@@ -42,14 +50,26 @@ class ReconstructionOrder:
 
 @dataclass(frozen=True, repr=False)
 class Reconstruction(PrintableResult):
-    """What was made, in figures and file names: the object that `vomstudio reconstruct` prints.
+    """Summary of a reconstruction: the object that `vomstudio reconstruct` prints.
 
-    frame : "EPSG:n" or "local"; unit : of the model's coordinates, "m" or "unknown"; unseen_share :
-    of the surface, in no photo; texel, photo_pixel : sizes on the rock, medians, in that unit;
-    device : "cpu" or "cuda", on which the depth maps were computed; seconds : by stage;
-    dense_gsd_m : a pixel of the depth maps on the rock, None where the model has no metres;
-    dense_gsd : in its unit then; what is left open in its type is for the report, as the stages
-    have told it
+    Values without a precise type are for the report, as the stages deliver them.
+
+    Parameters
+    ----------
+    frame : str
+        "EPSG:n" or "local".
+    unit : {"m", "unknown"}
+        Unit of the model's coordinates.
+    unseen_share : float
+        Share of the surface that no photo shows.
+    texel, photo_pixel : float
+        Median sizes on the rock, in that unit.
+    device : {"cpu", "cuda"}
+        Device of the depth maps.
+    seconds : mapping of str to float
+        Run time by stage.
+    dense_gsd_m, dense_gsd : float or None
+        Pixel size of the depth maps on the rock, in metres or, without scale, in that unit.
     """
 
     photos: int
@@ -95,38 +115,38 @@ class Reconstruction(PrintableResult):
         return plain
 
 
-def _reconstruct(asked: ReconstructionOrder, progress: Progress) -> Reconstruction:
+def _reconstruct(request: ReconstructionRequest, progress: Progress) -> Reconstruction:
     from vomstudio.photogrammetry.base.settings import Settings
     from vomstudio.photogrammetry.pipeline import outputs, reconstruction
     from vomstudio.products.report.reconstruction import write_report
     from vomstudio.studio.jobs.executors import make_executor
 
     settings = Settings(
-        quality=asked.quality,
-        crs=asked.crs,
-        control=asked.control,
-        marks=asked.marks,
-        threads=asked.threads,
-        seed=asked.seed,
-        device=asked.device,
-        region=asked.region,
+        quality=request.quality,
+        crs=request.crs,
+        control=request.control,
+        marks=request.marks,
+        threads=request.threads,
+        seed=request.seed,
+        device=request.device,
+        region=request.region,
     )
-    executor = make_executor(settings.threads, asked.scheduler)
+    executor = make_executor(settings.threads, request.scheduler)
     try:
         result = reconstruction.reconstruct(
-            asked.photos, asked.out, settings, executor, progress, asked.masks
+            request.photos, request.out, settings, executor, progress, request.masks
         )
     finally:
         executor.close()
-    with outputs.disk_trouble_reported(asked.out):
-        write_report(outputs.Outputs(asked.out).report, result)
+    with outputs.disk_trouble_reported(request.out):
+        write_report(outputs.Outputs(request.out).report, result)
     return serialisation.decode(Reconstruction, result)
 
 
 RECONSTRUCT = Job(
     "reconstruct",
     Lane.RECONSTRUCTION,
-    ReconstructionOrder,
+    ReconstructionRequest,
     Reconstruction,
     _reconstruct,
     to_translate(

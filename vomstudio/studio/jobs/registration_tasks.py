@@ -1,4 +1,4 @@
-"""Jobs with two models: one is fitted to the other, or held against it."""
+"""Jobs on two models: fit of one to the other, and comparison."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vomstudio.registration.distances.compare_options import CompareOptions
 from vomstudio.registration.results import Placed
 from vomstudio.studio.jobs.job import Job, Lane
 from vomstudio.studio.jobs.model_tasks import ExportedModel
-from vomstudio.studio.jobs.placed_model import StandingModel, in_world, read_standing
+from vomstudio.studio.jobs.placed_model import PlacedModel, load_in_world, read_in_file_frame
 
 if TYPE_CHECKING:
     from vomstudio.core.arrays import BoolArray, FloatArray
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
 Point = tuple[float, float, float]
 
-_PART = to_translate("Use a smaller part of the model, or close other programs.")
+MEMORY_ADVICE = to_translate("Use a smaller part of the model, or close other programs.")
 
 
 @dataclass(frozen=True)
 class HomologousPoint:
-    """model : in its own frame; there : the same point on the reference, World"""
+    """The same point on the model (file frame) and on the reference (`there`, World)."""
 
     label: str
     model: Point
@@ -37,24 +37,41 @@ class HomologousPoint:
 
 @dataclass(frozen=True)
 class StablePart:
-    """What of the reference has stayed where it was: within `near_m` of one of the `places`, inside
-    of a box (low, high), or inside of the polygons of a layer, seen from above; or near a cloud or
-    mesh, as the option --stable has it."""
+    """Stable part of the reference: points near places, near a model, in a box or in polygons.
+
+    Parameters
+    ----------
+    near_m : float, optional
+        Maximum distance from one of the `places`, or from `model` as by the option --stable.
+    box : (low, high), optional
+        Corners in World.
+    polygons : Path, optional
+        Layer of polygons in plan view.
+    """
 
     near_m: float | None = None
     places: tuple[Point, ...] = ()
-    model: StandingModel | None = None
+    model: PlacedModel | None = None
     box: tuple[Point, Point] | None = None
     polygons: Path | None = None
 
 
 @dataclass(frozen=True)
-class FitOrder:
-    """scale : it is one of the unknowns; pairs : three or more, or fewer where the model stands
-    near the reference already; stable : None for all of the reference"""
+class FitRequest:
+    """Request to fit a model to a reference.
 
-    model: StandingModel
-    reference: StandingModel
+    Parameters
+    ----------
+    scale : bool
+        Whether the scale is estimated.
+    pairs : tuple of HomologousPoint
+        At least three, or fewer if the model is already near the reference.
+    stable : StablePart or None
+        None for the whole reference.
+    """
+
+    model: PlacedModel
+    reference: PlacedModel
     scale: bool
     pairs: tuple[HomologousPoint, ...]
     stable: StablePart | None
@@ -62,7 +79,7 @@ class FitOrder:
 
 @dataclass(frozen=True)
 class FittedModel:
-    """placed : by pairs and surfaces together; the others as in `FittedToReference`"""
+    """Placement of a model by pairs and surfaces; other fields as `FittedToReference`."""
 
     placed: Placed
     places: int
@@ -72,7 +89,7 @@ class FittedModel:
     block_m: float
 
 
-def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
+def _fit(request: FitRequest, progress: Progress) -> FittedModel:
     from vomstudio.core.errors import GeometryError
     from vomstudio.core.findings import Finding
     from vomstudio.registration.by_model.reference import fit_to_reference
@@ -86,31 +103,31 @@ def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
     from vomstudio.registration.overlap import refuse_apart
     from vomstudio.registration.placing import with_warnings
 
-    registration = asked.model.registration
+    registration = request.model.registration
     points, spacing = points_and_spacing(
-        read_standing(asked.model, progress).data, asked.model.path
+        read_in_file_frame(request.model, progress).data, request.model.path
     )
-    there, its_spacing = points_and_spacing(
-        in_world(asked.reference, progress), asked.reference.path
+    target_points, target_spacing = points_and_spacing(
+        load_in_world(request.reference, progress), request.reference.path
     )
-    stands = similarity_of(asked.model.to_world)
-    evidence = Evidence(pairs=_pairs(asked.pairs) if asked.pairs else None)
+    initial = similarity_of(request.model.to_world)
+    evidence = Evidence(pairs=_pairs(request.pairs) if request.pairs else None)
     if evidence.pairs is None or evidence.too_few_alone:
-        # One point or two help the surfaces, but do not say where these begin.
-        start = stands
-        names = (asked.model.name, asked.reference.name)
-        refuse_apart(box_of(start(points)), box_of(there), names)
+        # One or two points support the fit, but give no initial placement.
+        start = initial
+        names = (request.model.name, request.reference.name)
+        refuse_apart(box_of(start(points)), box_of(target_points), names)
     else:
         start = similarity_of(register(evidence).matrix)
-        if not asked.scale:
-            start = with_scale(start, stands.scale, points.mean(axis=0))
-    flags, about_stable = _stable(there, asked, progress)
+        if not request.scale:
+            start = with_scale(start, initial.scale, points.mean(axis=0))
+    flags, about_stable = _stable(target_points, request, progress)
     fitted = fit_to_reference(
         points,
-        there,
+        target_points,
         start,
-        spacing=(spacing * start.scale, its_spacing),
-        scale=asked.scale,
+        spacing=(spacing * start.scale, target_spacing),
+        scale=request.scale,
         stable=flags,
         scale_error=None if registration is None else registration.scale_error,
         progress=progress,
@@ -140,121 +157,127 @@ def _pairs(points: tuple[HomologousPoint, ...]) -> Pairs:
 
 
 def _stable(
-    there: Array, order: FitOrder, progress: Progress
+    target_points: Array, request: FitRequest, progress: Progress
 ) -> tuple[BoolArray | None, tuple[Finding, ...]]:
-    """Return which of the points (n, 3) of the reference count, None for all, and messages."""
+    """Return which points (n, 3) of the reference are stable, None for all, and messages."""
     import numpy as np
 
     from vomstudio.registration.by_model import stable
 
-    part = order.stable
+    part = request.stable
     messages: tuple[Finding, ...] = ()
     if part is None:
         return None, messages
 
-    flags = np.ones(len(there), bool)
+    flags = np.ones(len(target_points), bool)
     if part.near_m is not None:
-        flags &= stable.near_places(there, np.array(part.places), part.near_m)
+        flags &= stable.near_places(target_points, np.array(part.places), part.near_m)
     if part.box is not None:
         low, high = np.array(part.box)
-        flags &= ((there >= low) & (there <= high)).all(axis=1)
+        flags &= ((target_points >= low) & (target_points <= high)).all(axis=1)
     if part.polygons is not None:
-        inside, messages = stable.in_polygons(there, part.polygons, order.reference.crs, progress)
+        inside, messages = stable.in_polygons(
+            target_points, part.polygons, request.reference.crs, progress
+        )
         flags &= inside
     if part.model is not None:
         from vomstudio.registration.by_model.starting import points_and_spacing
 
-        mask = in_world(part.model, progress)
-        flags &= stable.near_cloud(there, *points_and_spacing(mask, part.model.path))[0]
+        mask = load_in_world(part.model, progress)
+        flags &= stable.near_cloud(target_points, *points_and_spacing(mask, part.model.path))[0]
     return flags, messages
 
 
-FIT_TO_REFERENCE = Job("fit_to_reference", Lane.PRODUCTS, FitOrder, FittedModel, _fit, _PART)
+FIT_TO_REFERENCE = Job(
+    "fit_to_reference", Lane.PRODUCTS, FitRequest, FittedModel, _fit, MEMORY_ADVICE
+)
 
 
 @dataclass(frozen=True)
-class CompareOrder:
-    """Comparison of two models of a project. out : the file for the distances"""
+class ComparisonRequest:
+    """Request to compare two models of a project; `out` is the file for the distances."""
 
-    model: StandingModel
-    benchmark: StandingModel
+    model: PlacedModel
+    benchmark: PlacedModel
     options: CompareOptions
     out: Path
 
 
 @dataclass(frozen=True)
 class ComparedModels:
-    """figures : as the command `compare` prints them; out : arrays of all points of the model, by
-    the names of its fields"""
+    """Figures as `compare` prints them; `out` contains the fields of all points by name."""
 
     figures: dict[str, Any]
     out: Path
 
 
-def _compare(asked: CompareOrder, progress: Progress) -> ComparedModels:
+def _compare(request: ComparisonRequest, progress: Progress) -> ComparedModels:
     import numpy as np
 
     from vomstudio.core.files.atomic import atomic_write
     from vomstudio.registration.distances.comparison import compare
     from vomstudio.registration.overlap import crs_findings
 
-    names = (asked.model.name, asked.benchmark.name)
-    said = crs_findings(asked.model.crs, asked.benchmark.crs, names)
-    found = compare(
-        in_world(asked.model, progress),
-        in_world(asked.benchmark, progress),
-        radius_m=asked.options.m3c2_m,
-        registration_error_m=asked.options.registration_error_m,
+    names = (request.model.name, request.benchmark.name)
+    warnings = crs_findings(request.model.crs, request.benchmark.crs, names)
+    comparison = compare(
+        load_in_world(request.model, progress),
+        load_in_world(request.benchmark, progress),
+        radius_m=request.options.m3c2_m,
+        registration_error_m=request.options.registration_error_m,
         progress=progress,
     )
-    asked.out.parent.mkdir(parents=True, exist_ok=True)
-    arrays: dict[str, Any] = found.as_fields()
-    with atomic_write(asked.out, True) as temporary, temporary.open("wb") as file:
+    request.out.parent.mkdir(parents=True, exist_ok=True)
+    arrays: dict[str, Any] = comparison.as_fields()
+    with atomic_write(request.out, True) as temporary, temporary.open("wb") as file:
         np.savez(file, **arrays)
-    figures = found.to_dict()
+    figures = comparison.to_dict()
     return ComparedModels(
-        figures | {"warnings": [str(each) for each in (*said, *found.warnings)]}, asked.out
+        figures | {"warnings": [str(each) for each in (*warnings, *comparison.warnings)]},
+        request.out,
     )
 
 
-COMPARE_MODELS = Job("compare_models", Lane.PRODUCTS, CompareOrder, ComparedModels, _compare, _PART)
+COMPARE_MODELS = Job(
+    "compare_models", Lane.PRODUCTS, ComparisonRequest, ComparedModels, _compare, MEMORY_ADVICE
+)
 
 
 @dataclass(frozen=True)
 class ComparisonExport:
-    """The model with the arrays in `fields`, in World, goes to `out`."""
+    """Request to write the model with the arrays in `fields`, in World, to `out`."""
 
-    model: StandingModel
+    model: PlacedModel
     benchmark: Path
     fields: Path
     out: Path
 
 
-def _export(asked: ComparisonExport, progress: Progress) -> ExportedModel:
+def _export(request: ComparisonExport, progress: Progress) -> ExportedModel:
     from vomstudio.core.files.arrays import open_arrays
     from vomstudio.geometry.registration_frames import change_file_frame
     from vomstudio.io.models.model_copy import companions
     from vomstudio.io.models.writing import choose_writer, write_model
 
-    choose_writer(asked.out)
-    data = in_world(asked.model, progress)
-    with open_arrays(asked.fields) as arrays:
+    choose_writer(request.out)
+    data = load_in_world(request.model, progress)
+    with open_arrays(request.fields) as arrays:
         data = replace(data, fields={**data.fields, **arrays})
-    inputs = [asked.model.path, asked.benchmark]
+    inputs = [request.model.path, request.benchmark]
     inputs += [path for each in list(inputs) for path in companions(each)]
-    registration = asked.model.registration
+    registration = request.model.registration
     if registration is not None:
-        registration = change_file_frame(registration, asked.model.to_world)
-    said = write_model(
+        registration = change_file_frame(registration, request.model.to_world)
+    warnings = write_model(
         data,
-        asked.model.crs,
-        asked.out,
+        request.model.crs,
+        request.out,
         force=True,
         inputs=inputs,
         progress=progress,
         registration=registration,
     )
-    return ExportedModel(tuple(said))
+    return ExportedModel(tuple(warnings))
 
 
 EXPORT_COMPARISON = Job(

@@ -1,4 +1,4 @@
-"""One job in a worker process, waited for."""
+"""Run one job in a worker process and wait for it."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from vomstudio.studio.jobs.events import Done, Event, Failed, Stage
 from vomstudio.studio.jobs.job import Job, Request, Result
 from vomstudio.studio.jobs.supervisor import Worker
 
-# How often it is asked whether the job is still wanted.
-_LOOK_S = 0.1
+# Interval for checking whether the job was cancelled.
+POLL_INTERVAL_S = 0.1
 
 
 def run_job(
@@ -21,11 +21,11 @@ def run_job(
     progress: Progress,
     cancel: CancelToken | None = None,
 ) -> Result:
-    """Do a job in a process of its own and return its result.
+    """Run a job in a worker process and return its result.
 
-    A native crash ends that process only, and is a WorkerError here. Ctrl+C, a progress that raises
-    Cancelled, or a token that is set from another thread, stops the job and raises Cancelled.
-    Raises what the job failed with.
+    A native crash ends only that process and raises WorkerError here. Ctrl+C, a progress that
+    raises Cancelled, or a token that is set in another thread stops the job and raises Cancelled.
+    Errors of the job are raised unchanged.
     """
     events: queue.SimpleQueue[Event] = queue.SimpleQueue()
     worker = Worker()
@@ -53,9 +53,9 @@ def run_job(
 
 
 def _next(events: queue.SimpleQueue[Event], cancel: CancelToken | None) -> Event:
-    """The next event; raises Cancelled once the token is set."""
+    """Return the next event. Raises Cancelled once the token is set."""
     while cancel is not None:
         cancel.check()
         with contextlib.suppress(queue.Empty):
-            return events.get(timeout=_LOOK_S)
+            return events.get(timeout=POLL_INTERVAL_S)
     return events.get()

@@ -1,8 +1,8 @@
-"""Dataclasses to JSON and back: what may be sent between two processes.
+"""Conversion of dataclasses to JSON and back, for data that is sent between two processes.
 
-What fits: dataclasses of text, numbers that are finite, truth values, None, paths, tuples, lists
-and maps with names as keys, nested as one likes; `Any` stands for whatever of this is found. A
-field of a dataclass may be a small array of float64.
+Supported are dataclasses of text, finite numbers, booleans, None, paths, tuples, lists and maps
+with string keys, nested at will; `Any` accepts all of these. A field of a dataclass may be a
+small array of float64.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ T = TypeVar("T")
 
 
 def encode(value: Any, place: str = "") -> Any:
-    """Plain JSON values. Raises WorkerError that names the field that cannot cross."""
+    """Convert to plain JSON values. Raises WorkerError with the name of an unsupported field."""
     if isinstance(value, Finding):
         return value.to_dict()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
@@ -50,9 +50,9 @@ def encode(value: Any, place: str = "") -> Any:
 
 
 def decode(cls: type[T], plain: Any) -> T:
-    """The dataclass that was encoded. Raises WorkerError that names the field that does not fit."""
-    made: T = _decode(cls, plain, "")
-    return made
+    """Restore an encoded dataclass. Raises WorkerError with the name of a wrong field."""
+    value: T = _decode(cls, plain, "")
+    return value
 
 
 @functools.cache
@@ -60,18 +60,18 @@ def _hints(cls: type[Any]) -> Mapping[str, Any]:
     return typing.get_type_hints(cls)
 
 
-def _decode(wanted: Any, plain: Any, place: str) -> Any:
-    if wanted is Any:
+def _decode(target: Any, plain: Any, place: str) -> Any:
+    if target is Any:
         return plain
-    if wanted is Finding:
+    if target is Finding:
         return _finding(plain, place)
-    if dataclasses.is_dataclass(wanted):
-        return _dataclass(wanted, plain, place)
-    origin = typing.get_origin(wanted)
+    if dataclasses.is_dataclass(target):
+        return _dataclass(target, plain, place)
+    origin = typing.get_origin(target)
     if origin in (typing.Union, types.UnionType):
-        return _union(wanted, plain, place)
+        return _union(target, plain, place)
     if origin is typing.Literal:
-        return plain if plain in typing.get_args(wanted) else _misfit(wanted, plain, place)
+        return plain if plain in typing.get_args(target) else _misfit(target, plain, place)
     if _is_array(origin):
         import numpy as np
 
@@ -80,17 +80,17 @@ def _decode(wanted: Any, plain: Any, place: str) -> Any:
         except (TypeError, ValueError):
             return _misfit(origin, plain, place)
     if origin is tuple or origin in (list, Sequence):
-        return _sequence(wanted, plain, place)
+        return _sequence(target, plain, place)
     if origin in (dict, Mapping):
         if not isinstance(plain, Mapping):
-            return _misfit(wanted, plain, place)
-        inner = typing.get_args(wanted)[1]
+            return _misfit(target, plain, place)
+        inner = typing.get_args(target)[1]
         return {key: _decode(inner, each, f"{place}[{key!r}]") for key, each in plain.items()}
-    return _leaf(wanted, plain, place)
+    return _leaf(target, plain, place)
 
 
 def _is_array(kind: Any) -> bool:
-    """Told by its name: what sends no arrays need not load NumPy."""
+    """Check by name, so that jobs without arrays need not load NumPy."""
     return getattr(kind, "__module__", "") == "numpy" and kind.__name__ == "ndarray"
 
 
@@ -120,45 +120,45 @@ def _dataclass(cls: Any, plain: Any, place: str) -> Any:
     return cls(**{name: _decode(hints[name], plain[name], inside + name) for name in plain})
 
 
-def _union(wanted: Any, plain: Any, place: str) -> Any:
-    kinds = typing.get_args(wanted)
+def _union(target: Any, plain: Any, place: str) -> Any:
+    kinds = typing.get_args(target)
     if plain is None and type(None) in kinds:
         return None
-    others = [kind for kind in kinds if kind is not type(None)]
-    for kind in others[:-1]:
+    kinds_without_none = [kind for kind in kinds if kind is not type(None)]
+    for kind in kinds_without_none[:-1]:
         try:
             return _decode(kind, plain, place)
         except WorkerError:
             continue
-    return _decode(others[-1], plain, place)
+    return _decode(kinds_without_none[-1], plain, place)
 
 
-def _sequence(wanted: Any, plain: Any, place: str) -> Any:
+def _sequence(target: Any, plain: Any, place: str) -> Any:
     if not isinstance(plain, list | tuple):
-        return _misfit(wanted, plain, place)
-    kinds = typing.get_args(wanted)
-    if typing.get_origin(wanted) is not tuple:
+        return _misfit(target, plain, place)
+    kinds = typing.get_args(target)
+    if typing.get_origin(target) is not tuple:
         return [_decode(kinds[0], each, f"{place}[{n}]") for n, each in enumerate(plain)]
     if len(kinds) == 2 and kinds[1] is Ellipsis:
         kinds = (kinds[0],) * len(plain)
     if len(kinds) != len(plain):
-        return _misfit(wanted, plain, place)
+        return _misfit(target, plain, place)
     pairs = zip(kinds, plain, strict=True)
     return tuple(_decode(kind, each, f"{place}[{n}]") for n, (kind, each) in enumerate(pairs))
 
 
-def _leaf(wanted: Any, plain: Any, place: str) -> Any:
-    if wanted is Path:
-        return Path(plain) if isinstance(plain, str | Path) else _misfit(wanted, plain, place)
-    if wanted is float and isinstance(plain, int) and not isinstance(plain, bool):
-        # A count that stands where a measure may stand stays a count: 3, not 3.0.
+def _leaf(target: Any, plain: Any, place: str) -> Any:
+    if target is Path:
+        return Path(plain) if isinstance(plain, str | Path) else _misfit(target, plain, place)
+    if target is float and isinstance(plain, int) and not isinstance(plain, bool):
+        # An integer in a field of type float remains an integer: 3, not 3.0.
         return plain
-    fits = isinstance(plain, wanted) and (wanted is bool or not isinstance(plain, bool))
-    return plain if fits else _misfit(wanted, plain, place)
+    fits = isinstance(plain, target) and (target is bool or not isinstance(plain, bool))
+    return plain if fits else _misfit(target, plain, place)
 
 
-def _misfit(wanted: Any, plain: Any, place: str) -> Any:
-    shown = repr(plain)
-    shown = shown if len(shown) <= 40 else f"{shown[:39]}…"
-    name = getattr(wanted, "__name__", str(wanted))
-    raise WorkerError(Finding("job.wrong-value", name=place, type=name, value=shown))
+def _misfit(target: Any, plain: Any, place: str) -> Any:
+    text = repr(plain)
+    text = text if len(text) <= 40 else f"{text[:39]}…"
+    name = getattr(target, "__name__", str(target))
+    raise WorkerError(Finding("job.wrong-value", name=place, type=name, value=text))

@@ -1,4 +1,4 @@
-"""A worker process and the jobs it has been given."""
+"""Supervisor of a worker process and its jobs."""
 
 from __future__ import annotations
 
@@ -23,26 +23,33 @@ from vomstudio.core.words import tr
 from vomstudio.studio.jobs import serialisation
 from vomstudio.studio.jobs.events import Done, Event, Failed, Fault, from_line
 from vomstudio.studio.jobs.job import Job, Request, Result
-from vomstudio.studio.jobs.worker_exits import LastWords, ending, failure_of
+from vomstudio.studio.jobs.worker_exits import LastWords, ending, exit_error
 
 Listener = Callable[[Event], None]
 _log = logging.getLogger(__name__)
 
-# Native code that does not look at its token is stopped the hard way after this long.
-_GRACE_S = 2.0
+# Native code that ignores its token is killed after this time.
+CANCEL_GRACE_S = 2.0
 
 
 class Worker:
-    """Runs jobs in a child process, one after the other. A child that dies fails its jobs with a
-    WorkerError and is replaced for the next one.
+    """Runs jobs in a child process, one after another.
 
-    Listeners are called in a thread of the supervisor; each job's last event is Done, with the
-    dataclass that the job answers with, or Failed.
+    If the child dies, its jobs fail with a WorkerError and the next job starts a new one.
+
+    Listeners are called in a thread of the supervisor. The last event of each job is Done, with
+    the job's result dataclass, or Failed.
     """
 
     def __init__(self, on_fault: Callable[[Fault], None] = lambda _: None) -> None:
-        """on_fault : told, like a listener, of each mistake of the program in the child, before the
-        end of the job that it concerns"""
+        """Create a supervisor without a process.
+
+        Parameters
+        ----------
+        on_fault : callable
+            Receives each defect of the program in the child, before the end of the job
+            concerned.
+        """
         self._on_fault = on_fault
         self._lock = threading.RLock()
         self._numbers = itertools.count(1)
@@ -54,8 +61,13 @@ class Worker:
         self._closed = False
 
     def submit(self, job: Job[Request, Result], request: Request, listener: Listener) -> int:
-        """Returns the job's number. Raises WorkerError where the request cannot cross, or no
-        process can be had for it."""
+        """Submit a job and return its number.
+
+        Raises
+        ------
+        WorkerError
+            If the request cannot be converted or no process can be started.
+        """
         args = serialisation.encode(request)
         with self._lock:
             if self._closed:
@@ -66,7 +78,7 @@ class Worker:
                 try:
                     owner = self._write(command)
                 except BrokenPipeError:
-                    # It is dying, and nobody has noticed yet.
+                    # The process is dying and the reading thread has not noticed it yet.
                     self._process = None
                     owner = self._write(command)
             except OSError as error:
@@ -76,7 +88,7 @@ class Worker:
             return number
 
     def cancel(self, job: int) -> None:
-        """Ask a job to stop; if it does not listen, its process is ended."""
+        """Request a job to stop; its process is killed if it does not react."""
         with self._lock:
             if job not in self._listeners or job in self._timers:
                 return
@@ -88,10 +100,10 @@ class Worker:
             self._end_later(job)
 
     def _end_later(self, job: int) -> None:
-        self._timers[job] = start_timer(_GRACE_S, self._kill, job)
+        self._timers[job] = start_timer(CANCEL_GRACE_S, self._kill, job)
 
     def finish(self, timeout_s: float) -> bool:
-        """Wait until every job has ended; False where some have not."""
+        """Wait until every job has ended, and return whether all have."""
         end = time.monotonic() + timeout_s
         while self._owners:
             if time.monotonic() > end:
@@ -100,7 +112,7 @@ class Worker:
         return True
 
     def close(self) -> None:
-        """End the process; unfinished jobs are not told."""
+        """End the process without further events for unfinished jobs."""
         with self._lock:
             self._closed = True
             self._listeners.clear()
@@ -122,7 +134,7 @@ class Worker:
 
     # ------------------------------------------------------------------------------------------
     def _write(self, command: Mapping[str, Any]) -> subprocess.Popen[str]:
-        """Give the command to a living process, which is returned."""
+        """Send a command to a running process, and return the process."""
         process = self._process
         if process is None or process.poll() is not None:
             process = self._process = self._start()
@@ -138,7 +150,7 @@ class Worker:
         environment.update(lifeline.environment())
         try:
             process = subprocess.Popen(
-                # -P: a json.py beside the photos is not Python's.
+                # -P: a json.py beside the photos must not replace the module of Python.
                 [sys.executable, "-P", "-m", "vomstudio", "--worker"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
@@ -181,34 +193,36 @@ class Worker:
         with self._lock:
             listener = self._listeners.get(event.job)
             if isinstance(event, Done | Failed):
-                asked = self._jobs.pop(event.job, None)
+                entry = self._jobs.pop(event.job, None)
                 self._listeners.pop(event.job, None)
                 self._owners.pop(event.job, None)
                 if timer := self._timers.pop(event.job, None):
                     timer.cancel()
         if listener is None:
             return
-        if isinstance(event, Done) and asked is not None:
-            event = _typed(event, asked[0].result)
+        if isinstance(event, Done) and entry is not None:
+            event = _decode_result(event, entry[0].result)
         listener(event)
 
-    def _died(self, process: subprocess.Popen[str], said: str) -> None:
+    def _died(self, process: subprocess.Popen[str], stderr_text: str) -> None:
         with self._lock:
             if self._process is process:
                 self._process = None
-            # Jobs that came after the death have a process of their own.
-            lost = [job for job, owner in self._owners.items() if owner is process]
+            # Jobs that were submitted after the death have another process.
+            lost_jobs = [job for job, owner in self._owners.items() if owner is process]
             cancelled, closed = set(self._timers), self._closed
-        if not closed and not cancelled.intersection(lost):
+        if not closed and not cancelled.intersection(lost_jobs):
             how = ending(process.returncode)
             _log.error("the worker process %d ended (%s)", process.pid, how)
             self._on_fault(
-                Fault(lost[0] if lost else 0, tr("its process ended, {ending}", ending=how))
+                Fault(
+                    lost_jobs[0] if lost_jobs else 0, tr("its process ended, {ending}", ending=how)
+                )
             )
-        for job in lost:
+        for job in lost_jobs:
             fault: VomError = Cancelled()
-            if job not in cancelled and (asked := self._jobs.get(job)):
-                fault = failure_of(process.returncode, said, *asked)
+            if job not in cancelled and (entry := self._jobs.get(job)):
+                fault = exit_error(process.returncode, stderr_text, *entry)
             self._deliver(Failed(job, fault.to_dict(), fault.exit_code))
 
     def _kill(self, job: int) -> None:
@@ -217,13 +231,13 @@ class Worker:
             if process is None:
                 return
             if min(each for each, owner in self._owners.items() if owner is process) < job:
-                # It only waits behind a job that nobody has cancelled.
+                # The job is queued behind one that was not cancelled.
                 self._end_later(job)
                 return
         process.kill()
 
 
-def _typed(event: Done, result: type[Any]) -> Event:
+def _decode_result(event: Done, result: type[Any]) -> Event:
     try:
         return Done(event.job, serialisation.decode(result, event.result))
     except WorkerError as error:

@@ -14,7 +14,7 @@ from vomstudio.core.words import to_translate
 from vomstudio.extraction.facet_options import FacetOptions
 from vomstudio.extraction.measurable_options import MeasurableOptions
 from vomstudio.studio.jobs.job import Job, Lane
-from vomstudio.studio.jobs.placed_model import StandingModel, in_world
+from vomstudio.studio.jobs.placed_model import PlacedModel, load_in_world
 
 if TYPE_CHECKING:
     from vomstudio.core.arrays import FloatArray, GenericArray
@@ -23,15 +23,22 @@ if TYPE_CHECKING:
 
     Arrays = dict[str, GenericArray]
 
-_PART = to_translate("Use a smaller part of the model, or close other programs.")
+MEMORY_ADVICE = to_translate("Use a smaller part of the model, or close other programs.")
 
 
 @dataclass(frozen=True)
-class FieldsOrder:
-    """key : names the model as it stands, so that what `out` holds already need not be made again;
-    out : the file for the fields"""
+class FieldsRequest:
+    """Request for the fields of a surface.
 
-    model: StandingModel
+    Parameters
+    ----------
+    key : str
+        Identifies the model with its placement, so that existing fields in `out` can be reused.
+    out : Path
+        File for the fields.
+    """
+
+    model: PlacedModel
     radius_m: float
     key: str
     out: Path
@@ -39,39 +46,43 @@ class FieldsOrder:
 
 @dataclass(frozen=True)
 class ComputedFields:
-    """out : float32 arrays of all points of the model, by the keys of
-    `extraction.surface_fields.KINDS`; typical_count : points within the radius"""
+    """Fields of a surface.
+
+    `out` contains float32 arrays of all points of the model, by the keys of
+    `extraction.surface_fields.KINDS`; `typical_count` is the number of points within the
+    radius.
+    """
 
     out: Path
     typical_count: int
     warnings: tuple[Finding, ...]
 
 
-def _compute(asked: FieldsOrder, progress: Progress) -> ComputedFields:
+def _compute(request: FieldsRequest, progress: Progress) -> ComputedFields:
     import numpy as np
 
     from vomstudio.extraction.surface_fields import KINDS, surface_fields
 
-    mark = f"{asked.key} {asked.radius_m!r}"
-    kept = _kept(asked.out, mark)
-    if kept is not None:
-        return kept
-    found = surface_fields(in_world(asked.model, progress), asked.radius_m, progress)
-    arrays: dict[str, Any] = {key: found.values[key] for key in KINDS}
+    mark = f"{request.key} {request.radius_m!r}"
+    cached = _read_cached(request.out, mark)
+    if cached is not None:
+        return cached
+    fields = surface_fields(load_in_world(request.model, progress), request.radius_m, progress)
+    arrays: dict[str, Any] = {key: fields.values[key] for key in KINDS}
     arrays |= {
         "mark": np.array(mark),
-        "count": np.array(found.typical_count),
-        "warnings": np.array(json.dumps([each.to_dict() for each in found.warnings])),
+        "count": np.array(fields.typical_count),
+        "warnings": np.array(json.dumps([each.to_dict() for each in fields.warnings])),
     }
-    asked.out.parent.mkdir(parents=True, exist_ok=True)
-    part = asked.out.with_name(f"{asked.out.stem}.part.npz")
+    request.out.parent.mkdir(parents=True, exist_ok=True)
+    part = request.out.with_name(f"{request.out.stem}.part.npz")
     np.savez(part, **arrays)
-    os.replace(part, asked.out)
-    return ComputedFields(asked.out, found.typical_count, found.warnings)
+    os.replace(part, request.out)
+    return ComputedFields(request.out, fields.typical_count, fields.warnings)
 
 
-def _kept(out: Path, mark: str) -> ComputedFields | None:
-    """What was made of this model with this radius before."""
+def _read_cached(out: Path, mark: str) -> ComputedFields | None:
+    """Return the fields that an earlier job computed with the same radius, or None."""
     from vomstudio.core.files.arrays import open_arrays
     from vomstudio.extraction.surface_fields import KINDS
 
@@ -86,18 +97,20 @@ def _kept(out: Path, mark: str) -> ComputedFields | None:
         return None
 
 
-COMPUTE_FIELDS = Job("compute_fields", Lane.PRODUCTS, FieldsOrder, ComputedFields, _compute, _PART)
+COMPUTE_FIELDS = Job(
+    "compute_fields", Lane.PRODUCTS, FieldsRequest, ComputedFields, _compute, MEMORY_ADVICE
+)
 
 
 @dataclass(frozen=True)
-class MeasurableOrder:
+class MeasurableRequest:
     """Request for a map of where a plane can be measured.
 
     normal : normal of the plane, World; out : file of the fields, float32 for all points, with the
     names of `products.surface.measurable_map.FIELDS`
     """
 
-    model: StandingModel
+    model: PlacedModel
     normal: tuple[float, float, float]
     options: MeasurableOptions
     out: Path
@@ -105,20 +118,20 @@ class MeasurableOrder:
 
 @dataclass(frozen=True)
 class MappedMeasurable:
-    """findings : about the measurable shares of the surface"""
+    """Fields of a map of measurable planes, and findings about the measurable shares."""
 
     out: Path
     findings: tuple[Finding, ...]
 
 
-def _map_measurable(request: MeasurableOrder, progress: Progress) -> MappedMeasurable:
+def _map_measurable(request: MeasurableRequest, progress: Progress) -> MappedMeasurable:
     import numpy as np
 
     from vomstudio.geology.orientation import Plane
     from vomstudio.products.surface.measurable_map import measurable_map, share_findings
 
     fields = measurable_map(
-        in_world(request.model, progress),
+        load_in_world(request.model, progress),
         Plane.from_normal(np.array(request.normal)),
         request.options,
         progress,
@@ -132,13 +145,18 @@ def _map_measurable(request: MeasurableOrder, progress: Progress) -> MappedMeasu
 
 
 MAP_MEASURABLE = Job(
-    "map_measurable", Lane.PRODUCTS, MeasurableOrder, MappedMeasurable, _map_measurable, _PART
+    "map_measurable",
+    Lane.PRODUCTS,
+    MeasurableRequest,
+    MappedMeasurable,
+    _map_measurable,
+    MEMORY_ADVICE,
 )
 
 
 @dataclass(frozen=True)
 class Sight:
-    """From where to where somebody looks, World; `points` of the surface there are looked at."""
+    """View of the user, World: eye, target, and the number of surface points to examine there."""
 
     eye: tuple[float, float, float]
     toward: tuple[float, float, float]
@@ -146,10 +164,10 @@ class Sight:
 
 
 @dataclass(frozen=True)
-class FacetsOrder:
-    """part : None for all of the model; out : the file for the facets"""
+class FacetsRequest:
+    """Request for facets; `part` is None for the whole model, `out` the file for the facets."""
 
-    model: StandingModel
+    model: PlacedModel
     options: FacetOptions
     part: Sight | None
     out: Path
@@ -157,8 +175,19 @@ class FacetsOrder:
 
 @dataclass(frozen=True)
 class FoundFacets:
-    """out : the arrays of `_facet_arrays`; element : of what facets are made; reach_m : the
-    distance that was allowed (median); the shares are those of `extraction.exposure.Exposure`"""
+    """Facets of a model.
+
+    Parameters
+    ----------
+    element : {"face", "point"}
+        Elements of which facets consist.
+    reach_m : float
+        Median of the maximum distances from a facet's plane, metres.
+    near_planar_share, coverage, exposed_m2, vegetation_share, debris_share : float
+        As in `extraction.exposure.Exposure`.
+    out : Path
+        File with the arrays of `_facet_arrays`.
+    """
 
     count: int
     element: str
@@ -173,76 +202,78 @@ class FoundFacets:
     out: Path
 
 
-def _find(asked: FacetsOrder, progress: Progress) -> FoundFacets:
+def _find(request: FacetsRequest, progress: Progress) -> FoundFacets:
     import numpy as np
 
     from vomstudio.extraction.facets import find_facets
     from vomstudio.extraction.local_parts import Part, part_in_view
     from vomstudio.geometry.mesh import Mesh
 
-    data = in_world(asked.model, progress)
+    data = load_in_world(request.model, progress)
     mesh = isinstance(data, Mesh)
     count = len(data.vertices) if isinstance(data, Mesh) else len(data.points)
     part = Part(data, np.arange(count), np.arange(len(data.faces) if mesh else 0))  # type: ignore[union-attr]
-    if asked.part is not None:
-        part = part_in_view(data, asked.part.eye, asked.part.toward, asked.part.points)
-    found = find_facets(part.data, asked.options, progress=progress)
-    asked.out.parent.mkdir(parents=True, exist_ok=True)
-    arrays: dict[str, Any] = _facet_arrays(found, part, count, asked.model.to_world)
-    np.savez(asked.out, **arrays)
-    seen = found.exposure
+    if request.part is not None:
+        part = part_in_view(data, request.part.eye, request.part.toward, request.part.points)
+    facets = find_facets(part.data, request.options, progress=progress)
+    request.out.parent.mkdir(parents=True, exist_ok=True)
+    arrays: dict[str, Any] = _facet_arrays(facets, part, count, request.model.to_world)
+    np.savez(request.out, **arrays)
+    exposure = facets.exposure
     return FoundFacets(
-        len(found.facets),
-        found.of,
-        found.reach,
-        found.min_points,
-        seen.near_planar_share,
-        seen.coverage,
-        seen.exposed_m2,
-        seen.vegetation_share,
-        seen.debris_share,
-        found.warnings,
-        asked.out,
+        len(facets.facets),
+        facets.of,
+        facets.reach,
+        facets.min_points,
+        exposure.near_planar_share,
+        exposure.coverage,
+        exposure.exposed_m2,
+        exposure.vegetation_share,
+        exposure.debris_share,
+        facets.warnings,
+        request.out,
     )
 
 
-def _facet_arrays(found: Facets, part: Part, count: int, to_world: Any) -> Arrays:
-    """label, covers : (points,) int32 of all of the model, -1 for none. Of each of f facets, in the
-    frame of the file: n, n_effective, mean (f, 3), scatter (f, 3, 3), area, resolution, level_gap
-    and bend_deg, 0 for none, bent; its faces or points rows[row_cuts[i]:row_cuts[i + 1]], its
-    outline in the same way; exposed_m2 : in World.
+def _facet_arrays(result: Facets, part: Part, count: int, to_world: Any) -> Arrays:
+    """Return the arrays of facets.
+
+    `label` and `covers` (points,) int32 refer to all points of the model, -1 for none. For each
+    of f facets, in the frame of the file: `n`, `n_effective`, `mean` (f, 3), `scatter` (f, 3, 3),
+    `area`, `resolution`, `bent`, `level_gap` and `bend_deg` (0 if undefined); its faces or points
+    are `rows[row_cuts[i]:row_cuts[i + 1]]`, and likewise its outline. `exposed_m2` is in World.
     """
     import numpy as np
 
     from vomstudio.geometry import transform
     from vomstudio.geometry.patches import outline
 
-    back = transform.invert(transform.matrix(to_world))
-    turn, scale = back[:3, :3], transform.scale_of(to_world)
-    of_elements = part.points if found.of == "point" else part.faces
+    to_file = transform.invert(transform.matrix(to_world))
+    turn, scale = to_file[:3, :3], transform.scale_of(to_world)
+    element_ids = part.points if result.of == "point" else part.faces
     label, covers = np.full((2, count), -1, np.int32)
-    label[part.points], covers[part.points] = found.labels, found.covers
-    facets, rings = found.facets, []
+    label[part.points], covers[part.points] = result.labels, result.covers
+    facets, rings = result.facets, []
     for facet in facets:
-        ring = outline(_corners(part, found.of, facet.rows), facet.fit.normal)
-        rings.append(transform.apply(back, np.array(ring).reshape(-1, 3)))
-    rows = [np.sort(of_elements[facet.rows]) for facet in facets]
-    known = [facet.moments for facet in facets]
-    mean = np.array([m.mean for m in known]).reshape(-1, 3)
-    scatter = np.array([m.scatter for m in known]).reshape(-1, 3, 3)
+        ring = outline(_corners(part, result.of, facet.rows), facet.fit.normal)
+        rings.append(transform.apply(to_file, np.array(ring).reshape(-1, 3)))
+    rows = [np.sort(element_ids[facet.rows]) for facet in facets]
+    moments = [facet.moments for facet in facets]
+    mean = np.array([m.mean for m in moments]).reshape(-1, 3)
+    scatter = np.array([m.scatter for m in moments]).reshape(-1, 3, 3)
     return {
         "label": label,
         "covers": covers,
-        "n": np.array([m.n for m in known], np.int64),
-        "n_effective": np.array([m.n_effective for m in known]),
-        "mean": transform.apply(back, mean),
+        "n": np.array([m.n for m in moments], np.int64),
+        "n_effective": np.array([m.n_effective for m in moments]),
+        "mean": transform.apply(to_file, mean),
         "scatter": turn @ scatter @ turn.T,
         "area": np.array([facet.area for facet in facets]) / scale**2,
         "resolution": np.array([facet.resolution for facet in facets]) / scale,
         "bent": np.array([facet.bent for facet in facets], np.bool_),
         "level_gap": np.array([facet.level_gap or 0.0 for facet in facets]) / scale,
         "bend_deg": np.array([facet.bend_deg or 0.0 for facet in facets]),
-        "exposed_m2": found.exposure.by_facet_m2,
+        "exposed_m2": result.exposure.by_facet_m2,
         "rows": np.concatenate([*rows, np.zeros(0, np.int64)]),
         "row_cuts": np.cumsum([0, *map(len, rows)]),
         "outline": np.concatenate([*rings, np.zeros((0, 3))]),
@@ -251,7 +282,7 @@ def _facet_arrays(found: Facets, part: Part, count: int, to_world: Any) -> Array
 
 
 def _corners(part: Part, element: str, rows: Any) -> FloatArray:
-    """(k, 3) points of some faces or points, each once."""
+    """Return the distinct points (k, 3) of faces or points."""
     import numpy as np
 
     from vomstudio.geometry.mesh import Mesh
@@ -264,6 +295,6 @@ def _corners(part: Part, element: str, rows: Any) -> FloatArray:
     return np.asarray(data.points[rows], np.float64)
 
 
-FIND_FACETS = Job("find_facets", Lane.PRODUCTS, FacetsOrder, FoundFacets, _find, _PART)
+FIND_FACETS = Job("find_facets", Lane.PRODUCTS, FacetsRequest, FoundFacets, _find, MEMORY_ADVICE)
 
 JOBS = (COMPUTE_FIELDS, MAP_MEASURABLE, FIND_FACETS)

@@ -1,4 +1,4 @@
-"""Jobs before a reconstruction: frames of a video, and what the reconstruction will need."""
+"""Jobs before a reconstruction: frames of a video, and a forecast of what is needed."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from vomstudio.studio.jobs.job import Job, Lane
 
 
 @dataclass(frozen=True)
-class FramesOrder:
-    """Order for writing frames of `video` to `out`; force : even if it contains other files"""
+class FramesRequest:
+    """Request to write frames of `video` to `out`; `force` accepts a folder of other files."""
 
     video: Path
     out: Path
@@ -25,21 +25,21 @@ class FramesOrder:
     force: bool
 
 
-def _take_frames(order: FramesOrder, progress: Progress) -> FrameReport:
+def _take_frames(request: FramesRequest, progress: Progress) -> FrameReport:
     return take_frames(
-        order.video, order.out, fps=order.options.fps, force=order.force, progress=progress
+        request.video, request.out, fps=request.options.fps, force=request.force, progress=progress
     )
 
 
-TAKE_FRAMES = Job("take_frames", Lane.PHOTOS, FramesOrder, FrameReport, _take_frames)
-"""Write the frames of a video that are worth using."""
+TAKE_FRAMES = Job("take_frames", Lane.PHOTOS, FramesRequest, FrameReport, _take_frames)
+"""Write the usable frames of a video."""
 
 
 @dataclass(frozen=True)
-class ForecastOrder:
-    """Order for the forecast of a reconstruction of the folder `photos` with these settings.
+class ForecastRequest:
+    """Request for the forecast of a reconstruction of the folder `photos` with these settings.
 
-    sizes : width and height of the photos, which the caller has read already
+    `sizes` contains width and height of the photos, which the caller has already read.
     """
 
     photos: Path
@@ -53,7 +53,7 @@ class ForecastOrder:
 
 @dataclass(frozen=True)
 class PointFacts:
-    """See `PointCheck`."""
+    """Check of a control point, see `PointCheck`."""
 
     label: str
     use: str
@@ -63,7 +63,7 @@ class PointFacts:
 
 @dataclass(frozen=True)
 class ControlFacts:
-    """See `ControlCheck`; problem : also the reason if a file cannot be read."""
+    """Check of all control points, see `ControlCheck`; `problem` also if a file is unreadable."""
 
     points: tuple[PointFacts, ...]
     crs: str | None
@@ -75,28 +75,28 @@ class ControlFacts:
 
 @dataclass(frozen=True)
 class Forecast:
-    """memory : None without photos; control : None without control points"""
+    """Forecast of a reconstruction: memory, None without photos; control, None without points."""
 
     memory: MemoryNeed | None
     control: ControlFacts | None
 
 
-def _foresee(order: ForecastOrder, progress: Progress) -> Forecast:
+def _foresee(request: ForecastRequest, progress: Progress) -> Forecast:
     from vomstudio.core.errors import VomError
     from vomstudio.io.photos.reading import read_photos
     from vomstudio.photogrammetry.base.settings import Settings
 
-    settings = Settings(quality=order.quality, threads=order.threads)
+    settings = Settings(quality=request.quality, threads=request.threads)
     memory = None
-    if order.sizes:
-        memory = memory_need(settings, order.sizes)
+    if request.sizes:
+        memory = memory_need(settings, request.sizes)
     control = None
-    if order.control is not None:
-        photos = read_photos(order.photos, progress).photos
+    if request.control is not None:
+        photos = read_photos(request.photos, progress).photos
         try:
-            control = _control(order.control, order.marks, order.crs, photos)
+            control = _control(request.control, request.marks, request.crs, photos)
         except VomError as error:
-            control = ControlFacts((), order.crs, None, None, finding_of(error), ())
+            control = ControlFacts((), request.crs, None, None, finding_of(error), ())
     return Forecast(memory, control)
 
 
@@ -114,12 +114,12 @@ def _control(path: Path, marks: Path | None, crs: str | None, photos: Any) -> Co
     reason = Finding("control.crs-chosen")
     if crs is None:
         reason = Finding("control.crs-stated", file=path.name)
-    seen = read_marks(marks_beside(path) if marks is None else marks)
-    found = check_control(points, seen, photos, placed, reason)
-    return serialisation.decode(ControlFacts, found.to_dict())
+    marked = read_marks(marks_beside(path) if marks is None else marks)
+    check = check_control(points, marked, photos, placed, reason)
+    return serialisation.decode(ControlFacts, check.to_dict())
 
 
-FORESEE = Job("foresee", Lane.INSPECTION, ForecastOrder, Forecast, _foresee)
-"""What a reconstruction will need and use."""
+FORESEE = Job("foresee", Lane.INSPECTION, ForecastRequest, Forecast, _foresee)
+"""Forecast memory and control points of a reconstruction."""
 
 JOBS = (TAKE_FRAMES, FORESEE)

@@ -8,12 +8,15 @@ from typing import Any
 from vomstudio.studio.jobs.job import Job
 
 TASKS: dict[str, Job[Any, Any]] = {}
-"""Those that were asked for, and what stands beside them; others are found by `task_of`."""
+"""Jobs of the modules imported so far, by name; `find_task` imports others."""
 
 
-def task_of(name: str) -> Job[Any, Any] | None:
-    """The job of that name, None where there is none. Only what leads to it is loaded: whoever
-    opens a model waits for that and not for what photos need."""
+def find_task(name: str) -> Job[Any, Any] | None:
+    """Return the job with a name, None if there is none.
+
+    Modules are imported until it is found: opening a model must not wait for the modules of
+    photos.
+    """
     for jobs in () if name in TASKS else _jobs():
         TASKS.update((job.name, job) for job in jobs)
         if name in TASKS:
@@ -22,7 +25,7 @@ def task_of(name: str) -> Job[Any, Any] | None:
 
 
 def _jobs() -> Iterator[tuple[Job[Any, Any], ...]]:
-    """Module by module, what is asked for first and is loaded fastest before the others."""
+    """Yield the jobs module by module, starting with those that are needed and loaded first."""
     from vomstudio.studio.jobs import model_tasks
 
     yield model_tasks.JOBS

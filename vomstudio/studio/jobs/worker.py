@@ -1,8 +1,8 @@
-"""The worker process: tasks in, events out.
+"""Worker process: receives jobs and sends events.
 
-Commands come as JSON lines on stdin, events leave as JSON lines on what was stdout. Libraries print
-to descriptor 1, so it is pointed at stderr first. End of file on stdin ends the process, so that
-none outlives a killed window.
+Commands arrive as JSON lines on stdin; events are sent as JSON lines to the original stdout.
+Because libraries print to descriptor 1, it is redirected to stderr first. End of file on stdin
+ends the process, so that no worker outlives a killed window.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from vomstudio.core.threads import start_thread
 from vomstudio.core.words import tr
 from vomstudio.studio.jobs.events import Done, Event, Failed, Fault, Stage, Step, to_line
 from vomstudio.studio.jobs.job import Job
-from vomstudio.studio.jobs.tasks import task_of
-from vomstudio.studio.jobs.worker_exits import short_of_memory
+from vomstudio.studio.jobs.tasks import find_task
+from vomstudio.studio.jobs.worker_exits import out_of_memory_error
 
 
 class _Reporter:
-    """A Progress that writes events."""
+    """Progress that writes events."""
 
     def __init__(self, job: int, token: CancelToken, send: Any) -> None:
         self._job, self._token, self._send = job, token, send
@@ -48,14 +48,14 @@ class _Reporter:
 
 
 def main() -> int:
-    """Serve jobs until stdin ends; the exit status."""
-    # What ends the window or the command may reach every process: that one decides what it ends.
+    """Serve jobs until stdin ends, and return the exit status."""
+    # Ctrl+C in a terminal may reach every process; only the parent decides what to stop.
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
     end_with_parent()
     memory_limit.enable_limits()
-    # A comma locale makes some native readers misread decimal points.
+    # Some native readers misread decimal points in a locale with decimal commas.
     locale.setlocale(locale.LC_NUMERIC, "C")
     out = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
@@ -77,11 +77,11 @@ def main() -> int:
         job, name, args, token = jobs.get()
         try:
             token.check()
-            task = task_of(name)
+            task = find_task(name)
             if task is None:
                 raise WorkerError(Finding("job.unknown-task", task=name))
             with memory_limit.limit_to_free_memory():
-                done = task.carry_out(args, _Reporter(job, token, send))
+                done = task.run_plain(args, _Reporter(job, token, send))
             send(Done(job, done))
         except VomError as error:
             send(Failed(job, error.to_dict(), error.exit_code))
@@ -90,7 +90,7 @@ def main() -> int:
             return 0
         except Exception as error:  # noqa: BLE001  a worker answers for every job it was given
             if task is not None and memory_limit.is_memory_error(error):
-                fault = short_of_memory(task)
+                fault = out_of_memory_error(task)
                 send(Failed(job, fault.to_dict(), fault.exit_code))
                 continue
             traceback.print_exc(file=sys.stderr)
@@ -112,7 +112,7 @@ def _listen(stdin: TextIO, jobs: queue.SimpleQueue[Any]) -> None:
                 continue
             job = (command["job"], command["task"], command["args"])
         except (ValueError, KeyError, TypeError) as error:
-            # This thread must live: it is the one that hears the window's end.
+            # This thread must survive: it detects that the window has ended.
             print(f"not a command: {line[:80]!r} ({error})", file=sys.stderr)
             continue
         token = tokens[job[0]] = CancelToken()

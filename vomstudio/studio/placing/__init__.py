@@ -1,1 +1,1 @@
-"""Models placed in World: what is given for it, and the registration that follows."""
+"""Placement of models in World: observations, and the resulting registration."""

@@ -1,4 +1,4 @@
-"""Lines and planes of a model of which something is known, as observations of its place."""
+"""Known lines and planes of a model as observations of its placement."""
 
 from __future__ import annotations
 
@@ -24,39 +24,47 @@ from vomstudio.registration.evidence import Evidence, register
 from vomstudio.registration.level_evidence import KnownDirection
 from vomstudio.registration.results import Known, Placed
 from vomstudio.registration.similarity import jacobian
-from vomstudio.studio.placing.known_planes import OnModel, miss_deg
+from vomstudio.studio.placing.known_planes import ModelDirection, residual_deg
 
 
 @dataclass(frozen=True)
-class LineMiss:
-    """How far a line of a placed model is from what is known of it. off : placed less known,
-    degrees, metres of a length; of what was read by compass the angle between the two"""
+class LineResidual:
+    """Residual of a known line on a placed model.
+
+    `off` is placed minus known, in degrees, or in metres for a length; for a compass reading it
+    is the angle between both directions.
+    """
 
     id: str
     off: float
 
 
-def usable(lines: Sequence[KnownLine]) -> list[KnownLine]:
-    """Those with two ends that place a model: something is known of them, and they do not only
-    judge."""
+def placement_lines(lines: Sequence[KnownLine]) -> list[KnownLine]:
+    """Return the complete lines with known values that are not only checks."""
     return [line for line in lines if line.complete and not line.check and not line.by_compass]
 
 
-def evidence_of(
+def build_evidence(
     pairs: Pairs,
     lines: Sequence[KnownLine],
     compass: CompassTable | None = None,
     turned_deg: float = 0.0,
 ) -> Evidence:
-    """In the frame of the model's file. turned_deg : added to all azimuths"""
-    found = Evidence(pairs=pairs if len(pairs.labels) else None)
-    found.compass, found.compass_turn_deg = compass, turned_deg
-    ends = [(line, line.vertices[0], line.vertices[-1]) for line in usable(lines)]
-    found.level_lines, found.plumb_lines = (
+    """Build the observations in the frame of the model's file.
+
+    Parameters
+    ----------
+    turned_deg : float
+        Correction that is added to all azimuths, degrees.
+    """
+    evidence_found = Evidence(pairs=pairs if len(pairs.labels) else None)
+    evidence_found.compass, evidence_found.compass_turn_deg = compass, turned_deg
+    ends = [(line, line.vertices[0], line.vertices[-1]) for line in placement_lines(lines)]
+    evidence_found.level_lines, evidence_found.plumb_lines = (
         [KnownDirection(a, b, line.sigma, line.name) for line, a, b in ends if line.kind == kind]
         for kind in ("level", "plumb")
     )
-    found.azimuths, found.lengths = (
+    evidence_found.azimuths, evidence_found.lengths = (
         [
             Segment(a, b, line.value + added, line.sigma, line.name)
             for line, a, b in ends
@@ -64,10 +72,10 @@ def evidence_of(
         ]
         for kind, added in (("azimuth", turned_deg), ("length", 0.0))
     )
-    return found
+    return evidence_found
 
 
-def placed_by_known(
+def place_by_known(
     pairs: Pairs,
     lines: Sequence[KnownLine],
     model: Model,
@@ -82,22 +90,38 @@ def placed_by_known(
     click_sigma_m: float | None = None,
     resolution: float | None = None,
 ) -> Placed:
-    """The placement of a model's file by points, lines and planes on it. What these leave free
-    stays as the model stands now, and so does its scale where that is kept.
+    """Place a model by points, lines and planes on it.
 
-    extent : (n, 3) points all over the model, in its file's frame; north_doubt_deg : one sigma of
-        what all azimuths may be off alike; turned_deg : added to all azimuths; north_sigma_stated :
-        whether that error is not a default; photo_up : (3,) as of `Evidence`
-    click_sigma_m : error of a click on the model, metres, None for half the `resolution` of the
-        model, which is in the unit of its file
-    Raises GeometryError, UsageError.
+    Undetermined parameters keep their values in the present placement, and so does the scale
+    with `keep_scale`.
+
+    Parameters
+    ----------
+    extent : (n, 3) float64 or None
+        Sample of the model's points, in its file's frame.
+    north_doubt_deg : float
+        Standard deviation of the common error of all azimuths, degrees.
+    turned_deg : float
+        Correction that is added to all azimuths, degrees.
+    north_sigma_stated : bool
+        Whether `north_doubt_deg` is not a default.
+    photo_up : (3,) float64, optional
+        As in `Evidence`.
+    click_sigma_m : float, optional
+        Standard deviation of a click on the model, metres; by default half the resolution.
+    resolution : float, optional
+        Resolution of the model in the unit of its file.
+
+    Raises
+    ------
+    GeometryError, UsageError
     """
-    evidence = evidence_of(pairs, lines, compass, turned_deg)
+    evidence = build_evidence(pairs, lines, compass, turned_deg)
     evidence.compass_doubt_deg = north_doubt_deg
     evidence.compass_doubt_stated = north_sigma_stated
     evidence.photo_up = photo_up
     evidence.click_sigma_m, evidence.resolution = click_sigma_m, resolution
-    evidence.up = up_of(model)
+    evidence.up = up_direction(model)
     if keep_scale:
         evidence.scale = transform.scale_of(transform.matrix(model.to_world))
         registration = model.registration
@@ -105,35 +129,35 @@ def placed_by_known(
     placed = register(evidence, extent)
     if placed.known.all:
         return placed
-    # By the file alone a model that was turned before would fall back.
-    stands = transform.matrix(model.to_world)
-    evidence = _moved(evidence, stands)
-    placed = register(evidence, None if extent is None else transform.apply(stands, extent))
-    scale = placed.scale * transform.scale_of(stands)
-    return replace(placed, matrix=placed.matrix @ stands, scale=scale)
+    # With the file alone, a model that was rotated before would return to its old orientation.
+    to_world = transform.matrix(model.to_world)
+    evidence = _transform_evidence(evidence, to_world)
+    placed = register(evidence, None if extent is None else transform.apply(to_world, extent))
+    scale = placed.scale * transform.scale_of(to_world)
+    return replace(placed, matrix=placed.matrix @ to_world, scale=scale)
 
 
-def up_of(model: Model) -> FloatArray | None:
-    """(3,) What points up in the frame of a model's file, as it stands; None where nobody knows."""
+def up_direction(model: Model) -> FloatArray | None:
+    """Return the up direction (3,) in the frame of a model's file, None if unknown."""
     if not model.frame.has_up:
         return None
-    stands = transform.matrix(model.to_world)
-    return np.asarray(stands[2, :3] / transform.scale_of(stands), np.float64)
+    to_world = transform.matrix(model.to_world)
+    return np.asarray(to_world[2, :3] / transform.scale_of(to_world), np.float64)
 
 
 def photo_up(path: Path) -> FloatArray | None:
-    """(3,) What was up as photos were held, in the file of a model that was made of them here.
+    """Return the mean up direction (3,) of the photos in the file of a photo model.
 
-    None if it was made otherwise, or registered. Such a model is turned so that z is up as they
-    were held (`photogrammetry.georeferencing.local_frame`).
+    None if the model was made elsewhere, or registered. Such a model is rotated so that z is up
+    as the photos were held (`photogrammetry.georeferencing.local_frame`).
     """
     return np.array([0.0, 0.0, 1.0]) if scale_known(path) is False else None
 
 
-def _moved(evidence: Evidence, by: FloatArray) -> Evidence:
-    """The same of a model that stands as a 4 x 4 similarity puts it."""
+def _transform_evidence(evidence: Evidence, by: FloatArray) -> Evidence:
+    """Return the observations of a model that a 4 x 4 similarity moves."""
 
-    def there(place: Point) -> Point:
+    def transform_point(place: Point) -> Point:
         x, y, z = transform.apply(by, [place])[0].tolist()
         return x, y, z
 
@@ -154,39 +178,44 @@ def _moved(evidence: Evidence, by: FloatArray) -> Evidence:
         else evidence.resolution * transform.scale_of(by),
         up=None if evidence.up is None else by[:3, :3] @ evidence.up / transform.scale_of(by),
         photo_up=None if evidence.photo_up is None else by[:3, :3] @ evidence.photo_up,
-        level_lines=[_direction_there(line, there) for line in evidence.level_lines],
-        plumb_lines=[_direction_there(line, there) for line in evidence.plumb_lines],
-        azimuths=[_there(line, there) for line in evidence.azimuths],
-        lengths=[_there(line, there) for line in evidence.lengths],
+        level_lines=[_transform_direction(line, transform_point) for line in evidence.level_lines],
+        plumb_lines=[_transform_direction(line, transform_point) for line in evidence.plumb_lines],
+        azimuths=[_transform_segment(line, transform_point) for line in evidence.azimuths],
+        lengths=[_transform_segment(line, transform_point) for line in evidence.lengths],
     )
 
 
-def _direction_there(line: KnownDirection, there: Callable[[Point], Point]) -> KnownDirection:
+def _transform_direction(line: KnownDirection, there: Callable[[Point], Point]) -> KnownDirection:
     return replace(line, first=there(line.first), second=there(line.second))
 
 
-def _there(line: Segment, there: Callable[[Point], Point]) -> Segment:
+def _transform_segment(line: Segment, there: Callable[[Point], Point]) -> Segment:
     return line._replace(first=there(line.first), second=there(line.second))
 
 
-def line_misses(
+def line_residuals(
     lines: Sequence[KnownLine],
     placed: Placed,
-    seen: Mapping[str, OnModel] = MappingProxyType({}),
+    seen: Mapping[str, ModelDirection] = MappingProxyType({}),
     turned_deg: float = 0.0,
-) -> list[LineMiss]:
-    """Of the lines and planes of which something is known, those that judge among them.
+) -> list[LineResidual]:
+    """Return the residuals of known lines and planes, including checks.
 
-    seen : what was read by compass, by id; turned_deg : added to all azimuths
+    Parameters
+    ----------
+    seen : mapping of str to ModelDirection
+        Directions on the model of compass readings, by id.
+    turned_deg : float
+        Correction that is added to all azimuths, degrees.
     """
-    found = []
+    evidence_found = []
     for line in lines:
         if not line.complete:
             continue
         if line.by_compass:
             if line.id in seen:
-                off = miss_deg(line, seen[line.id], placed, turned_deg)
-                found.append(LineMiss(line.id, off))
+                off = residual_deg(line, seen[line.id], placed, turned_deg)
+                evidence_found.append(LineResidual(line.id, off))
             continue
         ends = placed(np.array([line.vertices[0], line.vertices[-1]], np.float64))
         along = ends[1] - ends[0]
@@ -199,16 +228,16 @@ def line_misses(
             off = float(np.degrees(np.arctan2(np.hypot(*along[:2]), abs(along[2]))))
         elif line.kind == "azimuth":
             azimuth = np.degrees(np.arctan2(along[0], along[1]))
-            known = (line.value or 0.0) + turned_deg
-            off = float((azimuth - known + 180.0) % 360.0 - 180.0)
+            known_azimuth_deg = (line.value or 0.0) + turned_deg
+            off = float((azimuth - known_azimuth_deg + 180.0) % 360.0 - 180.0)
         else:
             off = length - (line.value or 0.0)
-        found.append(LineMiss(line.id, off))
-    return found
+        evidence_found.append(LineResidual(line.id, off))
+    return evidence_found
 
 
-def known_after(placed: Placed, model: Model) -> Known:
-    """What is known of a model after a placement: what that gives, and what was known before."""
+def known_after_placement(placed: Placed, model: Model) -> Known:
+    """Return what is known after a placement: by the placement or before it."""
     frame, known = model.frame, placed.known
     vertical = known.vertical or frame.has_up
     return Known(
@@ -219,22 +248,25 @@ def known_after(placed: Placed, model: Model) -> Known:
     )
 
 
-def frame_after(placed: Placed, model: Model, crs: str | None) -> Frame:
-    """What is known of World then. crs : of the points, None for local metres"""
+def frame_after_placement(placed: Placed, model: Model, crs: str | None) -> Frame:
+    """Return the frame after a placement; `crs` is that of the points, None for local metres."""
     if placed.known.all:
         return Frame("local") if crs is None else Frame("crs", crs=crs)
-    known = known_after(placed, model)
+    known = known_after_placement(placed, model)
     if known.north and known.scale:
-        stays = world_crs(model.frame.crs, model.frame.unit_m)
-        return Frame("local") if stays is None else Frame("crs", crs=stays)
+        is_crs_kept = world_crs(model.frame.crs, model.frame.unit_m)
+        return Frame("local") if is_crs_kept is None else Frame("crs", crs=is_crs_kept)
     if known.north:
         return Frame("oriented")
     return Frame("scaled" if known.scale else "undeclared", level=known.vertical)
 
 
 def covariance_after(placed: Placed, before: Registration | None) -> FloatArray:
-    """(7, 7) of the placement; of what it leaves free that of the registration before, which stays
-    in force there."""
+    """Return the covariance (7, 7) of a placement.
+
+    Undetermined parameters have the covariance of the previous registration, which still
+    defines them.
+    """
     total = np.array(placed.covariance, np.float64)
     known = placed.known
     if known.all or before is None:
@@ -244,7 +276,7 @@ def covariance_after(placed: Placed, before: Registration | None) -> FloatArray:
     if shape is not None:
         earlier[:4, :4] = shape
     if before.covariance is not None and before.centre is not None:
-        # What turns and grows about its centre also shifts what lies elsewhere.
+        # A rotation or scale about the centre also shifts other points.
         moves = np.eye(7)
         moves[4:] = jacobian(np.subtract(placed.centre, before.centre))
         earlier = moves @ np.array(before.covariance, np.float64) @ moves.T

@@ -1,4 +1,4 @@
-"""Planes and lines of a project that were read by compass, as observations of a model's place."""
+"""Compass readings of planes and lines as observations of a model's placement."""
 
 from __future__ import annotations
 
@@ -23,42 +23,58 @@ from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Model, OnAModel, Record, get_feature
 from vomstudio.registration.results import Placed
 
-MOST_DEG = 90.0
-"""An error that is larger says nothing of a direction."""
-_WITH_ERROR = re.compile(r"\s*(?:±|\+\s*/?\s*[-–−])\s*")
-# The 95 % region of a direction reaches so many of its sigmas.
-_REACH_95 = 2.4477
+MAX_SIGMA_DEG = 90.0
+"""Maximum error: a larger one leaves the direction undefined."""
+SIGMA_SEPARATOR = re.compile(r"\s*(?:±|\+\s*/?\s*[-–−])\s*")
+# Number of standard deviations of a direction in its 95 % region.
+SIGMAS_95 = 2.4477
 
 
 @dataclass(frozen=True, eq=False)
-class OnModel:
-    """What a reading is of, as the model shows it. direction : (3,) in the frame of the model's
-    file, the normal of a plane; sigma_deg : its own error there, one sigma, None where not known"""
+class ModelDirection:
+    """Direction on a model of a feature that was read by compass.
+
+    Parameters
+    ----------
+    direction : (3,) float64
+        In the frame of the model's file; of a plane its normal.
+    sigma_deg : float or None
+        Standard deviation of the direction, degrees; None if unknown.
+    """
 
     direction: FloatArray
     sigma_deg: float | None
 
 
-def directions_of(
+def measure_directions(
     lines: Iterable[KnownLine], measured: Mapping[str, Measurement], model: Model
-) -> dict[str, OnModel]:
-    """Of the planes and lines that were read, by the id of the reading; without those that are gone
-    or have no orientation. measured : the features that they are, by their own ids"""
+) -> dict[str, ModelDirection]:
+    """Return the directions on the model by the id of each reading.
+
+    Readings are left out if their feature is missing or has no orientation.
+
+    Parameters
+    ----------
+    measured : mapping of str to Measurement
+        Measurements of the features by their ids.
+    """
     rows = transform.matrix(model.to_world)
     turn = rows[:3, :3] / transform.scale_of(rows)
-    found = {}
+    directions = {}
     for line in lines:
-        seen = measured.get(line.feature_id)
-        if not line.by_compass or seen is None:
+        measurement = measured.get(line.feature_id)
+        if not line.by_compass or measurement is None:
             continue
-        world = _direction(seen, line.kind == "plane")
+        world = _direction(measurement, line.kind == "plane")
         if world is not None:
-            found[line.id] = OnModel(world @ turn, _own_error(seen, line.kind == "plane"))
-    return found
+            directions[line.id] = ModelDirection(
+                world @ turn, _direction_sigma(measurement, line.kind == "plane")
+            )
+    return directions
 
 
 def _direction(measured: Measurement, plane: bool) -> FloatArray | None:
-    """(3,) World."""
+    """Return the direction (3,), World."""
     if not plane:
         return None if measured.line is None else np.asarray(measured.line.vector(), np.float64)
     if measured.fit is not None:
@@ -66,8 +82,8 @@ def _direction(measured: Measurement, plane: bool) -> FloatArray | None:
     return None if measured.plane is None else np.asarray(measured.plane.normal(), np.float64)
 
 
-def _own_error(measured: Measurement, plane: bool) -> float | None:
-    """One sigma, degrees, of both directions alike."""
+def _direction_sigma(measured: Measurement, plane: bool) -> float | None:
+    """Return the standard deviation in any direction, degrees."""
     largest, smallest = measured.max_confidence95_deg, measured.min_confidence95_deg
     if plane and measured.fit is not None:
         largest, smallest = wider_of(
@@ -79,18 +95,24 @@ def _own_error(measured: Measurement, plane: bool) -> float | None:
         )
     if largest is None or smallest is None:
         return None
-    return float(np.hypot(largest, smallest) / np.sqrt(2.0) / _REACH_95)
+    return float(np.hypot(largest, smallest) / np.sqrt(2.0) / SIGMAS_95)
 
 
-def placing(lines: Iterable[KnownLine], seen: Mapping[str, OnModel]) -> list[KnownLine]:
-    """Those that place a model: the model shows what was read, and they do not only judge."""
+def placement_readings(
+    lines: Iterable[KnownLine], seen: Mapping[str, ModelDirection]
+) -> list[KnownLine]:
+    """Return the readings that place a model: visible on it, and not only checks."""
     return [line for line in lines if line.complete and not line.check and line.id in seen]
 
 
-def compass_table(lines: Sequence[KnownLine], seen: Mapping[str, OnModel]) -> CompassTable | None:
-    """The readings that place a model as the table of the command has them; None without any. A
-    stated error is that of the reading and that of the feature together."""
-    used = placing(lines, seen)
+def compass_table(
+    lines: Sequence[KnownLine], seen: Mapping[str, ModelDirection]
+) -> CompassTable | None:
+    """Return the readings that place a model as the command's table, None without any.
+
+    A stated error is that of reading and feature combined.
+    """
+    used = placement_readings(lines, seen)
     if not used:
         return None
     return CompassTable(
@@ -99,20 +121,27 @@ def compass_table(lines: Sequence[KnownLine], seen: Mapping[str, OnModel]) -> Co
         np.array([line.value for line in used], np.float64),
         np.array([line.inclination_deg for line in used], np.float64),
         np.array([seen[line.id].direction for line in used], np.float64),
-        np.array([_together(line.sigma, seen[line.id].sigma_deg) for line in used], np.float64),
+        np.array(
+            [_combine_sigmas(line.sigma, seen[line.id].sigma_deg) for line in used], np.float64
+        ),
     )
 
 
-def _together(reading_deg: float | None, feature_deg: float | None) -> float:
+def _combine_sigmas(reading_deg: float | None, feature_deg: float | None) -> float:
     if reading_deg is None:
         return float("nan")
-    return min(float(np.hypot(reading_deg, feature_deg or 0.0)), MOST_DEG)
+    return min(float(np.hypot(reading_deg, feature_deg or 0.0)), MAX_SIGMA_DEG)
 
 
-def miss_deg(line: KnownLine, seen: OnModel, placed: Placed, turned_deg: float) -> float:
-    """The angle between what was read and what the placed model shows, 0 to 90 degrees. turned_deg
-    : added to the azimuth that was read"""
-    one = CompassTable(
+def residual_deg(line: KnownLine, seen: ModelDirection, placed: Placed, turned_deg: float) -> float:
+    """Return the angle between a reading and the placed model, 0 to 90 degrees.
+
+    Parameters
+    ----------
+    turned_deg : float
+        Correction that is added to the azimuth, degrees.
+    """
+    reading = CompassTable(
         (line.name,),
         np.array([line.kind == "plane"]),
         np.array([(line.value or 0.0) + turned_deg]),
@@ -120,47 +149,60 @@ def miss_deg(line: KnownLine, seen: OnModel, placed: Placed, turned_deg: float) 
         seen.direction[None],
         np.array([np.nan]),
     )
-    there = placed_direction(seen, placed)
-    cosine = abs(float(one.vectors()[0] @ there))
-    # An angle that is nearly nought is lost in its cosine.
-    across = float(np.linalg.norm(np.cross(one.vectors()[0], there)))
+    direction = placed_direction(seen, placed)
+    cosine = abs(float(reading.vectors()[0] @ direction))
+    # The arc cosine is inaccurate for very small angles.
+    across = float(np.linalg.norm(np.cross(reading.vectors()[0], direction)))
     return float(np.degrees(np.arctan2(across, cosine)))
 
 
-def placed_direction(seen: OnModel, placed: Placed) -> FloatArray:
-    """(3,) World, a unit vector."""
+def placed_direction(seen: ModelDirection, placed: Placed) -> FloatArray:
+    """Return the unit vector (3,) in World."""
     turn = np.asarray(placed.matrix)[:3, :3] / placed.scale
     return np.asarray(turn @ seen.direction, np.float64)
 
 
-# --- what is typed ----------------------------------------------------------------------------
+# --- input of the user ------------------------------------------------------------------------
 @dataclass(frozen=True)
-class Typed:
-    """azimuth_deg, inclination_deg : of a plane dip direction and dip, of a line trend and plunge
-    sigma_deg : None where not typed"""
+class ParsedReading:
+    """Compass reading from text.
+
+    Parameters
+    ----------
+    azimuth_deg, inclination_deg : float
+        Dip direction and dip of a plane, trend and plunge of a line.
+    sigma_deg : float or None
+        None if not stated.
+    """
 
     azimuth_deg: float
     inclination_deg: float
     sigma_deg: float | None
 
 
-def typed_reading(text: str, kind: ReadKind, notation: str) -> Typed:
-    """What a text such as `213/45 ± 3` says, with two bare numbers of a plane in the notation.
-    Raises InputError and UsageError."""
-    said, *error = _WITH_ERROR.split(text.strip(), maxsplit=1)
-    sigma = typed_sigma(error[0]) if error else None
+def parse_reading(text: str, kind: ReadKind, notation: str) -> ParsedReading:
+    """Parse a reading such as `213/45 ± 3`; `notation` applies to two numbers of a plane.
+
+    Raises
+    ------
+    InputError, UsageError
+    """
+    angles, *error = SIGMA_SEPARATOR.split(text.strip(), maxsplit=1)
+    sigma = parse_sigma(error[0]) if error else None
     if kind == "plane":
-        plane = parse_plane(said, notation)
-        return Typed(plane.dip_direction_deg, plane.dip_deg, sigma)
-    line = parse_line(said)
+        plane = parse_plane(angles, notation)
+        return ParsedReading(plane.dip_direction_deg, plane.dip_deg, sigma)
+    line = parse_line(angles)
     if line.plunge_deg < 0.0:
-        raise InputError(Finding("reading.points-up", text=said))
-    return Typed(line.trend_deg, line.plunge_deg, sigma)
+        raise InputError(Finding("reading.points-up", text=angles))
+    return ParsedReading(line.trend_deg, line.plunge_deg, sigma)
 
 
 def field_text(measured: Measurement, kind: ReadKind, turned_deg: float, notation: str) -> str:
-    """A reading of the field book, which is counted from grid north, as it would have been read
-    where `turned_deg` is added; "" where it is not of this kind."""
+    """Return a field measurement as the reading that `turned_deg` would correct to it.
+
+    Field measurements refer to grid north. Returns "" for another kind.
+    """
     plane, line = measured.plane, measured.line
     if kind == "plane" and plane is not None:
         azimuth, inclination = plane.dip_direction_deg, plane.dip_deg
@@ -174,13 +216,13 @@ def field_text(measured: Measurement, kind: ReadKind, turned_deg: float, notatio
     )
 
 
-def typed_sigma(text: str) -> float:
-    """The error of a reading in degrees. Raises UsageError."""
+def parse_sigma(text: str) -> float:
+    """Parse the standard deviation of a reading in degrees. Raises UsageError."""
     try:
         number = float(text.strip().rstrip("°").replace(",", "."))
     except ValueError:
         number = float("nan")
-    if not 0.0 < number <= MOST_DEG:
+    if not 0.0 < number <= MAX_SIGMA_DEG:
         raise UsageError(Finding("reading.invalid-error", text=text.strip()))
     return number
 
@@ -201,14 +243,14 @@ def why_not_read(
     return None
 
 
-def reading_of(
-    feature: Any, measured: Measurement, typed: Typed, others: Iterable[str]
+def create_reading(
+    feature: Any, measured: Measurement, typed: ParsedReading, others: Iterable[str]
 ) -> KnownLine:
-    """The record of a reading of a feature. others : names that are taken"""
+    """Create the record of a reading; `others` are the names in use."""
     return KnownLine(
         new_id("reading"),
         _name(feature.name, set(others)),
-        kind_read(measured),
+        reading_kind(measured),
         feature.model_id,
         feature.model_hash,
         (),
@@ -219,15 +261,15 @@ def reading_of(
     )
 
 
-def kind_read(measured: Measurement) -> ReadKind:
-    """Whether what was read of a feature is a plane, or a line."""
+def reading_kind(measured: Measurement) -> ReadKind:
+    """Return whether a reading of this feature is a plane or a line."""
     return "plane" if measured.line is None else "lineation"
 
 
-def _name(name: str, taken: set[str]) -> str:
-    """That of the feature, which a geologist knows; a number where it was read before."""
+def _name(name: str, used_names: set[str]) -> str:
+    """Return the name of the feature, or a number if it has been read before."""
     return next(
         each
-        for n in range(1, len(taken) + 2)
-        if (each := name if n == 1 else f"{name} ({n})") not in taken
+        for n in range(1, len(used_names) + 2)
+        if (each := name if n == 1 else f"{name} ({n})") not in used_names
     )

@@ -1,4 +1,4 @@
-"""Control points that are marked in photos of a model, as pairs of places."""
+"""Control points that are marked in photos of a model, as pairs of points."""
 
 from __future__ import annotations
 
@@ -26,8 +26,7 @@ def marked_pairs(
 
     Raises
     ------
-    UsageError, InputError
-    GeometryError
+    UsageError, InputError GeometryError
         If marks are not in pixels of the photos.
     """
     from vomstudio.io.control.control_files import (
@@ -47,15 +46,15 @@ def marked_pairs(
     path = marks_file or marks_beside(control)
     marks = read_marks(path)
     evidence.marks = [(m.label, m.photo, m.x, m.y) for m in marks]
-    known = {p.label: p.position for p in points}
+    positions = {p.label: p.position for p in points}
     if evidence.views:
         try:
-            require_pixels_of_photos(evidence.marks, evidence.views, known)
+            require_pixels_of_photos(evidence.marks, evidence.views, positions)
         except GeometryError as failure:
             failure.file = str(path)
             raise
-        messages += name_findings(list(known), evidence.marks, evidence.views)
-    used = [mark for mark in evidence.marks if mark[0] in known]
+        messages += name_findings(list(positions), evidence.marks, evidence.views)
+    used = [mark for mark in evidence.marks if mark[0] in positions]
     places = marked_places(evidence, used, messages)
     triangulated = [p for p in points if p.label in places]
     sigma = [[p.sigma_m or math.nan] * 3 for p in triangulated]

@@ -15,12 +15,12 @@ from vomstudio.registration.north import (
 )
 from vomstudio.registration.register_options import RegisterOptions
 
-_SAME_DEG = 1e-9
-AS_READ = ReadNorth("grid")
-"""Where nothing was said."""
+TOLERANCE_DEG = 1e-9
+GRID_NORTH = ReadNorth("grid")
+"""North reference if none is stated."""
 
 
-def north_of(compass: Compass, known: North) -> tuple[ReadNorth, str]:
+def resolve_north(compass: Compass, known: North) -> tuple[ReadNorth, str]:
     """Return how azimuths by a compass are turned to grid north, and a summary of that.
 
     Raises
@@ -29,47 +29,56 @@ def north_of(compass: Compass, known: North) -> tuple[ReadNorth, str]:
         If the declination is not known.
     """
     correction = known.required_correction(compass.north)
-    doubt = compass.doubt_deg
-    doubt = default_north_sigma_deg(compass.north) if doubt is None else doubt
-    return correction.read_north(doubt), correction.summary
+    sigma_deg = compass.doubt_deg
+    sigma_deg = default_north_sigma_deg(compass.north) if sigma_deg is None else sigma_deg
+    return correction.read_north(sigma_deg), correction.summary
 
 
-def known_of(
+def north_inputs(
     compass: Compass,
     model: Model,
     bounds: FloatArray | None,
     pairs: Pairs,
     crs: str | None,
 ) -> North:
-    """What is known of place and day of a compass's readings on a model.
+    """Return place and day of compass readings on a model.
 
-    bounds : (2, 3) of the model in its file's frame, None where they are not known; crs : of the
-    points. Raises UsageError for what is no day.
+    Parameters
+    ----------
+    bounds : (2, 3) float64 or None
+        Bounds of the model in its file's frame.
+    crs : str or None
+        CRS of the points.
+
+    Raises
+    ------
+    UsageError
+        If the day is not a date.
     """
-    own = model.frame.crs if model.frame.kind == "crs" else None
+    file_crs = model.frame.crs if model.frame.kind == "crs" else None
     place = compass.place
     if place is None and crs is not None and len(pairs.labels):
         place = place_of(crs, pairs.world)
-    if place is None and own is not None and bounds is not None:
-        place = place_of(own, transform.apply(model.to_world, bounds))
+    if place is None and file_crs is not None and bounds is not None:
+        place = place_of(file_crs, transform.apply(model.to_world, bounds))
     day = parse_day(compass.day) if compass.day else None
-    return North(crs or own, place, day, compass.declination_deg)
+    return North(crs or file_crs, place, day, compass.declination_deg)
 
 
-def as_the_command(
+def to_register_options(
     compass: Compass | None, used: ReadNorth, pairs: Pairs, crs: str | None
 ) -> RegisterOptions | None:
-    """Return the options of `register` that turn azimuths in the same way.
+    """Return the options of `register` with the same azimuth correction.
 
-    None if it cannot, because it does not know the place of the readings: azimuths are then given
-    as turned. Their common offset is always stated.
+    None if the place of the readings is unknown to the command: azimuths are then passed
+    corrected. Their common error is always stated.
     """
     if compass is None or compass.north == "grid":
         return RegisterOptions(north_sigma_deg=used.doubt_deg or None)
     place = place_of(crs, pairs.world) if crs is not None and len(pairs.labels) else None
     day = parse_day(compass.day) if compass.day else None
-    same = North(crs, place, day, compass.declination_deg).correction(compass.north)
-    if same is None or abs(same.deg - used.turned_deg) > _SAME_DEG:
+    equivalent_deg = North(crs, place, day, compass.declination_deg).correction(compass.north)
+    if equivalent_deg is None or abs(equivalent_deg.deg - used.turned_deg) > TOLERANCE_DEG:
         return None
     declination_deg = compass.declination_deg
     return RegisterOptions(

@@ -1,4 +1,4 @@
-"""A model of a file fitted to a reference of another file."""
+"""Fit of a model from one file to a reference from another."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class ReferenceFit(Result):
 
 
 @dataclass(frozen=True)
-class Standing:
+class InitialPlacement:
     """Placement of a model before the fit.
 
     to_world : (4, 4) from the file to World; crs : CRS of World; metric : whether its unit is known
@@ -63,15 +63,17 @@ class Standing:
     scale_error: float | None = None
 
 
-def _stated_placement(loaded: LoadedModel) -> Standing:
+def _stated_placement(loaded: LoadedModel) -> InitialPlacement:
     established = establish_frame(loaded)
     frame, registration = established.frame, established.registration
     if registration is not None:
-        return Standing(
+        return InitialPlacement(
             established.to_world(), frame.crs, frame.has_metres, registration.scale_error
         )
-    known = loaded.unit_m is not None or frame.crs is not None
-    return Standing(frame.to_world(), frame.crs, known or scale_known(loaded.path) is True)
+    has_known_unit = loaded.unit_m is not None or frame.crs is not None
+    return InitialPlacement(
+        frame.to_world(), frame.crs, has_known_unit or scale_known(loaded.path) is True
+    )
 
 
 def fit_model(
@@ -81,7 +83,7 @@ def fit_model(
     near: Placed | None,
     crs: str | None,
     stable: str | Path | None = None,
-    stands: Standing | None = None,
+    initial: InitialPlacement | None = None,
     progress: Progress,
 ) -> ReferenceFit:
     """Fit a model to a reference in another file.
@@ -96,7 +98,7 @@ def fit_model(
         CRS of World, None for that of the reference.
     stable : str or Path, optional
         Mask of the stable part of the reference.
-    stands : Standing, optional
+    initial : Standing, optional
         Placement of the model, by default as its file states.
 
     Raises
@@ -108,12 +110,12 @@ def fit_model(
     messages = list(target.warnings)
     if crs is not None:
         messages += crs_findings(crs, target.crs, ("--crs", names[1]))
-    stands = stands or _stated_placement(loaded)
-    similarity = similarity_of(stands.to_world)
-    scale = not stands.metric
+    initial = initial or _stated_placement(loaded)
+    similarity = similarity_of(initial.to_world)
+    scale = not initial.metric
     points, spacing = points_and_spacing(loaded.data, loaded.path)
     if near is None:
-        messages += crs_findings(stands.crs, target.crs, names)
+        messages += crs_findings(initial.crs, target.crs, names)
         start = similarity
         refuse_apart(box_of(similarity(points)), box_of(points_of(target.data)), names)
     else:
@@ -123,8 +125,8 @@ def fit_model(
     target_points, target_spacing = points_and_spacing(target.data, target.loaded.path)
     flags, stable_m = None, None
     if stable is not None:
-        flags, stable_m, more = _stable(target_points, target, Path(stable), progress)
-        messages += more
+        flags, stable_m, mask_findings = _stable(target_points, target, Path(stable), progress)
+        messages += mask_findings
     fitted = fit_to_reference(
         points,
         target_points,
@@ -132,7 +134,7 @@ def fit_model(
         spacing=(spacing * start.scale, target_spacing),
         scale=scale,
         stable=flags,
-        scale_error=stands.scale_error,
+        scale_error=initial.scale_error,
         progress=progress,
     )
     return ReferenceFit(

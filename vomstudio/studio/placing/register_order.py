@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from vomstudio.studio.placing.reference_fitting import ReferenceFit
 
 # Survey formats, whose z is a height even if they state no CRS.
-_SURVEYED = (".las", ".laz", ".tif", ".tiff")
+SURVEY_FORMATS = (".las", ".laz", ".tif", ".tiff")
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,8 +147,8 @@ def _registration(
     from vomstudio.io.models.registration_file import registration_path
     from vomstudio.studio.placing.registering import (
         add_reference_error,
+        create_registration,
         reference_findings,
-        registration_of,
     )
 
     if not placed.known.all and model.to_world != IDENTITY:
@@ -158,7 +158,7 @@ def _registration(
             messages.append(Finding("registration.incomplete", file=file))
         model = replace(model, placement=UNDECLARED)
     reference = "" if fitted is None else fitted.name
-    record = registration_of(placed, evidence.pairs, model, crs, reference, read_north)
+    record = create_registration(placed, evidence.pairs, model, crs, reference, read_north)
     if fitted is None or fitted.reference is None:
         return record
     record = add_reference_error(record, fitted.reference, scale_fitted=fitted.scale_fitted)
@@ -218,10 +218,10 @@ def _fitted(
     if loaded is None:
         raise UsageError(Finding("option.needs-model", option="--reference"), field="MODEL")
     # One or two points support the fit, but give no initial placement.
-    known = not (evidence.empty or evidence.too_few_alone)
-    near = _solved(evidence, loaded) if known else None
+    is_determined = not (evidence.empty or evidence.too_few_alone)
+    initial = _solved(evidence, loaded) if is_determined else None
     return fit_model(
-        loaded, options.reference, near=near, crs=crs, stable=options.stable, progress=progress
+        loaded, options.reference, near=initial, crs=crs, stable=options.stable, progress=progress
     )
 
 
@@ -241,9 +241,9 @@ def _up(loaded: LoadedModel) -> FloatArray | None:
     """Return the up direction (3,) of the model, None if neither file nor format states it."""
     from vomstudio.io.models.frames import frame_of_file
 
-    surveyed = loaded.path.suffix.casefold() in _SURVEYED
-    known = surveyed or frame_of_file(loaded.path, loaded.crs).has_up
-    return np.array([0.0, 0.0, 1.0]) if known else None
+    surveyed = loaded.path.suffix.casefold() in SURVEY_FORMATS
+    has_up = surveyed or frame_of_file(loaded.path, loaded.crs).has_up
+    return np.array([0.0, 0.0, 1.0]) if has_up else None
 
 
 def _relocation_findings(
@@ -387,10 +387,10 @@ def _north(
     """Return the north reference, and the place and day of the readings."""
     from vomstudio.registration.north import North, parse_day, place_of
 
-    known = [] if evidence.pairs is None else [evidence.pairs.world]
-    known += [] if evidence.positions is None else [evidence.positions.places]
-    if place is None and crs is not None and known:
-        place = place_of(crs, np.concatenate(known))
+    positions = [] if evidence.pairs is None else [evidence.pairs.world]
+    positions += [] if evidence.positions is None else [evidence.positions.places]
+    if place is None and crs is not None and positions:
+        place = place_of(crs, np.concatenate(positions))
     day = None if options.date is None else parse_day(options.date)
     return North(crs, place, day, options.declination_deg)
 

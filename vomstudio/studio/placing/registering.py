@@ -1,4 +1,4 @@
-"""A model of the project placed by points that were found on it, as one edit that can be undone."""
+"""Placement of a model of the project by points on it, as one edit."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ from vomstudio.registration.similarity import jacobian
 from vomstudio.registration.turn_checks import worst_turn95_deg
 from vomstudio.studio.placing.known_lines import (
     covariance_after,
-    frame_after,
-    placed_by_known,
-    up_of,
-    usable,
+    frame_after_placement,
+    place_by_known,
+    placement_lines,
+    up_direction,
 )
 
-_SETS_TOLD = 5
-_Z95 = 1.959963984540054
+MAX_SETS_REPORTED = 5
+Z_95 = 1.959963984540054
 
 
 def parse_click_sigma(text: str, field: str) -> float:
@@ -65,84 +65,93 @@ def parse_click_sigma(text: str, field: str) -> float:
     return value
 
 
-def take_in(
+def import_control_points(
     records: Mapping[str, Record], model: Model, pairs: Pairs, known: Sequence[ControlPoint]
 ) -> Edit:
-    """Points of a file as control points of a model; those of `known`, which the model has already,
-    that have one of the labels are given these coordinates."""
-    there = {point.name: point for point in known}
-    after: dict[str, Record | None] = {}
+    """Import points of a file as control points of a model.
+
+    Points of `known`, which the model already has, get the coordinates of the same label.
+    """
+    existing = {point.name: point for point in known}
+    records_after: dict[str, Record | None] = {}
     for row, label in enumerate(pairs.labels):
-        before = there.get(label)
-        if before is None:
-            before = ControlPoint(new_id("control"), label, model.id, model.content_hash)
-        found = np.isfinite(pairs.model[row]).all()
+        point_before = existing.get(label)
+        if point_before is None:
+            point_before = ControlPoint(new_id("control"), label, model.id, model.content_hash)
+        is_picked = np.isfinite(pairs.model[row]).all()
         sigma = pairs.sigma[row]
         point = replace(
-            before,
+            point_before,
             position=_point(pairs.world[row]),
             sigma_m=_point(sigma) if np.isfinite(sigma).all() else None,
             check=bool(pairs.check[row]),
-            vertices=(_point(pairs.model[row]),) if found else before.vertices,
+            vertices=(_point(pairs.model[row]),) if is_picked else point_before.vertices,
         )
-        after[point.id] = point
+        records_after[point.id] = point
     return change(
         records,
-        tr_n("Add {count} control point", "Add {count} control points", len(after)),
-        after,
+        tr_n("Add {count} control point", "Add {count} control points", len(records_after)),
+        records_after,
     )
 
 
-def pairs_of(points: Sequence[ControlPoint]) -> Pairs:
-    """Those that are found on the model and have coordinates."""
-    known = [p for p in points if p.vertices and p.position is not None]
+def control_pairs(points: Sequence[ControlPoint]) -> Pairs:
+    """Return the points that were located on the model and have coordinates."""
+    located = [p for p in points if p.vertices and p.position is not None]
     nothing = (np.nan, np.nan, np.nan)
     return Pairs(
-        tuple(p.name for p in known),
-        np.array([p.vertices[0] for p in known], np.float64).reshape(-1, 3),
-        np.array([p.position for p in known], np.float64).reshape(-1, 3),
-        np.array([p.sigma_m or nothing for p in known], np.float64).reshape(-1, 3),
-        np.array([p.check for p in known], bool),
+        tuple(p.name for p in located),
+        np.array([p.vertices[0] for p in located], np.float64).reshape(-1, 3),
+        np.array([p.position for p in located], np.float64).reshape(-1, 3),
+        np.array([p.sigma_m or nothing for p in located], np.float64).reshape(-1, 3),
+        np.array([p.check for p in located], bool),
     )
 
 
-def expected(
+def expected_positions(
     points: Sequence[ControlPoint], placed: Placed | None, model: Model
 ) -> dict[str, FloatArray]:
-    """Where points that have not been found should be, by a placement, or, without one, by two
-    points of a model whose vertical is known: (3,) in World as the model stands at present, by id.
+    """Return where points should be that have not been located, by id.
+
+    The positions (3,) are in World by the present placement. They follow from `placed`, or
+    without it from two points on a model with a known vertical.
     """
-    left = [p for p in points if not p.vertices and p.position is not None]
-    back = _by_two(points, model) if placed is None else transform.invert(placed.matrix)
-    if not left or back is None:
+    remaining = [p for p in points if not p.vertices and p.position is not None]
+    to_model = (
+        _match_two_points(points, model) if placed is None else transform.invert(placed.matrix)
+    )
+    if not remaining or to_model is None:
         return {}
-    world = np.array([p.position for p in left], np.float64)
-    there = transform.apply(back, world)
+    world = np.array([p.position for p in remaining], np.float64)
+    there = transform.apply(to_model, world)
     if placed is not None:
         there = transform.apply(model.to_world, there)
-    return {p.id: place for p, place in zip(left, there, strict=True)}
+    return {p.id: place for p, place in zip(remaining, there, strict=True)}
 
 
-def _by_two(points: Sequence[ControlPoint], model: Model) -> FloatArray | None:
-    """4 x 4 from the coordinates of the points to the model as it stands: a turn about the
-    vertical, a scale and a shift, which two points determine that are not one above the other."""
-    pairs = pairs_of(points)
+def _match_two_points(points: Sequence[ControlPoint], model: Model) -> FloatArray | None:
+    """Return the 4 x 4 matrix from the points' coordinates to the model as placed.
+
+    Two points that are not one above the other determine rotation about the vertical, scale and
+    shift.
+    """
+    pairs = control_pairs(points)
     if len(pairs.labels) != 2 or not model.frame.has_up:
         return None
-    here, there = transform.apply(model.to_world, pairs.model), pairs.world
-    (x, y, z), (u, v, w) = here[1] - here[0], there[1] - there[0]
-    level, long = np.hypot(u, v), np.linalg.norm([u, v, w])
-    if np.hypot(x, y) <= 0.1 * np.linalg.norm([x, y, z]) or level <= 0.1 * long:
+    on_model, target_places = transform.apply(model.to_world, pairs.model), pairs.world
+    (x, y, z), (u, v, w) = on_model[1] - on_model[0], target_places[1] - target_places[0]
+    level, length = np.hypot(u, v), np.linalg.norm([u, v, w])
+    if np.hypot(x, y) <= 0.1 * np.linalg.norm([x, y, z]) or level <= 0.1 * length:
         return None
     turn = np.arctan2(y, x) - np.arctan2(v, u)
-    back = np.eye(4)
-    back[:3, :3] = Rotation.from_rotvec([0.0, 0.0, turn]).as_matrix()
-    back[:3, :3] *= np.linalg.norm([x, y, z]) / long
-    back[:3, 3] = here.mean(axis=0) - back[:3, :3] @ there.mean(axis=0)
-    return back
+    to_model = np.eye(4)
+    to_model[:3, :3] = Rotation.from_rotvec([0.0, 0.0, turn]).as_matrix()
+    to_model[:3, :3] *= np.linalg.norm([x, y, z]) / length
+    to_model[:3, 3] = on_model.mean(axis=0) - to_model[:3, :3] @ target_places.mean(axis=0)
+    return to_model
 
 
-def placed_by_points(
+def place_by_points(
     pairs: Pairs,
     bounds: FloatArray | None,
     model: Model,
@@ -161,22 +170,43 @@ def placed_by_points(
 ) -> Placed:
     """Place a model by points, known lines and compass readings, and check the coordinates.
 
-    bounds : (2, 3) of the model in its file's frame, None if not known; crs : CRS of the points
-    extent : (n, 3) points all over the model, in its file's frame
-    compass : in the frame of the file; turned_deg : added to all azimuths; north_doubt_deg : common
-    error of the azimuths, one sigma; north_sigma_stated : whether that is not a default
-    photo_up : (3,) as of `Evidence`; keep_scale : whether the scale of the model is fixed
-    click_sigma_m : error of a click on the model, metres, None for half the `resolution` of the
-    model, which is in the unit of its file
-    Raises GeometryError, also for points that are far from the model.
+    Parameters
+    ----------
+    bounds : (2, 3) float64 or None
+        Bounds of the model in its file's frame.
+    crs : str or None
+        CRS of the points.
+    extent : (n, 3) float64, optional
+        Sample of the model's points, in its file's frame.
+    compass : CompassTable, optional
+        In the frame of the file.
+    turned_deg : float
+        Correction that is added to all azimuths, degrees.
+    north_doubt_deg : float
+        Standard deviation of their common error, degrees.
+    north_sigma_stated : bool
+        Whether that is not a default.
+    photo_up : (3,) float64, optional
+        As in `Evidence`.
+    keep_scale : bool
+        Whether the scale of the model is fixed.
+    click_sigma_m : float, optional
+        Standard deviation of a click on the model, metres; by default half the resolution.
+    resolution : float, optional
+        Resolution of the model in the unit of its file.
+
+    Raises
+    ------
+    GeometryError
+        Also if the points are far from the model.
     """
     require_on_model(pairs.model, bounds)
-    if not usable(lines) and compass is None:
+    if not placement_lines(lines) and compass is None:
         evidence = Evidence(
             pairs=pairs,
             click_sigma_m=click_sigma_m,
             resolution=resolution,
-            up=up_of(model),
+            up=up_direction(model),
             crs=crs,
         )
         if keep_scale:
@@ -185,7 +215,7 @@ def placed_by_points(
             evidence.scale_error = None if registration is None else registration.scale_error
         placed = register(evidence, extent)
     else:
-        placed = placed_by_known(
+        placed = place_by_known(
             pairs,
             lines,
             model,
@@ -203,14 +233,18 @@ def placed_by_points(
         return placed
     findings = check_area(pairs.world, crs)
     # The position of a registered model is not that of its file.
-    by_file = model.registration is None and model.frame.crs == crs and placed.known.position
-    if bounds is not None and crs is not None and by_file:
-        shown = bounds if extent is None or not len(extent) else extent
-        findings += relocation_findings(transform.apply(model.to_world, shown), placed(shown), crs)
+    is_in_file_frame = (
+        model.registration is None and model.frame.crs == crs and placed.known.position
+    )
+    if bounds is not None and crs is not None and is_in_file_frame:
+        checked_points = bounds if extent is None or not len(extent) else extent
+        findings += relocation_findings(
+            transform.apply(model.to_world, checked_points), placed(checked_points), crs
+        )
     return with_warnings(placed, findings)
 
 
-def registration_of(
+def create_registration(
     placed: Placed,
     pairs: Pairs | None,
     model: Model,
@@ -225,26 +259,30 @@ def registration_of(
     reference : name of the reference of a fit, "" for a placement by pairs and known lines
     read_north : north reference of the azimuths, None if there are none
     """
-    before = model.registration
+    previous = model.registration
     has_points = pairs is not None and bool(len(pairs.labels))
     method, name = _method(placed, model.name, reference, has_points=has_points)
-    id_ = before.id if before is not None and before.method == method else new_id("registration")
+    id_ = (
+        previous.id
+        if previous is not None and previous.method == method
+        else new_id("registration")
+    )
     error = placed.rotation_error_deg
-    covariance = covariance_after(placed, before)
-    known = None
+    covariance = covariance_after(placed, previous)
+    up_error = None
     if (
         error.about_up is not None
         and error.about_east is not None
         and error.about_north is not None
     ):
-        known = (error.about_up, error.about_east, error.about_north)
+        up_error = (error.about_up, error.about_east, error.about_north)
     return Registration(
         id_,
         name,
         method,
-        frame_after(placed, model, crs),
+        frame_after_placement(placed, model, crs),
         _matrix(placed),
-        rotation_error_deg=known,
+        rotation_error_deg=up_error,
         scale_error=float(np.sqrt(covariance[3, 3])),
         rms_control_m=placed.rms_control_m,
         rms_check_m=placed.rms_check_m,
@@ -253,9 +291,9 @@ def registration_of(
         centre=placed.centre,
         reach_m=placed.reach_m,
         normal=placed.normal,
-        # Angles and ratios: a similarity does not change them.
-        lens_bowing95_deg=None if before is None else before.lens_bowing95_deg,
-        lens_stretch95=None if before is None else before.lens_stretch95,
+        # Angles and ratios are invariant under a similarity.
+        lens_bowing95_deg=None if previous is None else previous.lens_bowing95_deg,
+        lens_stretch95=None if previous is None else previous.lens_stretch95,
         read_north=read_north,
         observations=placed.observations,
         click_sigma_m=placed.click_sigma_m,
@@ -306,7 +344,7 @@ def add_reference_error(
     if other.covariance is not None and other.centre is not None:
         theirs = np.array(other.covariance, np.float64)
         away = np.subtract(record.centre, other.centre)
-    # What turns and grows about its centre also shifts what lies elsewhere.
+    # A rotation or scale about the centre also shifts other points.
     moves = np.eye(7)
     moves[4:] = jacobian(away)
     moves[3, 3] = 1.0 if scale_fitted else 0.0
@@ -326,26 +364,34 @@ def reference_findings(record: Registration) -> tuple[Finding, ...]:
     turn, scale = worst_turn95_deg(record.rotation_covariance()), record.scale_error
     if turn is None or scale is None:
         return ()
-    values = {"rotation95_deg": turn, "scale95_percent": 100.0 * _Z95 * scale}
+    values = {"rotation95_deg": turn, "scale95_percent": 100.0 * Z_95 * scale}
     return (Finding("registration.reference-error", **values),)
 
 
-def turned_deg(before: Model, after: Model) -> float:
-    """By how much a model, and all that was measured on it, turned between two placements."""
+def rotation_deg(before: Model, after: Model) -> float:
+    """Return the angle between two placements of a model, degrees."""
     return float(np.degrees(Rotation.from_matrix(_turn(before, after)).magnitude()))
 
 
-def sets_turned_deg(
+def set_rotations_deg(
     records: Mapping[str, Record],
     before: Model,
     after: Model,
     measured: Mapping[str, Measurement],
 ) -> dict[str, float]:
-    """By how much the mean pole of each set of planes on a model turned between two placements: a
-    turn about its own pole changes nothing of a plane.
+    """Return by how many degrees the mean pole of each set of planes turned.
 
-    measured : the features of `records` as they lie after it. The name of a set is that of its
-    feature type, with its own.
+    A rotation about the pole itself does not change a plane.
+
+    Parameters
+    ----------
+    measured : mapping of str to Measurement
+        The features of `records` after the second placement.
+
+    Returns
+    -------
+    dict of str to float
+        By feature type and set name.
     """
     poles: dict[str, list[FloatArray]] = {}
     for id_, figures in measured.items():
@@ -360,32 +406,34 @@ def sets_turned_deg(
         name = feature.type_id if kind is None else kind.name
         name = f"{name}: {feature.set_name}" if feature.set_name else name
         poles.setdefault(name, []).append(figures.plane.normal())
-    back = _turn(before, after).T
-    found = {}
-    for name, own in poles.items():
-        mean = orientation_tensor(np.array(own))[1][0]
-        found[name] = float(np.degrees(np.arccos(min(1.0, abs(float(mean @ back @ mean))))))
-    return found
+    rotation_back = _turn(before, after).T
+    rotations = {}
+    for name, poles_of_set in poles.items():
+        mean = orientation_tensor(np.array(poles_of_set))[1][0]
+        rotations[name] = float(
+            np.degrees(np.arccos(min(1.0, abs(float(mean @ rotation_back @ mean)))))
+        )
+    return rotations
 
 
-def sets_turned_finding(turned: Mapping[str, float]) -> Finding | None:
-    """Return how far the mean planes of sets turned, the farthest first; None without sets."""
+def set_rotation_finding(turned: Mapping[str, float]) -> Finding | None:
+    """Return the finding on the rotation of sets, largest first; None without sets."""
     ordered = sorted(turned.items(), key=lambda each: -each[1])
-    said = [
+    parts = [
         tr("{set_name} by {turn:.1f}°", set_name=name, turn=turn)
-        for name, turn in ordered[:_SETS_TOLD]
+        for name, turn in ordered[:MAX_SETS_REPORTED]
     ]
-    if len(ordered) > _SETS_TOLD:
-        said.append(tr("others by less"))
-    return Finding("registration.sets-turned", sets=said) if said else None
+    if len(ordered) > MAX_SETS_REPORTED:
+        parts.append(tr("others by less"))
+    return Finding("registration.sets-turned", sets=parts) if parts else None
 
 
 def _turn(before: Model, after: Model) -> FloatArray:
-    """(3, 3) the rotation between two placements."""
-    first, second = (transform.matrix(m.to_world) for m in (before, after))
+    """Return the rotation matrix (3, 3) between two placements."""
+    before_matrix, second = (transform.matrix(m.to_world) for m in (before, after))
     return np.asarray(
         (second[:3, :3] / transform.scale_of(second))
-        @ (first[:3, :3] / transform.scale_of(first)).T
+        @ (before_matrix[:3, :3] / transform.scale_of(before_matrix)).T
     )
 
 
@@ -395,25 +443,25 @@ def _matrix(placed: Placed) -> Matrix:
 
 
 def _points(placed: Placed, pairs: Pairs) -> tuple[RegistrationPoint, ...]:
-    """In the order of the table."""
+    """Return the points of a registration in the order of the table."""
     residuals: dict[str, PointResidual] = {
         point.label: point for point in (*placed.control, *placed.check)
     }
-    found = []
+    rows = []
     for row, label in enumerate(pairs.labels):
-        left = residuals[label]
+        residual = residuals[label]
         sigma = pairs.sigma[row]
-        found.append(
+        rows.append(
             RegistrationPoint(
                 label,
                 _point(pairs.model[row]),
                 _point(pairs.world[row]),
-                (left.dx, left.dy, left.dz),
+                (residual.dx, residual.dy, residual.dz),
                 _point(sigma) if np.isfinite(sigma).all() else None,
                 bool(pairs.check[row]),
             )
         )
-    return tuple(found)
+    return tuple(rows)
 
 
 def _point(row: np.ndarray) -> Point:

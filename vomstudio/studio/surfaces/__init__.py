@@ -1,1 +1,1 @@
-"""What is chosen, worked out and proposed on the surface of a model."""
+"""Selections, computed fields and proposals on the surface of a model."""

@@ -1,4 +1,4 @@
-"""What of the surface lies in the cells of the project's grids, computed in threads."""
+"""Exposed surface in the cells of the project's grids, computed in threads."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Records = Mapping[str, Record]
 
 
 def world_grid(grid: FaceGrid, model: Model | None) -> CellGrid:
-    """In World, metres where the model has them."""
+    """Return the grid in World, in metres if the scale of the model is known."""
     rows = rows_of(model)
     scale = transform.scale_of(rows)
     turn = rows[:3, :3] / scale
@@ -40,50 +40,53 @@ def world_grid(grid: FaceGrid, model: Model | None) -> CellGrid:
     return CellGrid(origin, right, up, grid.cell * scale, grid.columns, grid.rows)
 
 
-def exposed_of(
+def compute_exposed(
     grid: FaceGrid, data: Mesh | PointCloud, resolution: float | None, *, pieces: bool
 ) -> Exposed:
-    """Of a model's data; areas in the square of the file's unit."""
+    """Measure the exposed surface in the cells; areas in the square of the file's unit."""
     if isinstance(data, Mesh) and len(data.faces):
         return exposed_faces(file_grid(grid), data.vertices, data.faces, pieces=pieces)
     points = data.vertices if isinstance(data, Mesh) else data.points
     return exposed_points(file_grid(grid), points, resolution or 0.0)
 
 
-def lines_on(
+def picked_lines(
     records: Records, measured: Mapping[str, Measurement], model_id: str
 ) -> list[FloatArray]:
-    """(k, 3) World of what was picked on a model: lines along their vertices, patches at their
-    middle."""
-    found = []
-    for id_, one in measured.items():
+    """Return the picks on a model as lines (k, 3) in World, patches by their centre."""
+    lines = []
+    for id_, measurement in measured.items():
         feature = records.get(id_)
         if not (isinstance(feature, Typed) and isinstance(feature, OnAModel)):
             continue
-        if feature.model_id != model_id or not len(one.points) or is_repeat(feature, records):
+        if (
+            feature.model_id != model_id
+            or not len(measurement.points)
+            or is_repeat(feature, records)
+        ):
             continue
         layer = kind_of(feature).layer
         shape = None
         if layer is not None and layer.geometry == "line":
-            shape = layer.shape(Subject(feature, one, records))
-        found.append(one.points[:1] if shape is None else np.asarray(shape, np.float64))
-    return found
+            shape = layer.shape(Subject(feature, measurement, records))
+        lines.append(measurement.points[:1] if shape is None else np.asarray(shape, np.float64))
+    return lines
 
 
-def share_of(
+def compute_coverage(
     grid: FaceGrid, model: Model | None, exposed: Exposed, lines: Iterable[FloatArray]
 ) -> LookedAt:
-    """lines : as of `lines_on`"""
-    in_world = world_grid(grid, model)
-    unit = (in_world.cell / grid.cell) ** 2
+    """Compute the coverage of a grid by the `lines` of `picked_lines`."""
+    grid_in_world = world_grid(grid, model)
+    unit = (grid_in_world.cell / grid.cell) ** 2
     return looked_at(
-        in_world, marks_of(grid), unit * exposed.surface, unit * exposed.covered, list(lines)
+        grid_in_world, marks_of(grid), unit * exposed.surface, unit * exposed.covered, list(lines)
     )
 
 
 @dataclass(frozen=True)
 class _Geometry:
-    """A grid without its marks: the surface in its cells depends on nothing else."""
+    """Grid without its marks, which do not affect the surface in its cells."""
 
     model_id: str
     lattice: tuple[Any, ...]
@@ -102,7 +105,7 @@ class FaceGrids:
     def __init__(self, projects: Projects, models: Models, background: Background) -> None:
         self.changed: Signal[str] = Signal()
         self._projects, self._models, self._background = projects, models, background
-        self._known: dict[str, tuple[_Geometry, Exposed | None]] = {}
+        self._exposed: dict[str, tuple[_Geometry, Exposed | None]] = {}
         models.loaded.connect(self._loaded)
 
     def all(self) -> list[FaceGrid]:
@@ -112,13 +115,13 @@ class FaceGrids:
     def exposed(self, grid_id: str) -> Exposed | None:
         """Return the surface in the cells of a grid; None if it is not known yet."""
         grid = get(self._projects.records, grid_id, FaceGrid)
-        known = self._known.get(grid_id)
-        return known[1] if grid is not None and known and known[0] == _Geometry.of(grid) else None
+        entry = self._exposed.get(grid_id)
+        return entry[1] if grid is not None and entry and entry[0] == _Geometry.of(grid) else None
 
     def begin(self) -> None:
         """Forget the grids of the previous project."""
         self._background.cancel_all()
-        self._known.clear()
+        self._exposed.clear()
 
     def edited(self, edit: Edit) -> None:
         for id_, record in edit.after.items():
@@ -126,7 +129,7 @@ class FaceGrids:
                 self._compute(record)
             elif isinstance(edit.before[id_], FaceGrid):
                 self._background.cancel(id_)
-                self._known.pop(id_, None)
+                self._exposed.pop(id_, None)
                 self.changed.emit(id_)
 
     def _loaded(self, model_id: str) -> None:
@@ -136,17 +139,17 @@ class FaceGrids:
 
     def _compute(self, grid: FaceGrid) -> None:
         geometry, opened = _Geometry.of(grid), self._models.open.get(grid.model_id)
-        known = self._known.get(grid.id)
-        if opened is None or (known is not None and known[0] == geometry):
+        entry = self._exposed.get(grid.id)
+        if opened is None or (entry is not None and entry[0] == geometry):
             return
-        self._known[grid.id] = (geometry, None)
+        self._exposed[grid.id] = (geometry, None)
 
         def store(exposed: Exposed | None) -> None:
-            self._known[grid.id] = (geometry, exposed)
+            self._exposed[grid.id] = (geometry, exposed)
             self.changed.emit(grid.id)
 
         self._background.run(
-            lambda: exposed_of(grid, opened.data, opened.resolution, pieces=True),
+            lambda: compute_exposed(grid, opened.data, opened.resolution, pieces=True),
             store,
             lambda _: store(None),
             key=grid.id,

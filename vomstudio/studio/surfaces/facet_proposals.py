@@ -1,5 +1,8 @@
-"""Facets of an open model as proposals: found in the background, judged like patches that were
-painted, and part of the project only where somebody accepts them."""
+"""Facets of an open model as proposals.
+
+They are computed in the background, judged like painted patches, and become part of the project
+only when accepted.
+"""
 
 from __future__ import annotations
 
@@ -33,14 +36,14 @@ from vomstudio.project.records import (
 from vomstudio.studio.background import Background
 from vomstudio.studio.display import Display
 from vomstudio.studio.editing import Editing
-from vomstudio.studio.jobs.surface_tasks import FIND_FACETS, FacetsOrder, FoundFacets, Sight
+from vomstudio.studio.jobs.surface_tasks import FIND_FACETS, FacetsRequest, FoundFacets, Sight
 from vomstudio.studio.models import Models
 from vomstudio.studio.projects import Projects
 from vomstudio.studio.running_jobs import Jobs
 from vomstudio.studio.surfaces.model_jobs import ProposalQueue
 
 PART_POINTS = 60_000
-"""Points of the part that is looked at while thresholds are tried: a second's work."""
+"""Points of the visible part on which thresholds are tried, for results within a second."""
 
 PAINTED = {
     "label": "facet label",
@@ -48,31 +51,46 @@ PAINTED = {
     "error": "facet 95 % error [°]",
     "exposure": "exposure",
 }
-"""Names of the fields by which proposals are painted."""
+"""Names of the fields in which proposals are coloured."""
 SHARES = {
     "planar": "planar sliding [%]",
     "wedge": "wedge sliding [%]",
     "flexural_toppling": "flexural toppling [%]",
     "direct_toppling": "direct toppling [%]",
 }
-"""Names of the fields by which they are painted as slopes."""
+"""Names of the fields in which they are coloured as slopes."""
 _NAMES = (*PAINTED.values(), *SHARES.values())
-_LEAST_RANGE = 1.0
-"""Percent: where nothing is critical the colours tell it too."""
+MIN_RANGE_PERCENT = 1.0
+"""Minimum of the colour range, percent, so that the absence of critical facets is visible."""
 
 
 @dataclass(frozen=True, eq=False)
 class Proposals:
-    """What was found on a model. patches : without names or type, the largest facet first;
-    measured : their figures; label, covers : (points,) int32 of the model; exposed_m2 : of each
-    patch; model, judged_by : as they were then; whole : all of the model was looked at"""
+    """Facets of a model.
+
+    Parameters
+    ----------
+    model : Model
+    judged_by : Thresholds
+        As they were at that time.
+    patches : tuple of Patch
+        Without names or type, the largest first.
+    measured : tuple of Measurement
+        Measurements of the patches.
+    label, covers : (points,) int32
+        Facet of each point of the model, -1 for none.
+    exposed_m2 : (facets,) float64
+        Exposed area of each patch.
+    whole : bool
+        Whether the whole model was searched.
+    """
 
     model_id: str
     to_world: object
     model: Model
     judged_by: Thresholds
     options: FacetOptions
-    told: FoundFacets
+    result: FoundFacets
     patches: tuple[Patch, ...]
     measured: tuple[Measurement, ...]
     label: Int32Array
@@ -81,29 +99,29 @@ class Proposals:
     whole: bool
 
     def share(self, rows: Collection[int]) -> float | None:
-        """Of the exposed rock, what lies in these facets."""
-        if not self.told.exposed_m2 > 0.0:
+        """Return the share of these facets in the exposed rock."""
+        if not self.result.exposed_m2 > 0.0:
             return None
-        return float(self.exposed_m2[sorted(rows)].sum()) / self.told.exposed_m2
+        return float(self.exposed_m2[sorted(rows)].sum()) / self.result.exposed_m2
 
     def exposed_area_of(self, row: int) -> float:
-        """m2, of a facet of points, which have no area of their own."""
+        """Return the area of a facet of points, m2; points have no area themselves."""
         return float(self.exposed_m2[row])
 
     @property
     def provenance(self) -> str:
-        """By which they were found, for the notes of what is accepted."""
+        """Describe the search for the notes of accepted facets."""
         of = self.options
-        said = [tr("angle {angle:g}°", angle=of.used_angle_deg)]
-        said.append(tr("distance {distance:.3g} m", distance=self.told.reach_m))
-        said.append(tr("at least {count} points", count=self.told.min_points))
+        parts = [tr("angle {angle:g}°", angle=of.used_angle_deg)]
+        parts.append(tr("distance {distance:.3g} m", distance=self.result.reach_m))
+        parts.append(tr("at least {count} points", count=self.result.min_points))
         if of.min_area_m2:
-            said.append(tr("at least {area:g} m²", area=of.min_area_m2))
+            parts.append(tr("at least {area:g} m²", area=of.min_area_m2))
         if of.min_coplanarity is not None:
-            said.append(tr("coplanarity at least {value:g}", value=of.min_coplanarity))
+            parts.append(tr("coplanarity at least {value:g}", value=of.min_coplanarity))
         return tr(
             "Facet that the program proposed ({limits}) and that was accepted.",
-            limits=", ".join(said),
+            limits=", ".join(parts),
         )
 
 
@@ -133,12 +151,12 @@ class FacetProposals(ProposalQueue[Proposals]):
         self._thresholds = thresholds
         self.open: set[int] = set()
         self.accepted: set[int] = set()
-        # Index of each accepted proposal by the id of its patch.
-        self._kept: dict[str, int] = {}
+        # Row of each accepted proposal by the id of its patch.
+        self._accepted_rows: dict[str, int] = {}
 
-    # --- finding -----------------------------------------------------------------------------
+    # --- search -------------------------------------------------------------------------------
     def find(self, model_id: str, options: FacetOptions, sight: Sight | None) -> None:
-        """Look for facets; what is being looked for is given up. sight : for a part alone"""
+        """Search for facets, cancelling a running search. `sight` restricts it to a view."""
         self._cancel()
         model = self._model(model_id)
         if model is None:
@@ -158,7 +176,7 @@ class FacetProposals(ProposalQueue[Proposals]):
 
         self._submit(
             FIND_FACETS,
-            FacetsOrder(standing, options, sight, out),
+            FacetsRequest(standing, options, sight, out),
             tr("Facets of {model}", model=record.name),
             judge,
             quiet=sight is not None,
@@ -167,13 +185,15 @@ class FacetProposals(ProposalQueue[Proposals]):
     def _show_proposals(self, proposals: Proposals) -> None:
         self.proposals, self.accepted = proposals, set()
         self.open = set(range(len(proposals.patches)))
-        self._kept = {}
+        self._accepted_rows = {}
         self._report()
 
-    # --- on the outcrop ----------------------------------------------------------------------
+    # --- colours on the outcrop ---------------------------------------------------------------
     def paint(self, by: str, palette: str | None = None) -> None:
-        """Colour the outcrop by a key of PAINTED; what is decided upon or in no facet is grey.
-        Once all is decided the outcrop is as it was."""
+        """Colour the outcrop by a key of PAINTED; decided facets and other points are grey.
+
+        The colours are restored once all facets are decided.
+        """
         proposals = self.proposals
         opened = None if proposals is None else self._models.open.get(proposals.model_id)
         if proposals is None or opened is None:
@@ -191,23 +211,30 @@ class FacetProposals(ProposalQueue[Proposals]):
         self._show_painted(proposals.model_id, painted, FieldStyle(PAINTED[by], palette=palette))
 
     def paint_shares(self, mode: str, shares: Mapping[int, float]) -> None:
-        """Colour the outcrop by the share, 0 to 1, of each facet by its index; mode : a
-        key of SHARES. Other facets, and what is in none, are grey."""
+        """Colour the outcrop by a share of each facet; other points are grey.
+
+        Parameters
+        ----------
+        mode : str
+            A key of SHARES.
+        shares : mapping of int to float
+            Share of each facet by its index, 0 to 1.
+        """
         proposals = self.proposals
         if proposals is None or proposals.model_id not in self._models.open:
             return
         values = np.full(len(proposals.patches) + 1, np.nan, np.float32)
         for row, share in shares.items():
             values[row] = 100.0 * share
-        known = values[np.isfinite(values)]
-        most = max(float(known.max(initial=0.0)), _LEAST_RANGE)
-        style = FieldStyle(SHARES[mode], low=0.0, high=most)
+        finite = values[np.isfinite(values)]
+        maximum = max(float(finite.max(initial=0.0)), MIN_RANGE_PERCENT)
+        style = FieldStyle(SHARES[mode], low=0.0, high=maximum)
         self._show_painted(proposals.model_id, values[proposals.label], style)
 
     def unpaint(self) -> None:
-        """The outcrop as it was; what was found stays."""
+        """Restore the colours of the outcrop; the proposals remain."""
         if self.proposals is not None:
-            self._as_before(self.proposals.model_id)
+            self._restore_colours(self.proposals.model_id)
 
     def _show_painted(self, model_id: str, painted: Float32Array, style: FieldStyle) -> None:
         self._unpaint(model_id)
@@ -224,8 +251,8 @@ class FacetProposals(ProposalQueue[Proposals]):
         if opened is not None:
             opened.drop_fields(_NAMES)
 
-    def _as_before(self, model_id: str) -> None:
-        """The outcrop as it was before facets were painted on it."""
+    def _restore_colours(self, model_id: str) -> None:
+        """Restore the colours from before the facets were painted."""
         style, mode = self._display.styles.get(model_id), self._mode_before
         painted = style is not None and style.name in _NAMES
         self._unpaint(model_id)
@@ -233,13 +260,15 @@ class FacetProposals(ProposalQueue[Proposals]):
         if painted and mode and self._display.mode == "field":
             self._display.set_mode(mode)
 
-    # --- deciding ----------------------------------------------------------------------------
+    # --- decisions ----------------------------------------------------------------------------
     def accept(self, rows: Sequence[int], type_id: str, set_name: str = "") -> list[str]:
-        """Make these proposals patches of the project, as one edit; their ids, none where that was
-        refused."""
+        """Add proposals to the project in one edit, and return the ids of the patches.
+
+        The list is empty if the edit was rejected.
+        """
         proposals = self.proposals
-        chosen = [row for row in rows if row in self.open]
-        if proposals is None or not chosen:
+        open_rows = [row for row in rows if row in self.open]
+        if proposals is None or not open_rows:
             return []
         note = proposals.provenance
         patches = [
@@ -250,73 +279,81 @@ class FacetProposals(ProposalQueue[Proposals]):
                 set_name=set_name,
                 notes=note,
             )
-            for row in chosen
+            for row in open_rows
         ]
-        # Its own edit is no reason to forget the others.
-        self.open -= set(chosen)
-        measured = [proposals.measured[row] for row in chosen]
+        # Its own edit must not drop the other proposals.
+        self.open -= set(open_rows)
+        measured = [proposals.measured[row] for row in open_rows]
 
         def added(records: Mapping[str, Record], features: Sequence[Patch]) -> Edit:
             edit = edits.add_features(records, features)
             if records.get(proposals.model_id) is proposals.model:
-                # Hundreds need not be measured once more while the window waits.
+                # Hundreds of patches need not be measured again while the window waits.
                 named = [f for f in edit.after.values() if isinstance(f, Feature)]
                 self._foresee(list(zip(named, measured, strict=True)), proposals.judged_by)
             return edit
 
         if not self._editing.attempt(added, patches):
-            self.open |= set(chosen)
+            self.open |= set(open_rows)
             return []
-        self.accepted |= set(chosen)
-        self._kept |= {patch.id: row for patch, row in zip(patches, chosen, strict=True)}
+        self.accepted |= set(open_rows)
+        self._accepted_rows |= {
+            patch.id: row for patch, row in zip(patches, open_rows, strict=True)
+        }
         self.changed.emit()
         return [patch.id for patch in patches]
 
     def reject(self, rows: Collection[int]) -> None:
-        """Leave these out; nothing is changed in the project."""
+        """Reject proposals; the project does not change."""
         self.open -= set(rows)
         self.changed.emit()
 
     def _forget(self) -> None:
         self.unpaint()
-        self.open, self.accepted, self._kept = set(), set(), {}
+        self.open, self.accepted, self._accepted_rows = set(), set(), {}
 
     def _update_open(self, edit: Edit) -> None:
         """Reopen facets whose patch an edit removed, and close those whose patch it restored."""
-        if self._kept.keys().isdisjoint(edit.after):
+        if self._accepted_rows.keys().isdisjoint(edit.after):
             return
-        gone = {
-            self._kept[id_]
+        removed = {
+            self._accepted_rows[id_]
             for id_, record in edit.after.items()
-            if id_ in self._kept and record is None
+            if id_ in self._accepted_rows and record is None
         }
-        back = {
-            self._kept[id_]
+        restored = {
+            self._accepted_rows[id_]
             for id_, record in edit.after.items()
-            if id_ in self._kept and record is not None
+            if id_ in self._accepted_rows and record is not None
         }
-        if gone <= self.open and back <= self.accepted:
+        if removed <= self.open and restored <= self.accepted:
             return
-        self.open = (self.open | gone) - back
-        self.accepted = (self.accepted | back) - gone
+        self.open = (self.open | removed) - restored
+        self.accepted = (self.accepted | restored) - removed
         self.changed.emit()
 
 
 def _proposals(
     model: Model,
     options: FacetOptions,
-    told: FoundFacets,
+    result: FoundFacets,
     whole: bool,
     records: dict[str, Any],
     thresholds: Thresholds,
 ) -> Proposals:
-    """In a thread. Raises OSError, ValueError or KeyError where the file is not what it was."""
-    with open_arrays(told.out) as arrays:
+    """Read and judge facets in a thread.
+
+    Raises
+    ------
+    OSError, ValueError, KeyError
+        If the file has changed.
+    """
+    with open_arrays(result.out) as arrays:
         of = {name: arrays[name] for name in arrays.files}
     kinds = [r for r in records.values() if isinstance(r, FeatureType)]
     type_id = kinds[0].id if kinds else ""
     patches = []
-    for i in range(told.count):
+    for i in range(result.count):
         rows = of["rows"][of["row_cuts"][i] : of["row_cuts"][i + 1]]
         ring = of["outline"][of["outline_cuts"][i] : of["outline_cuts"][i + 1]]
         patches.append(
@@ -326,7 +363,7 @@ def _proposals(
                 type_id,
                 model.id,
                 model.content_hash,
-                "face" if told.element == "face" else "point",
+                "face" if result.element == "face" else "point",
                 runs_of(rows),
                 int(of["n"][i]),
                 _triple(of["mean"][i]),
@@ -337,7 +374,7 @@ def _proposals(
                 ),
                 float(of["n_effective"][i]),
                 tuple(_triple(p) for p in ring),
-                float(of["area"][i]) if told.element == "face" else None,
+                float(of["area"][i]) if result.element == "face" else None,
                 float(of["resolution"][i]),
                 rule=SURROUNDINGS_RULE,
                 level_gap=float(of["level_gap"][i]) or None,
@@ -352,7 +389,7 @@ def _proposals(
         model,
         limits_of(records, thresholds),
         options,
-        told,
+        result,
         tuple(patches),
         tuple(measured),
         of["label"],

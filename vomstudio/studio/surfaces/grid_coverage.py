@@ -11,7 +11,7 @@ from vomstudio.geology.coverage.face_coverage import LookedAt
 from vomstudio.project.measurement_cache import Measurements
 from vomstudio.project.records import FaceGrid, Model, get
 from vomstudio.studio.headless_project import HeadlessProject
-from vomstudio.studio.surfaces.face_grids import exposed_of, lines_on, share_of
+from vomstudio.studio.surfaces.face_grids import compute_coverage, compute_exposed, picked_lines
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class GridShare(Result):
     coverage: LookedAt = field(metadata=FLAT)
 
 
-def shares_of(desk: HeadlessProject) -> tuple[list[GridShare], list[Finding]]:
+def grid_shares(desk: HeadlessProject) -> tuple[list[GridShare], list[Finding]]:
     """Return the coverage of each grid, and why grids are left out.
 
     A grid is left out if its model cannot be read.
@@ -53,9 +53,11 @@ def shares_of(desk: HeadlessProject) -> tuple[list[GridShare], list[Finding]]:
         except VomError as error:
             findings.append(finding_of(error))
             continue
-        exposed = exposed_of(grid, read.data, read.resolution, pieces=False)
-        own = [f.id for f in desk.session.features() if getattr(f, "model_id", "") == model.id]
-        lines = lines_on(records, measurements.of(records, own), model.id)
-        share = share_of(grid, model, exposed, lines)
+        exposed = compute_exposed(grid, read.data, read.resolution, pieces=False)
+        feature_ids = [
+            f.id for f in desk.session.features() if getattr(f, "model_id", "") == model.id
+        ]
+        lines = picked_lines(records, measurements.of(records, feature_ids), model.id)
+        share = compute_coverage(grid, model, exposed, lines)
         shares.append(GridShare(grid.id, grid.name, model.name, share))
     return shares, findings

@@ -1,4 +1,4 @@
-"""Which plane a map of measurable planes is of: typed, the mean of a set, or that of a feature."""
+"""Planes of maps of measurable planes: typed, the mean of a set, or a feature."""
 
 from __future__ import annotations
 
@@ -13,28 +13,33 @@ from vomstudio.project.records import get_feature
 from vomstudio.studio.derived_quantities import DerivedQuantities
 
 MEASURABLE, EXPECTED = "measurable", "expected_error"
-"""Two fields of one map: the verdict, and the expected error."""
-TYPED, OF_SET = "plane:", "set:"
-"""How what is written down begins; else it is the id of a feature."""
+"""Fields of a map: the verdict, and the expected error."""
+PLANE_PREFIX, SET_PREFIX = "plane:", "set:"
+"""Prefixes of stored planes; other texts are ids of features."""
 
 
 def set_names(records: Mapping[str, Any]) -> list[str]:
-    """Of the sets that features are in."""
+    """Return the names of the sets of features."""
     return sorted({name for r in records.values() if (name := getattr(r, "set_name", ""))})
 
 
-def plane_meant(records: Mapping[str, Any], derived: DerivedQuantities, of: str) -> Plane | None:
-    """None where there is none: it is not readable, gone, or a set has no mean."""
-    if of.startswith(TYPED):
+def resolve_plane(
+    records: Mapping[str, Any], derived: DerivedQuantities, source: str
+) -> Plane | None:
+    """Return the plane that a text specifies.
+
+    None if the text is not valid, the feature is missing, or the set has no mean.
+    """
+    if source.startswith(PLANE_PREFIX):
         try:
-            return parse_plane(of.removeprefix(TYPED), "dipdir/dip")
+            return parse_plane(source.removeprefix(PLANE_PREFIX), "dipdir/dip")
         except InputError:
             return None
-    if not of.startswith(OF_SET):
-        if get_feature(records, of) is None:
+    if not source.startswith(SET_PREFIX):
+        if get_feature(records, source) is None:
             return None
-        return derived.measured([of])[of].plane
-    name = of.removeprefix(OF_SET)
+        return derived.measured([source])[source].plane
+    name = source.removeprefix(SET_PREFIX)
     ids = [i for i, r in records.items() if getattr(r, "set_name", "") == name]
     planes = [m.plane for m in derived.measured(ids).values() if m.plane is not None]
     if not planes:
@@ -46,7 +51,9 @@ def plane_meant(records: Mapping[str, Any], derived: DerivedQuantities, of: str)
 
 
 def map_names(plane: Plane, length: float, *, metric: bool) -> dict[str, str]:
-    """Of the two fields among those of a model."""
+    """Return the names of the two fields among those of a model."""
     unit = "m" if metric else "units"
-    told = f"{format_azimuth(plane.dip_direction_deg)}/{plane.dip_deg:02.0f}, L {length:g} {unit}"
-    return {MEASURABLE: f"measurable, {told}", EXPECTED: f"95 % error, {told} [°]"}
+    plane_text = (
+        f"{format_azimuth(plane.dip_direction_deg)}/{plane.dip_deg:02.0f}, L {length:g} {unit}"
+    )
+    return {MEASURABLE: f"measurable, {plane_text}", EXPECTED: f"95 % error, {plane_text} [°]"}

@@ -1,4 +1,4 @@
-"""Pieces of models as models of their own. The original stays as it is."""
+"""Parts of models as new models; the original does not change."""
 
 from __future__ import annotations
 
@@ -27,8 +27,10 @@ class ModelCutting:
         self._jobs, self._notices = jobs, notices
 
     def cut(self, model_id: str, mask: BoolArray) -> None:
-        """A model of the chosen faces or points (n,), in the project's folder and where the
-        original is, with its textures, colours and fields."""
+        """Create a model of selected faces or points (n,), with textures, colours and fields.
+
+        It is stored in the project's folder and has the placement of the original.
+        """
         model = get(self._projects.records, model_id, Model)
         opened = self._models.open.get(model_id)
         project = self._projects.project
@@ -39,9 +41,9 @@ class ModelCutting:
         if isinstance(opened.data, StreamedCloud):
             self._notices.warn(Finding("model.cloud-too-large", model=model.name))
             return
-        taken = {each.name for each in self._projects.of(Model)}
+        used_names = {each.name for each in self._projects.of(Model)}
         names = (tr("{model} piece {number}", model=model.name, number=k) for k in count(1))
-        name = next(each for each in names if each not in taken)
+        name = next(each for each in names if each not in used_names)
         with tempfile.NamedTemporaryFile(prefix="vomstudio-", suffix=".npy", delete=False) as file:
             np.save(file, np.packbits(mask))
         bits = Path(file.name)

@@ -12,8 +12,8 @@ from vomstudio.project.edit import Edit
 from vomstudio.project.records import Model
 from vomstudio.studio.background import Background
 from vomstudio.studio.jobs.events import Failed
-from vomstudio.studio.jobs.placed_model import StandingModel
-from vomstudio.studio.models import standing_model
+from vomstudio.studio.jobs.placed_model import PlacedModel
+from vomstudio.studio.models import find_placed_model
 from vomstudio.studio.projects import Projects
 from vomstudio.studio.running_jobs import Jobs, RunningJob
 
@@ -59,12 +59,12 @@ class ModelWork:
             self._jobs.cancel(job)
         return job is not None
 
-    def _model(self, model_id: str) -> tuple[StandingModel, Model] | None:
+    def _model(self, model_id: str) -> tuple[PlacedModel, Model] | None:
         """Return a model as jobs read it, with its record.
 
         None, with a message, if its file is missing.
         """
-        standing, record = standing_model(self._projects, model_id), None
+        standing, record = find_placed_model(self._projects, model_id), None
         if standing is not None:
             record = self._projects.records.get(model_id)
         if standing is None or not isinstance(record, Model):
@@ -88,8 +88,10 @@ class ModelWork:
         def failed(event: Failed) -> None:
             if self.running is begun:
                 self.running = None
-                stopped = event.cancelled
-                self._report(Finding("job.stopped") if stopped else finding_of(event.to_error()))
+                was_stopped = event.cancelled
+                self._report(
+                    Finding("job.stopped") if was_stopped else finding_of(event.to_error())
+                )
 
         begun = self._jobs.submit(
             job, order, title=title, on_done=done, on_failed=failed, quiet=quiet

@@ -1,4 +1,4 @@
-"""The faces and points of the open models, and how they are looked at."""
+"""Faces and points of the open models, and the view onto them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from vomstudio.studio.surfaces.model_cutting import ModelCutting
 from vomstudio.studio.tools.element_selection import mask_from_dict, mask_to_dict
 from vomstudio.studio.visibility import Visibility
 
-_KEPT = "hidden_elements"
+VIEW_KEY = "hidden_elements"
 _NEIGHBOURS = "neighbours"
 
 
@@ -32,7 +32,7 @@ class OutcropElements:
     Parameters
     ----------
     look : callable
-        Returns what is visible; that of the viewport, once there is one.
+        Returns the current view of the viewport.
     """
 
     def __init__(
@@ -48,7 +48,7 @@ class OutcropElements:
         self._projects, self._models, self._visibility = projects, models, visibility
         self._background, self._cutting = background, cutting
         self._hidden: dict[str, BoolArray] = {}
-        self._known: tuple[OpenModel, Neighbours | Finding] | None = None
+        self._neighbours: tuple[OpenModel, Neighbours | Finding] | None = None
         self._pending: tuple[OpenModel, Callable[[], None]] | None = None
 
     def looking(self) -> Looking | None:
@@ -74,8 +74,8 @@ class OutcropElements:
         opened = self._models.open.get(model_id)
         if opened is None:
             return Finding("model.not-open", model=model_id)
-        if self._known is not None and self._known[0] is opened:
-            return self._known[1]
+        if self._neighbours is not None and self._neighbours[0] is opened:
+            return self._neighbours[1]
         pending, self._pending = self._pending, (opened, then)
         if pending is None or pending[0] is not opened:
             self._background.run(
@@ -89,11 +89,11 @@ class OutcropElements:
     def _store(self, opened: OpenModel, result: Neighbours | Finding) -> None:
         pending, self._pending = self._pending, None
         if any(each is opened for each in self._models.open.values()):
-            self._known = (opened, result)
+            self._neighbours = (opened, result)
             if pending is not None:
                 pending[1]()
 
-    # --- what is hidden -----------------------------------------------------------------------
+    # --- hidden elements ----------------------------------------------------------------------
     def hidden(self, model_id: str) -> BoolArray | None:
         return self._hidden.get(model_id)
 
@@ -104,47 +104,51 @@ class OutcropElements:
         else:
             self._hidden[model_id] = hidden
         words = {id_: mask_to_dict(mask) for id_, mask in self._hidden.items()}
-        self._projects.keep_view(_KEPT, {id_: each for id_, each in words.items() if each})
+        self._projects.keep_view(VIEW_KEY, {id_: each for id_, each in words.items() if each})
         self.hidden_changed.emit(model_id)
 
     def all_hidden(self) -> dict[str, BoolArray]:
-        """What is hidden of each model of which anything is."""
+        """Return the hidden elements of each model that has any."""
         return dict(self._hidden)
 
     def hide_all(self, hidden: Mapping[str, BoolArray]) -> None:
-        """Hide this and nothing else; of models that are open and still have so many elements."""
+        """Hide exactly these elements of open models whose number of elements is unchanged."""
         for model_id in {*self._hidden, *hidden}:
             mask, data = hidden.get(model_id), self.data(model_id)
-            now = self._hidden.get(model_id)
-            if mask is now or data is None or (mask is not None and len(mask) != count_of(data)):
+            current = self._hidden.get(model_id)
+            if (
+                mask is current
+                or data is None
+                or (mask is not None and len(mask) != count_of(data))
+            ):
                 continue
             self.hide(model_id, mask)
 
     def load(self) -> None:
-        """Read what of the open project's models is hidden, without a signal."""
+        """Read the hidden elements of the open project, without a signal."""
         self._hidden.clear()
-        kept = self._projects.view(_KEPT, {})
-        for id_, words in kept.items() if isinstance(kept, Mapping) else ():
+        stored = self._projects.view(VIEW_KEY, {})
+        for id_, words in stored.items() if isinstance(stored, Mapping) else ():
             with contextlib.suppress(KeyError, TypeError, ValueError):
                 self._hidden[str(id_)] = mask_from_dict(words)
 
     def loaded(self, model_id: str) -> None:
-        """A model is there: it is shown without what is hidden of it."""
+        """Apply the hidden elements to a loaded model."""
         hidden, data = self._hidden.get(model_id), self.data(model_id)
         if hidden is None or data is None:
             return
         if len(hidden) != count_of(data):
-            # The file that was chosen for it is another one.
+            # The user has selected a different file for the model.
             del self._hidden[model_id]
         else:
             self.hidden_changed.emit(model_id)
 
-    # --- cutting out --------------------------------------------------------------------------
+    # --- cutting ------------------------------------------------------------------------------
     def cut_out(self, model_id: str, mask: BoolArray) -> None:
         self._cutting.cut(model_id, mask)
 
     def forget(self) -> None:
-        """Another project is opened."""
+        """Reset because another project is opened."""
         self._hidden.clear()
         self._background.cancel(_NEIGHBOURS)
-        self._known = self._pending = None
+        self._neighbours = self._pending = None

@@ -1,5 +1,8 @@
-"""Traces of an open model as proposals: found in the background, judged like traces that were
-picked, and part of the project only where somebody accepts them."""
+"""Traces of an open model as proposals.
+
+They are computed in the background, judged like picked traces, and become part of the project
+only when accepted.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,7 @@ from vomstudio.project.measurement_cache import measure_all
 from vomstudio.project.records import SURROUNDINGS_RULE, FeatureType, Model
 from vomstudio.studio.background import Background
 from vomstudio.studio.editing import Editing
-from vomstudio.studio.jobs.proposal_tasks import PROPOSE_TRACES, FoundTraces, TracesOrder
+from vomstudio.studio.jobs.proposal_tasks import PROPOSE_TRACES, FoundTraces, TracesRequest
 from vomstudio.studio.projects import Projects
 from vomstudio.studio.running_jobs import Jobs
 from vomstudio.studio.surfaces.model_jobs import ProposalQueue
@@ -36,18 +39,28 @@ from vomstudio.studio.tools.trace import TraceTool
 
 T = TypeVar("T")
 
-_BESIDE = 3.0
-"""Resolutions: within them two lines show the same."""
-_OFF = 2.0
-_MOST_WAY_POINTS, _MOST_VERTICES = 12, 60
-"""A person sees what a line does with so many, and drags one of them; more where it cannot be
+SAME_LINE_RESOLUTIONS = 3.0
+"""Distance within which two lines show the same trace, in resolutions of the model."""
+MAX_OFFSET_RESOLUTIONS = 2.0
+MAX_WAY_POINTS, MAX_VERTICES = 12, 60
+"""A few way-points can be dragged by hand; more are used if the line cannot be
 followed between them."""
 
 
 @dataclass(frozen=True, eq=False)
 class ProposedLine:
-    """trace : without name; points : (n, 3) World; measured : its figures; evidence, doubt : as in
-    `extraction.proposals.traces.Proposal`"""
+    """Proposed trace.
+
+    Parameters
+    ----------
+    trace : Trace
+        Without a name.
+    points : (n, 3) float64
+        World.
+    measured : Measurement
+    evidence, doubt : float
+        As in `extraction.proposals.traces.Proposal`.
+    """
 
     trace: Trace
     points: FloatArray
@@ -59,28 +72,31 @@ class ProposedLine:
 
 @dataclass(frozen=True, eq=False)
 class ProposedLines:
-    """What was found on a model, the least doubtful first. known : how many were left out since
-    they run along what is a trace of the project already, or was rejected"""
+    """Proposed traces of a model, the most reliable first.
+
+    `known` is the number of lines left out because they follow a trace of the project or were
+    rejected.
+    """
 
     model_id: str
     to_world: object
     options: ProposalOptions
-    told: FoundTraces
+    result: FoundTraces
     lines: tuple[ProposedLine, ...]
     known: int
 
     @property
     def provenance(self) -> str:
-        """By which they were found, for the notes of what is accepted."""
+        """Describe the search for the notes of accepted traces."""
         return tr(
             "Trace that the program proposed by {cost} (at least {length:.3g} m long)",
             cost=self.options.used_cost,
-            length=self.told.least_length_m,
+            length=self.result.least_length_m,
         )
 
 
 class Tools(Protocol):
-    """What is asked of the tools of a workspace."""
+    """Tools as the proposals use them."""
 
     changed: Signal[()]
 
@@ -110,7 +126,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         self._editing, self._tools, self._thresholds = editing, tools, thresholds
         self._trace_ids: dict[int, str] = {}
         self._rejected: set[int] = set()
-        # As long as the program runs, whatever is looked for next: lines in the files' frames.
+        # Lines in the files' frames, for as long as the program runs.
         self._never: dict[str, list[FloatArray]] = {}
         self._open_before: frozenset[int] = frozenset()
         tools.changed.connect(self._look)
@@ -129,51 +145,53 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         return frozenset(range(len(self.proposals.lines))) - decided - self._rejected
 
     def rejected_on(self, model_id: str) -> int:
-        """How many lines are not proposed on a model again."""
+        """Return how many rejected lines are not proposed on a model again."""
         return len(self._never.get(model_id, ()))
 
-    # --- finding -----------------------------------------------------------------------------
+    # --- search -------------------------------------------------------------------------------
     def find(self, model_id: str, options: ProposalOptions) -> None:
-        """Look for lines; what is being looked for is given up."""
+        """Search for lines, cancelling a running search."""
         self._cancel()
         model = self._model(model_id)
         if model is None:
             return
         standing, record = model
-        known = self._known(model_id)
+        known_lines = self._known_lines(model_id)
 
         def judge(result: FoundTraces) -> None:
             records, thresholds = dict(self._projects.records), self._thresholds()
             self._read(
-                lambda: _proposed(record, options, result, known, records, thresholds),
+                lambda: _proposed(record, options, result, known_lines, records, thresholds),
                 self._show_lines,
             )
 
-        order = TracesOrder(
+        order = TracesRequest(
             standing,
-            # Lines that are traces already do not count.
-            replace(options, max_lines=options.max_lines + len(known)),
+            # Lines that are already traces do not count.
+            replace(options, max_lines=options.max_lines + len(known_lines)),
             standing.cache / "proposed_traces" / f"{model_id}.npz",
         )
         self._submit(PROPOSE_TRACES, order, tr("Traces of {model}", model=record.name), judge)
 
-    def _known(self, model_id: str) -> list[FloatArray]:
-        """Lines that need not be proposed, in the frame of the model's file."""
+    def _known_lines(self, model_id: str) -> list[FloatArray]:
+        """Return lines that need not be proposed, in the frame of the model's file."""
         traces = [t for t in self._projects.of(Trace) if t.model_id == model_id]
-        picked = [np.asarray(t.vertices, np.float64).reshape(-1, 3) for t in traces]
-        return [*picked, *self._never.get(model_id, ())]
+        trace_lines = [np.asarray(t.vertices, np.float64).reshape(-1, 3) for t in traces]
+        return [*trace_lines, *self._never.get(model_id, ())]
 
     def _show_lines(self, proposals: ProposedLines) -> None:
         self.proposals, self._trace_ids, self._rejected = proposals, {}, set()
         self._report()
 
-    # --- deciding ----------------------------------------------------------------------------
+    # --- decisions ----------------------------------------------------------------------------
     def accept(self, rows: Sequence[int], type_id: str, set_name: str = "") -> list[str]:
-        """Make these proposals traces of the project, as one edit; their ids, none where that was
-        refused."""
-        proposals, left = self.proposals, self.open
-        chosen = [row for row in rows if row in left]
-        if proposals is None or not chosen:
+        """Add proposals to the project in one edit, and return the ids of the traces.
+
+        The list is empty if the edit was rejected.
+        """
+        proposals, open_rows = self.proposals, self.open
+        accepted_rows = [row for row in rows if row in open_rows]
+        if proposals is None or not accepted_rows:
             return []
         note = tr("{found}, and that was accepted.", found=proposals.provenance)
         traces = {
@@ -184,20 +202,22 @@ class TraceProposals(ProposalQueue[ProposedLines]):
                 set_name=set_name,
                 notes=note,
             )
-            for row in chosen
+            for row in accepted_rows
         }
-        before = dict(self._trace_ids)
-        # Its own edit is no news to those that listen.
+        ids_before = dict(self._trace_ids)
+        # Its own edit must not trigger its listeners.
         self._trace_ids.update({row: trace.id for row, trace in traces.items()})
         if not self._editing.attempt(edits.add_features, list(traces.values())):
-            self._trace_ids = before
+            self._trace_ids = ids_before
             return []
         self._changed()
         return [trace.id for trace in traces.values()]
 
     def edit(self, row: int) -> bool:
-        """Open a proposal in the trace tool, followed between a few way-points; False where another
-        feature is open."""
+        """Open a proposal in the trace tool, following a few way-points.
+
+        Returns False if another feature is open.
+        """
         proposals = self.proposals
         model = None if proposals is None else self._projects.records.get(proposals.model_id)
         if proposals is None or row not in self.open or not isinstance(model, Model):
@@ -209,19 +229,19 @@ class TraceProposals(ProposalQueue[ProposedLines]):
             return False
         line = proposals.lines[row]
         note = tr("{found}, and that was edited.", found=proposals.provenance)
-        # The trace tool has no network to follow by.
+        # The trace tool has no network to follow.
         cost: str | None = proposals.options.used_cost
-        most = _MOST_WAY_POINTS
+        maximum = MAX_WAY_POINTS
         if proposals.options.onnx_model is not None:
-            cost, most = None, _MOST_VERTICES
-        opened = tool.begin_along(model, _clicks(line.trace, most), cost, note)
+            cost, maximum = None, MAX_VERTICES
+        opened = tool.begin_followed(model, _clicks(line.trace, maximum), cost, note)
         if opened is not None:
             self._trace_ids[row] = opened
         self._changed()
         return opened is not None
 
     def reject(self, rows: Collection[int]) -> None:
-        """Never propose these again; nothing is changed in the project."""
+        """Never propose these lines again; the project does not change."""
         proposals = self.proposals
         if proposals is None:
             return
@@ -232,7 +252,7 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         self._changed()
 
     def forgive(self, model_id: str) -> None:
-        """What was rejected on a model may be proposed again."""
+        """Allow the rejected lines of a model to be proposed again."""
         self._never.pop(model_id, None)
         if self.proposals is not None and self.proposals.model_id == model_id:
             self._rejected.clear()
@@ -258,39 +278,45 @@ class TraceProposals(ProposalQueue[ProposedLines]):
         self.changed.emit()
 
 
-def _clicks(trace: Trace, most: int) -> tuple[Point, ...]:
-    """The way-points by which the trace tool follows a proposed line, at most so many."""
+def _clicks(trace: Trace, maximum: int) -> tuple[Point, ...]:
+    """Return the way-points of a proposed line for the trace tool, at most `most`."""
     from vomstudio.extraction.proposals.known_lines import way_points
 
     line = np.asarray(trace.vertices, np.float64)
     length = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
-    off = _OFF * (trace.resolution or 0.01 * length)
-    return tuple(trace.vertices[row] for row in way_points(line, off, most).tolist())
+    off = MAX_OFFSET_RESOLUTIONS * (trace.resolution or 0.01 * length)
+    return tuple(trace.vertices[row] for row in way_points(line, off, maximum).tolist())
 
 
 def _proposed(
     model: Model,
     options: ProposalOptions,
-    told: FoundTraces,
+    result: FoundTraces,
     known: list[FloatArray],
     records: dict[str, Any],
     thresholds: Thresholds,
 ) -> ProposedLines:
-    """In a thread. Raises OSError, ValueError or KeyError where the file is not what it was."""
+    """Read and judge traces in a thread.
+
+    Raises
+    ------
+    OSError, ValueError, KeyError
+        If the file has changed.
+    """
     from vomstudio.extraction.proposals.known_lines import run_along
 
-    with open_arrays(told.out) as arrays:
+    with open_arrays(result.out) as arrays:
         of = {name: arrays[name] for name in arrays.files}
     lines = [of["places"][a:b] for a, b in zip(of["cuts"][:-1], of["cuts"][1:], strict=True)]
     spacing = of["resolution"][np.isfinite(of["resolution"])]
     lengths = of["length_m"] / transform.scale_of(model.to_world)
     usual = float(np.median(spacing)) if len(spacing) else 0.01 * float(lengths.max(initial=1.0))
-    beside = run_along(lines, known, _BESIDE * usual)
+    is_known = run_along(lines, known, SAME_LINE_RESOLUTIONS * usual)
     kinds = [r for r in records.values() if isinstance(r, FeatureType)]
     traces = list[Trace]()
     rows = list[int]()
-    for row in range(told.count):
-        if beside[row] or len(rows) == options.max_lines:
+    for row in range(result.count):
+        if is_known[row] or len(rows) == options.max_lines:
             continue
         resolution, normal = float(of["resolution"][row]), of["outcrop_normal"][row]
         traces.append(
@@ -309,7 +335,7 @@ def _proposed(
         )
         rows.append(row)
     measured = measure_all(records, traces, thresholds)
-    found = [
+    lines_found = [
         ProposedLine(
             trace,
             transform.apply(model.to_world, lines[row]),
@@ -320,7 +346,9 @@ def _proposed(
         )
         for row, trace, figures in zip(rows, traces, measured, strict=True)
     ]
-    return ProposedLines(model.id, model.to_world, options, told, tuple(found), sum(beside))
+    return ProposedLines(
+        model.id, model.to_world, options, result, tuple(lines_found), sum(is_known)
+    )
 
 
 def _triple(x: FloatArray) -> Point:

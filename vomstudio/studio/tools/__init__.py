@@ -1,1 +1,1 @@
-"""What a gesture means: state machines without Qt or VTK."""
+"""State machines that interpret gestures, without Qt or VTK."""

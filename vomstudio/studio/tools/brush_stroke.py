@@ -1,4 +1,4 @@
-"""A stroke of the brush, from press to release."""
+"""Stroke of the brush, from press to release."""
 
 from __future__ import annotations
 
@@ -19,20 +19,25 @@ from vomstudio.geometry.moment_planes import fit_moments
 from vomstudio.geometry.patches import Moments, moments, outline, runs_of
 from vomstudio.project.records import SURROUNDINGS_RULE, Model, Painted
 from vomstudio.studio.tools.interaction_types import Area, Hit
-from vomstudio.studio.tools.painted_area import DOTS, known_ids, local_corners
+from vomstudio.studio.tools.painted_area import MAX_DOTS, known_ids, local_corners
 
-# Live figures may take this part of the time of a stroke.
-_LIVE_SHARE = 0.3
-_QUICK_S = 0.01
+# Maximum share of a stroke's time for live measurements.
+MAX_LIVE_SHARE = 0.3
+QUICK_FIT_S = 0.01
 
 
 @dataclass(eq=False)
 class Stroke:
-    """What one stroke of the brush adds to a patch or erases from it.
+    """Stroke of the brush, which adds to a patch or erases from it.
 
-    chosen : (n,) whether each face or point of the model is in the patch
-    touched : corners of what has been added or erased, as drawn; of points every `stride`-th
-    quick : the surface's search tree stands, so that its resolution is known at once
+    Parameters
+    ----------
+    chosen : (n,) bool
+        Faces or points of the model that are in the patch.
+    touched : list of float32 arrays
+        Corners of the faces, or every `stride`-th point, that were added or erased.
+    quick : bool
+        Whether the surface's search tree exists, so that its resolution is available at once.
     """
 
     model: Model
@@ -53,19 +58,19 @@ class Stroke:
     def begin(
         cls, hit: Hit, model: Model, surface: PaintSurface, patch: Painted | None, *, removes: bool
     ) -> Stroke:
-        """Start a stroke where the brush first meets a surface. patch : the one to change."""
-        chosen = np.zeros(surface.count, np.bool_)
+        """Start a stroke where the brush first meets a surface; `patch` is the one to change."""
+        selected = np.zeros(surface.count, np.bool_)
         if patch is not None:
-            chosen[known_ids(patch, surface.count)] = True
+            selected[known_ids(patch, surface.count)] = True
         started = time.perf_counter()
         spacing = surface.resolution_near(np.array([hit.position]))
-        # Until the search tree stands, one point has to do for the live figures.
-        quick = time.perf_counter() - started < _QUICK_S
+        # Until the search tree exists, a single point has to do for live measurements.
+        quick = time.perf_counter() - started < QUICK_FIT_S
         return cls(
             model,
             surface,
             removes,
-            chosen,
+            selected,
             transform.scale_of(model.to_world),
             transform.apply(model.to_world, [hit.position])[0],
             spacing,
@@ -73,7 +78,7 @@ class Stroke:
         )
 
     def paint(self, hit: Hit, radius: float) -> None:
-        """Add or erase what lies within `radius`, in metres, of a hit."""
+        """Add or erase everything within `radius`, in metres, of a hit."""
         ids = self.surface.within(hit.index, hit.position, radius / self.scale)
         ids = ids[self.chosen[ids] == self.removes]
         if not len(ids):
@@ -85,12 +90,11 @@ class Stroke:
         )
 
     def ids(self) -> IntArray:
-        """(k,) indices of the faces or points in the patch now."""
+        """Return the indices (k,) of the faces or points in the patch."""
         return np.flatnonzero(self.chosen)
 
     def figures(self, ids: IntArray, *, whole: bool) -> dict[str, Any]:
-        """The fields of a patch that follow from its ids, by name; `whole` with those that only a
-        record needs."""
+        """Return the fields of a patch that follow from its ids; `whole` for a record."""
         if whole:
             return record_figures(self.surface, ids)
         points, weights = self.surface.weighted(ids)
@@ -98,37 +102,39 @@ class Stroke:
         spacing = self.surface.resolution_near(points) if self.quick else self.resolution
         return {**figures, "resolution": spacing}
 
-    # --- live figures ------------------------------------------------------------------------
+    # --- live measurement ---------------------------------------------------------------------
     def due(self, now: float) -> bool:
-        """Whether the live figures should be computed: the patch has changed, and there is time."""
+        """Return whether a live measurement is due: the patch has changed, and there is time."""
         return self.count != self.measured and now >= self.measured_until
 
     def note_measured(self, started: float) -> None:
-        """It has just been measured; the longer that took, the later it is done again."""
+        """Schedule the next live measurement; the longer it takes, the rarer it is."""
         now, self.measured = time.perf_counter(), self.count
-        self.measured_until = now + (now - started) * (1.0 / _LIVE_SHARE - 1.0)
+        self.measured_until = now + (now - started) * (1.0 / MAX_LIVE_SHARE - 1.0)
 
     def area(self) -> Area | None:
-        """What it has touched, as it is drawn."""
+        """Return the touched area as it is drawn."""
         if not self.touched:
             return None
         if len(self.touched) > 1:
             self.touched = [np.concatenate(self.touched)]
-        if self.surface.element == "point" and len(self.touched[0]) > 2 * DOTS:
+        if self.surface.element == "point" and len(self.touched[0]) > 2 * MAX_DOTS:
             self.touched = [self.touched[0][::2]]
             self.stride *= 2
         return Area(self.origin, self.touched[0], np.zeros((0, 2, 3), np.float32))
 
 
 def record_figures(surface: PaintSurface, ids: IntArray) -> dict[str, Any]:
-    """The fields of a patch that follow from the ids (k,) of its faces or points, by name."""
+    """Return the fields of a patch that follow from the ids (k,) of its faces or points."""
     points, weights = surface.weighted(ids)
-    known = moments(points, weights)
+    patch_moments = moments(points, weights)
     ring: tuple[Any, ...] = ()
     with contextlib.suppress(VomError):
-        ring = outline(points, fit_moments(known.n, known.mean, known.scatter).normal)
+        ring = outline(
+            points, fit_moments(patch_moments.n, patch_moments.mean, patch_moments.scatter).normal
+        )
     return {
-        **_moments_and_area(surface, ids, points, known),
+        **_moments_and_area(surface, ids, points, patch_moments),
         "runs": runs_of(ids),
         "outline": ring,
         "resolution": surface.resolution_near(points),
@@ -139,14 +145,14 @@ def _moments_and_area(
     surface: PaintSurface,
     ids: IntArray,
     points: FloatArray,
-    known: Moments,
+    patch_moments: Moments,
 ) -> dict[str, Any]:
-    normal = np.linalg.eigh(np.asarray(known.scatter))[1][:, 0]
+    normal = np.linalg.eigh(np.asarray(patch_moments.scatter))[1][:, 0]
     return {
-        "n": known.n,
-        "mean": known.mean,
-        "scatter": known.scatter,
-        "n_effective": known.n_effective,
+        "n": patch_moments.n,
+        "mean": patch_moments.mean,
+        "scatter": patch_moments.scatter,
+        "n_effective": patch_moments.n_effective,
         "area": surface.area_of(ids),
         "rule": SURROUNDINGS_RULE,
         "bent": False,

@@ -1,4 +1,4 @@
-"""The tool of contact lines: clicks along a contact or fault that is drawn, without a plane."""
+"""Tool for contact lines: clicks along a contact or fault that has no fitted plane."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class NextContact:
 
 
 class ContactTool(FollowingTool[Contact]):
-    """Picks two points or more. It keeps its own type for the next feature."""
+    """Picks lines of two points or more, with a feature type of its own."""
 
     name = "contact"
     noun = "contact line"
@@ -68,7 +68,7 @@ class ContactTool(FollowingTool[Contact]):
         return self.next if line is None else NextContact(line.type_id, line.set_name)
 
     def choose(self, **values: str) -> None:
-        """Set `type_id` or `set_name` of the next line, and of the open one where it is new."""
+        """Set `type_id` or `set_name` of the next line, and of the open one if it is new."""
         self.next = replace(self.next, **values)
         line = self._feature
         if line is None or self._continued:
@@ -91,8 +91,8 @@ class ContactTool(FollowingTool[Contact]):
 
     def _look(self) -> None:
         assert self._feature is not None
-        whole = self._whole(self._feature)
-        self.measurement = self._context.measure(whole) if whole.vertices else None
+        complete = self._whole(self._feature)
+        self.measurement = self._context.measure(complete) if complete.vertices else None
 
     def _edit(self, feature: Contact) -> Edit:
         measured = self.measurement
@@ -114,7 +114,7 @@ class ContactTool(FollowingTool[Contact]):
         return {**state, **self._cost_state()}
 
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Contact:
-        read = Contact(
+        contact = Contact(
             str(state["contact_id"]),
             "",
             type_of_draft(self._context, state, self.next.type_id),
@@ -123,10 +123,10 @@ class ContactTool(FollowingTool[Contact]):
             vertices,
             str(state["set_name"]),
         )
-        self.next = NextContact(read.type_id, read.set_name)
-        return read
+        self.next = NextContact(contact.type_id, contact.set_name)
+        return contact
 
-    # --- what is seen ------------------------------------------------------------------------
+    # --- preview ------------------------------------------------------------------------------
     def _reading(self) -> tuple[str, ...]:
         count, measured = len(self.vertices), self.measurement
         if self.searching:

@@ -1,4 +1,4 @@
-"""The tool of control points: a click is where one of them is on the model."""
+"""Tool for control points: a click locates one of them on the model."""
 
 from __future__ import annotations
 
@@ -26,13 +26,15 @@ from vomstudio.studio.tools.interaction_types import (
     Preview,
 )
 from vomstudio.studio.tools.tool_context import ToolContext
-from vomstudio.studio.tools.tool_entry import NothingOpen, ToolEntry
+from vomstudio.studio.tools.tool_entry import StatelessTool, ToolEntry
 
 
-class ControlTool(NothingOpen):
-    """Every click is an edit of its own; nothing stays unfinished. The point that the next click
-    finds is the current one, then the next one that has not been found yet, and where there is none
-    a new point, whose coordinates are typed afterwards."""
+class ControlTool(StatelessTool):
+    """Locates control points; each click is an edit.
+
+    A click locates the current point, then the next point without a location; without such
+    points it creates one, whose coordinates are entered afterwards.
+    """
 
     name: ClassVar[str] = "control"
     paints: ClassVar[bool] = False
@@ -51,23 +53,30 @@ class ControlTool(NothingOpen):
 
     @property
     def current(self) -> ControlPoint | None:
-        """What the next click finds; None for a new point."""
+        """Point that the next click locates, None for a new one."""
         return get(self._context.session.records, self._current, ControlPoint)
 
     def begin(self) -> None:
-        """The tool was chosen."""
+        """Activate the tool."""
         self._active = True
         self._show()
 
     def choose(self, id_: str) -> None:
-        """Find this one next; "" for a new point."""
+        """Select the point to locate next, "" for a new one."""
         self._current = id_
         self._show()
         self._context.tool_changed()
 
     def expect(self, places: Mapping[str, FloatArray], radius: float) -> None:
-        """Where points that have not been found should be: (3,) World, by id. radius : m, of the
-        ring that is drawn there."""
+        """Set the expected positions of points without a location.
+
+        Parameters
+        ----------
+        places : mapping of str to (3,) float64
+            World positions by id.
+        radius : float
+            Radius of the ring that marks them, metres.
+        """
         self._expected, self._radius = places, radius
         self._show()
 
@@ -93,7 +102,7 @@ class ControlTool(NothingOpen):
     def why_not_cancel(self) -> Finding | None:
         return Finding("tool.nothing-open")
 
-    # --- what is done ------------------------------------------------------------------------
+    # --- gestures -----------------------------------------------------------------------------
     def pointer(self, event: PointerEvent) -> None:
         self._active = True
         if event.kind is Pointer.CLICK and event.button is Button.LEFT and event.hit is not None:
@@ -106,14 +115,14 @@ class ControlTool(NothingOpen):
             return
         point = self.current
         if point is not None and point.model_id != model.id:
-            self._context.say(
+            self._context.report(
                 Finding("feature.on-other-model", feature=point.name, model=model.name)
             )
             return
         try:
             id_ = self._keep(self._edit(point, model, hit))
         except VomError as error:
-            self._context.say(error)
+            self._context.report(error)
             return
         self._current = "" if point is None else self._next(point)
         self._context.created(id_)
@@ -124,23 +133,27 @@ class ControlTool(NothingOpen):
         records = self._context.session.records
         if point is not None:
             return edits.change_feature(records, replace(point, vertices=(hit.position,)), "Place")
-        new = ControlPoint(new_id("control"), "", model.id, model.content_hash, (hit.position,))
-        return edits.add_features(records, [new])
+        point_new = ControlPoint(
+            new_id("control"), "", model.id, model.content_hash, (hit.position,)
+        )
+        return edits.add_features(records, [point_new])
 
     def _keep(self, edit: Edit) -> str:
         self._context.session.apply(edit)
         return next(iter(edit.ids))
 
     def _next(self, point: ControlPoint) -> str:
-        """The first one after it that has not been found, else the first of all such; else none, so
-        that a click too many moves nothing."""
-        own = [p for p in self._context.session.of(ControlPoint) if p.model_id == point.model_id]
-        here = next((i for i, p in enumerate(own) if p.id == point.id), 0)
-        left = [p.id for p in (*own[here:], *own[:here]) if not p.vertices]
-        return left[0] if left else ""
+        """Return the id of the next point without a location, "" if there are none.
+
+        With "", an additional click does not move a point.
+        """
+        points = [p for p in self._context.session.of(ControlPoint) if p.model_id == point.model_id]
+        position = next((i for i, p in enumerate(points) if p.id == point.id), 0)
+        remaining = [p.id for p in (*points[position:], *points[:position]) if not p.vertices]
+        return remaining[0] if remaining else ""
 
     def _show(self) -> None:
-        """A ring where the current point should be."""
+        """Draw a ring at the expected position of the current point."""
         point = self.current
         place = None if point is None or point.vertices else self._expected.get(point.id)
         if not self._active:
@@ -151,7 +164,7 @@ class ControlTool(NothingOpen):
             else Preview(np.zeros((0, 3)), brush=BrushRing(place, self._radius, None))
         )
 
-    # --- coming and going --------------------------------------------------------------------
+    # --- change of tool or project ------------------------------------------------------------
     def leave(self) -> None:
         self._active = False
         self._context.show(None)

@@ -1,4 +1,4 @@
-"""Faces or points that were chosen by hand, and the steps in which they were."""
+"""Manual selection of faces or points, with its steps."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ COMBINATIONS: dict[Combine, str] = {
     "subtract": to_translate("Subtract"),
     "intersect": to_translate("Intersect"),
 }
-_STEPS = 30
-_LONGEST = 4_000_000
-"""Letters of a draft; what takes more is not worth the journal's room."""
+MAX_STEPS = 30
+MAX_DRAFT_LENGTH = 4_000_000
+"""Maximum length of a draft in characters; a longer one would bloat the journal."""
 
 
-def combined(before: BoolArray, found: BoolArray, how: Combine) -> BoolArray:
-    """Of what was chosen before and what has been found now."""
+def combine_masks(before: BoolArray, addition: BoolArray, how: Combine) -> BoolArray:
+    """Combine the previous selection with an addition."""
     if how == "new":
-        return found
+        return addition
     if how == "add":
-        return before | found
-    return before & (~found if how == "subtract" else found)
+        return before | addition
+    return before & (~addition if how == "subtract" else addition)
 
 
-class ChosenElements:
-    """Of one model. mask : (n,) which faces or points are chosen; count : how many
+class ElementSelection:
+    """Selection on one model; `mask` (n,) marks the selected faces or points.
 
-    The steps that were done are kept packed, so that each can be taken back.
+    Steps are stored in packed form, so that each can be undone.
     """
 
     def __init__(self, model_id: str, size: int) -> None:
@@ -49,56 +49,56 @@ class ChosenElements:
 
     @property
     def last_step(self) -> str | None:
-        """What the last step was; None where there is none to take back."""
+        """Label of the last step, None if there are none to undo."""
         return self._steps[-1][0] if self._steps else None
 
     @property
     def next_step(self) -> str | None:
-        """What the step was that was taken back last; None where there is none."""
+        """Label of the last undone step, None if there are none to redo."""
         return self._ahead[-1][0] if self._ahead else None
 
     def ids(self) -> IntArray:
-        """(k,) of the chosen ones, sorted."""
+        """Return the sorted indices (k,) of the selected elements."""
         return np.flatnonzero(self.mask)
 
     def change(self, mask: BoolArray, step: str) -> bool:
-        """Choose these and no others; False where these are chosen already."""
+        """Select exactly these elements. Return False if they are already selected."""
         if np.array_equal(mask, self.mask):
             return False
-        self._steps = [*self._steps[1 - _STEPS :], (step, np.packbits(self.mask))]
+        self._steps = [*self._steps[1 - MAX_STEPS :], (step, np.packbits(self.mask))]
         self._ahead = []
         self._take(mask)
         return True
 
     def change_last(self, mask: BoolArray) -> None:
-        """Have the last step lead to these."""
+        """Replace the result of the last step."""
         self._ahead = []
         self._take(mask)
 
     def before_last(self) -> BoolArray:
-        """(n,) what was chosen before the last step."""
+        """Return the selection (n,) before the last step."""
         return self._unpacked(self._steps[-1][1])
 
     def undo(self) -> bool:
-        """Take the last step back; False where there is none."""
+        """Undo the last step. Return False if there are none."""
         if not self._steps:
             return False
-        step, before = self._steps.pop()
+        step, mask_before = self._steps.pop()
         self._ahead.append((step, np.packbits(self.mask)))
-        self._take(self._unpacked(before))
+        self._take(self._unpacked(mask_before))
         return True
 
     def redo(self) -> bool:
-        """Do the step again that was taken back last; False where there is none."""
+        """Redo the last undone step. Return False if there are none."""
         if not self._ahead:
             return False
-        step, after = self._ahead.pop()
+        step, mask_after = self._ahead.pop()
         self._steps.append((step, np.packbits(self.mask)))
-        self._take(self._unpacked(after))
+        self._take(self._unpacked(mask_after))
         return True
 
     def settle(self) -> None:
-        """What was taken back is not done again."""
+        """Forget the undone steps."""
         self._ahead = []
 
     def _take(self, mask: BoolArray) -> None:
@@ -107,33 +107,33 @@ class ChosenElements:
     def _unpacked(self, bits: ByteArray) -> BoolArray:
         return np.unpackbits(bits, count=len(self.mask)).view(np.bool_)
 
-    # --- as a draft --------------------------------------------------------------------------
+    # --- drafts -------------------------------------------------------------------------------
     def to_dict(self) -> dict[str, Any] | None:
-        """What `from_dict` reads; None where it would be too long."""
+        """Return data for `from_dict`, None if it would be too long."""
         words = mask_to_dict(self.mask)
         return None if words is None else {"model_id": self.model_id, **words}
 
     @classmethod
-    def from_dict(cls, values: Mapping[str, Any]) -> ChosenElements:
-        """Raises KeyError, TypeError or ValueError where it is none."""
+    def from_dict(cls, values: Mapping[str, Any]) -> ElementSelection:
+        """Restore a draft. Raises KeyError, TypeError or ValueError if it is not valid."""
         mask = mask_from_dict(values)
-        made = cls(str(values["model_id"]), len(mask))
-        made._take(mask)
-        return made
+        selection = cls(str(values["model_id"]), len(mask))
+        selection._take(mask)
+        return selection
 
 
 def mask_to_dict(mask: BoolArray) -> dict[str, Any] | None:
-    """What `mask_from_dict` reads, as plain data; None where it would be too long."""
+    """Return plain data for `mask_from_dict`, None if it would be too long."""
     bits = base64.b64encode(zlib.compress(np.packbits(mask).tobytes(), 1)).decode()
-    return None if len(bits) > _LONGEST else {"size": len(mask), "bits": bits}
+    return None if len(bits) > MAX_DRAFT_LENGTH else {"size": len(mask), "bits": bits}
 
 
 def mask_from_dict(values: Mapping[str, Any]) -> BoolArray:
-    """Raises KeyError, TypeError or ValueError where it is none."""
+    """Restore a mask. Raises KeyError, TypeError or ValueError if the data are not valid."""
     size = int(values["size"])
     unpack = zlib.decompressobj()
     try:
-        # What a damaged file says of its length must not fill the memory.
+        # A wrong length in a damaged file must not exhaust memory.
         raw = unpack.decompress(base64.b64decode(str(values["bits"])), max(size // 8 + 1, 1))
     except zlib.error as error:
         raise ValueError(str(error)) from error

@@ -1,4 +1,4 @@
-"""Short texts on a live fit, shown beside the cursor."""
+"""Short texts about a live fit, shown beside the cursor."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ WIDTH = 44
 
 
 def indices_text(fit: PlaneFit, size: str) -> str:
-    """M and K where they are defined, and the size as text."""
+    """Return M and K, if defined, and the size."""
     indices = "   ".join(
         f"{name} {value:.1f}" for name, value in (("M", fit.M), ("K", fit.K)) if value is not None
     )
@@ -20,5 +20,5 @@ def indices_text(fit: PlaneFit, size: str) -> str:
 
 
 def first_reason(verdict: Verdict) -> list[str]:
-    """The first reason of a verdict, in lines of WIDTH."""
+    """Return the first reason of a verdict in lines of WIDTH."""
     return [line for why in verdict.reasons[:1] for line in wrap(why.message, WIDTH)]

@@ -1,7 +1,7 @@
-"""A line that follows a contact from way-point to way-point while it is being picked.
+"""Line that follows a contact from way-point to way-point while it is being picked.
 
-It holds what is known of the legs and asks for the others, one way-point to the next; answers come
-when they are found, and those that nobody waits for any more are forgotten.
+It caches the known legs and requests the others, one way-point to the next. Results that are no
+longer needed are dropped.
 """
 
 from __future__ import annotations
@@ -21,15 +21,25 @@ from vomstudio.studio.tools.interaction_types import Point
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
-    """points : (n, 3) of a path, in the model's file frame
+class FollowedPath:
+    """Path between two way-points.
 
-    photo : the one in which it was followed; "" over the surface
-    voters : the other photos that had a say; judged, confirmed : how many of the points these could
-    judge, and on how many at least half of them show the same
-    warnings : about the way and the photos that judged it
-    costs : (n,) of a metre at each point, in medians of what is around; None where not known
-    final : False for a way to the cursor, in which other photos had no say yet
+    Parameters
+    ----------
+    points : (n, 3) float64
+        In the model's file frame.
+    photo : str
+        Photo in which the path was followed, "" over the surface.
+    voters : tuple of str
+        Other photos that were compared.
+    judged, confirmed : int
+        Number of points that these photos could check, and that at least half of them confirm.
+    warnings : tuple of Finding
+        About the path and the photos that checked it.
+    final : bool
+        False for a path to the cursor, which was not compared with other photos.
+    costs : (n,) float64 or None
+        Cost of a metre at each point relative to the median around it, None if unknown.
     """
 
     points: FloatArray
@@ -42,21 +52,21 @@ class Way:
     costs: FloatArray | None = None
 
 
-Answer = Callable[[Way | Finding], None]
-"""Called with a path, or why there is none."""
+Answer = Callable[[FollowedPath | Finding], None]
+"""Receives a path, or why it was not found."""
 Key = tuple[str, str, Point, Point, str]
 Rank = tuple[int, float]
 Range = tuple[int, int]
 AUTO = "auto"
 
-_MOST_LEGS = 1000
+MAX_CACHED_LEGS = 1000
 
 
 class PathFinder(Protocol):
-    """Finds paths over models, beside the window."""
+    """Finds paths over models in the background."""
 
     def costs(self, model_id: str) -> tuple[str, ...]:
-        """Those that a model has, without its fields."""
+        """Return the costs that are available for a model, without its fields."""
 
     def follow(
         self,
@@ -68,64 +78,87 @@ class PathFinder(Protocol):
         live: bool,
         answer: Answer,
     ) -> None:
-        """Ask for the path between two places of a model, in its file frame. `answer` is called in
-        the caller's thread, later. photo : the one in whose pixels it is followed; "" for the
-        surface. live : only the last of these is answered."""
+        """Request the path between two places of a model, in its file frame.
+
+        Parameters
+        ----------
+        photo : str
+            Photo in whose pixels it is followed, "" for the surface.
+        live : bool
+            Whether only the last of these requests is answered.
+        answer : callable
+            Called later in the caller's thread.
+        """
 
 
 class FollowedLine:
-    """The legs of one line. cost : what is followed; None for straight legs, AUTO for the one of
-    all whose line tells its plane best. in_photos : a leg whose end was set in a photo is followed
-    there, where the cost is one of photos.
+    """Legs of one line.
 
-    found : called when a leg has come; said : called with why there is none, once a leg
-    rank : by which lines (n, 3) on a model through way-points, followed by a cost, are ordered, the
-    best first
+    Parameters
+    ----------
+    finder : PathFinder
+    found : callable
+        Called when a leg is available.
+    said : callable
+        Receives why a leg is not available, once per leg.
+    rank : callable
+        Returns the rank, lowest first, of a line (n, 3) on a model with way-points and a cost.
+
+    Attributes
+    ----------
+    cost : str or None
+        Cost to follow; None for straight legs, AUTO for the one with the best defined plane.
+    in_photos : bool
+        Whether a leg whose end was set in a photo is followed there, if the cost is one of
+        photos.
     """
 
     def __init__(
         self,
         finder: PathFinder,
-        found: Callable[[], None],
-        said: Callable[[Finding], None],
+        on_leg: Callable[[], None],
+        on_finding: Callable[[Finding], None],
         rank: Callable[[str, FloatArray, Sequence[Point], str], Rank],
     ) -> None:
-        self._finder, self._found, self._said, self._rank = finder, found, said, rank
+        self._finder, self._on_leg, self._on_finding, self._rank = finder, on_leg, on_finding, rank
         self.cost: str | None = None
         self._best: tuple[object, str] | None = None
         self.in_photos = True
         self._photos: dict[Point, str] = {}
-        self._legs: dict[Key, Way | None] = {}
-        self._asked: set[Key] = set()
+        self._legs: dict[Key, FollowedPath | None] = {}
+        self._requested: set[Key] = set()
         self._live: Key | None = None
 
-    def set_in(self, photo: str, place: Point) -> None:
-        """A way-point, or the cursor, was brought to this place in a photo; "" for elsewhere."""
+    def set_photo(self, photo: str, place: Point) -> None:
+        """Record that a way-point, or the cursor, was set in a photo; "" for elsewhere."""
         if photo:
             self._photos[place] = photo
         else:
             self._photos.pop(place, None)
 
     def photo_of(self, place: Point) -> str:
-        """The photo in which a way-point was set; "" for elsewhere."""
+        """Return the photo in which a way-point was set, "" for elsewhere."""
         return self._photos.get(place, "")
 
-    def ways(self, model_id: str, way_points: Sequence[Point]) -> list[Way]:
-        """Those legs that are known."""
+    def ways(self, model_id: str, way_points: Sequence[Point]) -> list[FollowedPath]:
+        """Return the known legs."""
         by = self.by(model_id)
         keys = (self._key(model_id, a, b, by) for a, b in pairwise(way_points))
-        return [way for key in keys if (way := self._legs.get(key)) is not None]
+        return [leg for key in keys if (leg := self._legs.get(key)) is not None]
 
     def path(self, model_id: str, way_points: Sequence[Point], *, live: bool = False) -> FloatArray:
-        """(n, 3) through the way-points, straight where a leg is not known yet, which is asked for.
+        """Return the line (n, 3) through the way-points, straight and requested where unknown.
 
-        live : a way-point is being dragged: of the legs that are missing only the last one comes
+        Parameters
+        ----------
+        live : bool
+            Whether a way-point is being dragged; only the last missing leg is then requested.
         """
-        given = np.asarray(way_points, np.float64).reshape(-1, 3)
-        if self.cost is None or len(given) < 2:
-            return given
+        points = np.asarray(way_points, np.float64).reshape(-1, 3)
+        if self.cost is None or len(points) < 2:
+            return points
         if self.cost == AUTO and not live:
-            self._choose(model_id, tuple(way_points))
+            self._update_best_cost(model_id, tuple(way_points))
         by = self.by(model_id)
         legs = [self._leg(model_id, a, b, by, live=live) for a, b in pairwise(way_points)]
         return _joined(way_points, legs)
@@ -133,26 +166,30 @@ class FollowedLine:
     def doubtful(
         self, model_id: str, way_points: Sequence[Point], resolution: float, cost: str = ""
     ) -> tuple[Range, ...]:
-        """First and last row of `path` of the stretches that may be on another contact.
+        """Return the first and last row in `path` of stretches that may be on another contact.
 
-        resolution : of the model, in the unit of its file; cost : by which it is followed, the one
-        of now where that is ""
+        Parameters
+        ----------
+        resolution : float
+            Resolution of the model, in the unit of its file.
+        cost : str
+            Cost by which it is followed, by default the current one.
         """
         from vomstudio.extraction.path_jumps import find_jumps
 
         by = cost or self.by(model_id)
-        ways = [self._legs.get(self._key(model_id, a, b, by)) for a, b in pairwise(way_points)]
-        known = [way for way in ways if way is not None and way.costs is not None]
-        if not known or len(known) < len(ways):
+        legs = [self._legs.get(self._key(model_id, a, b, by)) for a, b in pairwise(way_points)]
+        known_legs = [leg for leg in legs if leg is not None and leg.costs is not None]
+        if not known_legs or len(known_legs) < len(legs):
             return ()
-        line = np.concatenate([way.points for way in known])
-        costs = np.concatenate([way.costs for way in known if way.costs is not None])
-        new = _new_places(line)
-        at = np.cumsum(new)[np.cumsum([len(way.points) for way in known]) - 1] - 1
-        return find_jumps(line[new], costs[new], np.append(0, at), resolution)
+        line = np.concatenate([leg.points for leg in known_legs])
+        costs = np.concatenate([leg.costs for leg in known_legs if leg.costs is not None])
+        is_new = _new_places(line)
+        at = np.cumsum(is_new)[np.cumsum([len(leg.points) for leg in known_legs]) - 1] - 1
+        return find_jumps(line[is_new], costs[is_new], np.append(0, at), resolution)
 
     def by(self, model_id: str) -> str:
-        """The cost by which a line on a model is followed now: of AUTO the best so far."""
+        """Return the current cost on a model; for AUTO the best so far."""
         if self.cost != AUTO:
             return self.cost or ""
         costs = self._finder.costs(model_id)
@@ -160,8 +197,8 @@ class FollowedLine:
             return self._best[1]
         return costs[0]
 
-    def _choose(self, model_id: str, way_points: tuple[Point, ...]) -> None:
-        """The best of the costs, once the line is known by each; until then the one before."""
+    def _update_best_cost(self, model_id: str, way_points: tuple[Point, ...]) -> None:
+        """Determine the best cost, once the line is known for each."""
         costs = self._candidates(model_id, way_points)
         if self._best is not None and self._best[0] == (model_id, way_points, costs):
             return
@@ -169,12 +206,12 @@ class FollowedLine:
         waiting = False
         for number, cost in enumerate(costs):
             legs = [self._leg(model_id, a, b, cost, live=False) for a, b in pairwise(way_points)]
-            known = [
+            is_known = [
                 self._has(self._key(model_id, a, b, cost))
                 for a, b in pairwise(way_points)
                 if a != b
             ]
-            waiting = waiting or not all(known)
+            waiting = waiting or not all(is_known)
             if any(leg is not None for leg in legs):
                 rank = self._rank(model_id, _joined(way_points, legs), way_points, cost)
                 ranks.append((rank, number))
@@ -183,14 +220,14 @@ class FollowedLine:
             self._best = (model_id, way_points, costs), best
 
     def _candidates(self, model_id: str, way_points: Sequence[Point]) -> tuple[str, ...]:
-        """What is tried where the best is asked for: in photos what photos have."""
+        """Return the candidates for AUTO; for legs in photos only costs of photos."""
         costs = self._finder.costs(model_id)
-        seen = self.in_photos and any(self.photo_of(place) for place in way_points)
-        of_photos = tuple(cost for cost in costs if cost in OF_COLOURS)
-        return of_photos if seen and of_photos else costs
+        uses_photos = self.in_photos and any(self.photo_of(place) for place in way_points)
+        photo_costs = tuple(cost for cost in costs if cost in OF_COLOURS)
+        return photo_costs if uses_photos and photo_costs else costs
 
     def leg(self, model_id: str, one: Point, other: Point, *, live: bool) -> FloatArray | None:
-        """The path between two places; None while it is searched for, and where there is none."""
+        """Return the path between two places, None while or if it is not available."""
         if self.cost is None:
             return None
         return self._leg(model_id, one, other, self.by(model_id), live=live)
@@ -201,21 +238,21 @@ class FollowedLine:
         if one == other:
             return None
         key = self._key(model_id, one, other, cost)
-        known = self._legs.get(key)
-        points = None if known is None else known.points
+        leg = self._legs.get(key)
+        points = None if leg is None else leg.points
         if live and key not in self._legs:
             self._live = key
-        elif live or self._has(key) or key in self._asked:
+        elif live or self._has(key) or key in self._requested:
             return points
         else:
-            self._asked.add(key)
+            self._requested.add(key)
         self._finder.follow(
             model_id,
             cost,
             (one, other),
             photo=key[4],
             live=live,
-            answer=lambda found: self._keep(key, found),
+            answer=lambda result: self._keep(key, result),
         )
         return points
 
@@ -224,12 +261,12 @@ class FollowedLine:
         return model_id, cost, one, other, photo
 
     def _has(self, key: Key) -> bool:
-        """Nothing more is to come of a leg."""
-        known = self._legs.get(key)
-        return key in self._legs if known is None else known.final
+        """Return whether a leg is final."""
+        leg = self._legs.get(key)
+        return key in self._legs if leg is None else leg.final
 
     def searching(self, model_id: str, way_points: Sequence[Point]) -> bool:
-        """Whether a leg between these way-points has not come yet."""
+        """Return whether a leg between these way-points is pending."""
         if self.cost is None:
             return False
         costs = [self.by(model_id)]
@@ -244,37 +281,37 @@ class FollowedLine:
         return any(not self._has(key) for key in keys)
 
     def forget(self) -> None:
-        """Nobody waits for a leg any more."""
-        self._asked.clear()
+        """Drop all requests."""
+        self._requested.clear()
         self._live = None
 
-    def _keep(self, key: Key, found: Way | Finding) -> None:
-        awaited = key in self._asked
-        self._asked.discard(key)
-        if len(self._legs) > _MOST_LEGS:
+    def _keep(self, key: Key, found: FollowedPath | Finding) -> None:
+        awaited = key in self._requested
+        self._requested.discard(key)
+        if len(self._legs) > MAX_CACHED_LEGS:
             self._legs.clear()
         if isinstance(found, Finding):
-            # Of the leg to the cursor nothing is said: the cursor is under way.
+            # The leg to the cursor changes soon, so its failure is not reported.
             if awaited:
                 self._legs[key] = None
-                if self._tells(key):
-                    self._said(found)
+                if self._reports(key):
+                    self._on_finding(found)
         else:
             if found.final or not self._has(key):
                 self._legs[key] = found
-            if awaited and self._tells(key):
+            if awaited and self._reports(key):
                 for warning in found.warnings:
-                    self._said(warning)
+                    self._on_finding(warning)
         if awaited or self._live == key:
-            self._found()
+            self._on_leg()
 
-    def _tells(self, key: Key) -> bool:
-        """Of the costs that are tried for the best one speaks for all."""
+    def _reports(self, key: Key) -> bool:
+        """Return whether to report a finding: one of the candidates for AUTO is enough."""
         return self.cost != AUTO or key[1] == self._finder.costs(key[0])[0]
 
 
 def _joined(way_points: Sequence[Point], legs: Sequence[FloatArray | None]) -> FloatArray:
-    """(n, 3) one line of the legs, straight where there is none."""
+    """Join legs to a line (n, 3), straight where a leg is missing."""
     parts = [
         np.array(ends) if leg is None else leg
         for ends, leg in zip(pairwise(way_points), legs, strict=True)
@@ -284,28 +321,28 @@ def _joined(way_points: Sequence[Point], legs: Sequence[FloatArray | None]) -> F
 
 
 def _new_places(line: FloatArray) -> BoolArray:
-    """(n,) where a point is not the one before once more."""
+    """Return which points (n,) differ from the previous one."""
     return np.append(True, (np.diff(line, axis=0) != 0.0).any(axis=1))
 
 
-def photo_votes(ways: Sequence[Way]) -> str | None:
-    """In which photos these were followed, and what the others say, in sentences; None for none."""
-    if not ways:
+def photo_votes(legs: Sequence[FollowedPath]) -> str | None:
+    """Describe the photos of paths and their confirmation by others, None for no paths."""
+    if not legs:
         return None
-    said = tr(
+    text = tr(
         "Followed in the pixels of {photos}.",
-        photos=", ".join(dict.fromkeys(way.photo.rpartition("/")[2] for way in ways)),
+        photos=", ".join(dict.fromkeys(leg.photo.rpartition("/")[2] for leg in legs)),
     )
-    judged = sum(way.judged for way in ways)
+    judged = sum(leg.judged for leg in legs)
     if not judged:
-        if not all(way.final for way in ways):
-            return said
-        return f"{said} {tr('No other photo could judge it.')}"
-    voters = {voter for way in ways for voter in way.voters}
+        if not all(leg.final for leg in legs):
+            return text
+        return f"{text} {tr('No other photo could judge it.')}"
+    voters = {voter for leg in legs for voter in leg.voters}
     votes = tr_n(
         "{count} other photo was asked, which shows the same on {percent:.0f} % of the line.",
         "{count} other photos were asked, which show the same on {percent:.0f} % of the line.",
         len(voters),
-        percent=100.0 * sum(way.confirmed for way in ways) / judged,
+        percent=100.0 * sum(leg.confirmed for leg in legs) / judged,
     )
-    return f"{said} {votes}"
+    return f"{text} {votes}"

@@ -1,4 +1,4 @@
-"""Base of the tools whose line may follow a contact from click to click."""
+"""Base class of tools whose line may follow a contact from click to click."""
 
 from __future__ import annotations
 
@@ -23,24 +23,25 @@ F = TypeVar("F", bound=Picked)
 
 
 class FollowingTool(PolylineTool[F]):
-    """Where it follows something its vertices are way-points, and the feature is the path through
-    them."""
+    """Tool with a followed line: its vertices are way-points, the feature is the path."""
 
     def __init__(self, context: ToolContext) -> None:
         super().__init__(context)
-        self._line = FollowedLine(context.paths, self._leg_came, context.say, self._rank)
+        self._line = FollowedLine(context.paths, self._leg_came, context.report, self._rank)
         self._finish_when_found = False
         # Clicks for the next feature, None for its end.
         self._later: list[PointerEvent | None] = []
 
     @property
     def cost(self) -> str | None:
-        """What is followed between clicks; None for straight pieces."""
+        """Cost to follow between clicks, None for straight pieces."""
         return self._line.cost
 
     def follow(self, cost: str | None) -> None:
-        """Follow something else between clicks, or nothing. What is continued is picked point
-        by point."""
+        """Change the cost to follow between clicks, None for straight pieces.
+
+        A continued feature is picked point by point.
+        """
         if cost == self._line.cost:
             return
         self._line.cost = cost
@@ -51,8 +52,7 @@ class FollowingTool(PolylineTool[F]):
 
     @property
     def followed_by(self) -> str | None:
-        """The cost by which the open feature is followed: where the best is asked for, the best so
-        far; None where it is not followed."""
+        """Cost by which the open feature is followed, for AUTO the best so far, or None."""
         if self._feature is None or not self.followed:
             return None
         return self._line.by(self._feature.model_id)
@@ -60,7 +60,7 @@ class FollowingTool(PolylineTool[F]):
     def _rank(
         self, model_id: str, points: FloatArray, way_points: Sequence[Point], cost: str
     ) -> tuple[int, float]:
-        """By which lines (n, 3) in a model's file frame are ordered."""
+        """Return the rank of a line (n, 3) in a model's file frame."""
         from vomstudio.extraction.best_cost import rank_of
 
         model, surface = (
@@ -81,28 +81,32 @@ class FollowingTool(PolylineTool[F]):
         )[0]
 
     def _doubtful(self, feature: F, resolution: float) -> tuple[tuple[int, int], ...]:
-        """First and last row of the stretches of a feature's path that may be on another contact.
-        resolution : of the model around it, file units"""
+        """Return the first and last row of path stretches that may be on another contact.
+
+        `resolution` is that of the model around it, in file units.
+        """
         return self._line.doubtful(feature.model_id, self._way(feature.vertices), resolution)
 
     @property
     def in_photos(self) -> bool:
-        """A piece whose end was set in a photo is followed in the pixels of that photo."""
+        """Whether a piece whose end was set in a photo is followed in that photo."""
         return self._line.in_photos
 
-    def follow_in_photos(self, wanted: bool) -> None:
-        """Whether what is clicked in a photo is followed there, or over the surface."""
-        if wanted == self._line.in_photos:
+    def follow_in_photos(self, enabled: bool) -> None:
+        """Set whether pieces that end in a photo are followed there, or over the surface."""
+        if enabled == self._line.in_photos:
             return
-        self._line.in_photos = wanted
+        self._line.in_photos = enabled
         if self._feature is not None:
             self._keep(self._feature, self._steps, self.current_vertex)
         else:
             self._context.tool_changed()
 
     def pointer(self, event: PointerEvent) -> None:
-        """As of all; a place in a photo is one of that photo. What is clicked while the open
-        feature waits for its way to be kept belongs to the next one."""
+        """Handle an event; a place in a photo is recorded with the photo.
+
+        Clicks while the open feature waits for its path belong to the next feature.
+        """
         if self._finish_when_found and event.button is Button.LEFT:
             if event.kind is Pointer.DOUBLE_CLICK:
                 self.finish()
@@ -112,26 +116,28 @@ class FollowingTool(PolylineTool[F]):
                 self._show_waiting()
                 return
         if event.hit is not None and event.kind is not Pointer.DOUBLE_CLICK:
-            self._line.set_in(event.photo, event.hit.position)
+            self._line.set_photo(event.photo, event.hit.position)
         super().pointer(event)
 
     @property
     def votes(self) -> str | None:
-        """In which photos the open feature is followed, and what the other photos say of it, in
-        sentences; None where it is followed in none."""
+        """Describe the photos in which the open feature is followed, and their confirmation.
+
+        None if it is not followed in a photo.
+        """
         if self._feature is None or not self.followed:
             return None
-        ways = self._line.ways(self._feature.model_id, self._way(self.vertices))
-        return photo_votes([way for way in ways if way.photo])
+        legs = self._line.ways(self._feature.model_id, self._way(self.vertices))
+        return photo_votes([leg for leg in legs if leg.photo])
 
     @property
     def followed(self) -> bool:
-        """The open feature is a path between its way-points."""
+        """Whether the open feature is a path between its way-points."""
         return self._line.cost is not None and not self._continued and self.open
 
     @property
     def searching(self) -> bool:
-        """A piece of the open feature is still being searched for."""
+        """Whether a piece of the open feature is pending."""
         return (
             self._feature is not None
             and self.followed
@@ -139,11 +145,11 @@ class FollowingTool(PolylineTool[F]):
         )
 
     def _verdict(self) -> str | None:
-        """The straight way between way-points is no poor trace: it is not what will be there."""
+        """Judge only complete paths: straight pieces are provisional."""
         return None if self.searching else super()._verdict()
 
     def finish(self) -> str | None:
-        """As of all; while a piece is searched for it is finished when that has come."""
+        """Finish the feature, once pending pieces are available."""
         if self._later and self.searching:
             if self._later[-1] is not None:
                 self._later.append(None)
@@ -155,10 +161,10 @@ class FollowingTool(PolylineTool[F]):
         return super().finish()
 
     def _go_on(self) -> None:
-        """Do what was clicked while the feature before was waiting for its way."""
+        """Handle the clicks made while the previous feature waited for its path."""
         later, self._later = self._later, []
         if self.open:
-            # It could not be kept, and said why: it is not the one that was clicked.
+            # It could not be finished and showed the reason; the clicks do not belong to it.
             return
         while later and not self._finish_when_found:
             event, *later = later
@@ -175,7 +181,7 @@ class FollowingTool(PolylineTool[F]):
         self._context.tool_changed()
 
     def _searching_words(self) -> tuple[str, ...]:
-        """Beside the cursor while a piece is searched for."""
+        """Return the text beside the cursor while a piece is pending."""
         count = points_text(len(self.vertices))
         if not self._finish_when_found:
             return (count, tr("Searching for the way"))
@@ -191,7 +197,7 @@ class FollowingTool(PolylineTool[F]):
             ),
         )
 
-    # --- taking back what waits --------------------------------------------------------------
+    # --- undo of pending clicks ---------------------------------------------------------------
     @property
     def undo_label(self) -> str | None:
         if self._later:
@@ -199,7 +205,7 @@ class FollowingTool(PolylineTool[F]):
         return "Finish" if self._finish_when_found else super().undo_label
 
     def undo(self) -> bool:
-        """As of all; what waits for the way is taken back first."""
+        """Undo the last step; pending clicks first."""
         if self._later:
             self._later.pop()
         elif self._finish_when_found:
@@ -210,7 +216,7 @@ class FollowingTool(PolylineTool[F]):
         return True
 
     def cancel(self) -> None:
-        """As of all; what waits for the next feature is let go first."""
+        """Discard pending clicks, otherwise the feature."""
         if self._later:
             self._later = []
             self._show_waiting()
@@ -222,7 +228,7 @@ class FollowingTool(PolylineTool[F]):
         super().forget()
 
     def _hovered(self) -> Point | None:
-        """As of all; what is being finished does not run on to the cursor."""
+        """Return the position of the cursor, None while the feature is being finished."""
         return None if self._finish_when_found else super()._hovered()
 
     def _reset(self) -> None:
@@ -242,37 +248,37 @@ class FollowingTool(PolylineTool[F]):
             self._go_on()
 
     def _whole(self, feature: F) -> F:
-        """With all vertices of the path; itself where it is picked point by point."""
+        """Return the feature with all vertices of its path."""
         if not self.followed:
             return feature
         dragged = self._drag_from is not None
-        way = self._way(feature.vertices)
-        path = self._line.path(feature.model_id, way, live=dragged)
-        found = tuple((x, y, z) for x, y, z in path.tolist())
-        closed = len(way) > len(feature.vertices) and len(found) > 1
-        return feature.but(vertices=found[:-1] if closed else found)
+        way_points = self._way(feature.vertices)
+        path = self._line.path(feature.model_id, way_points, live=dragged)
+        vertices = tuple((x, y, z) for x, y, z in path.tolist())
+        is_ring = len(way_points) > len(feature.vertices) and len(vertices) > 1
+        return feature.but(vertices=vertices[:-1] if is_ring else vertices)
 
     def _way(self, vertices: Sequence[Point]) -> Sequence[Point]:
-        """The way-points; of a ring with the first one once more."""
+        """Return the way-points; those of a ring are closed."""
         return (*vertices, vertices[0]) if self._closed else vertices
 
     def _followed_words(self, feature: F) -> str:
-        """For the notes of what was followed."""
+        """Return the notes of a followed feature."""
         by, count = self._line.by(feature.model_id), len(feature.vertices)
-        said = tr("Followed by {cost} through {count} way-points.", cost=by, count=count)
+        text = tr("Followed by {cost} through {count} way-points.", cost=by, count=count)
         if self._line.cost == AUTO:
-            said = tr(
+            text = tr(
                 "Followed by {cost}, of all costs the one that tells its plane best, through "
                 "{count} way-points.",
                 cost=by,
                 count=count,
             )
         votes = self.votes
-        return said if votes is None else f"{said} {votes}"
+        return text if votes is None else f"{text} {votes}"
 
     # --- drafts ------------------------------------------------------------------------------
     def _cost_state(self) -> dict[str, Any]:
-        """For the draft; nothing where nothing is followed."""
+        """Return the draft's entries about the cost, empty without one."""
         return {"cost": self._line.cost} if self.followed or self._line.cost else {}
 
     def _state(self, feature: F) -> dict[str, Any]:
@@ -281,14 +287,14 @@ class FollowingTool(PolylineTool[F]):
         return {**state, "photos": photos} if any(photos) else state
 
     def _take_photos(self, state: Mapping[str, Any]) -> None:
-        """In which photos the way-points of a draft were set, as far as it says."""
+        """Restore the photos of the way-points of a draft."""
         photos, vertices = state.get("photos"), state.get("vertices")
         if not isinstance(photos, list) or not isinstance(vertices, list):
             return
         for photo, place in zip(photos, vertices, strict=False):
             with suppress(TypeError, ValueError):
                 x, y, z = place
-                self._line.set_in(str(photo), (float(x), float(y), float(z)))
+                self._line.set_photo(str(photo), (float(x), float(y), float(z)))
 
     def restore(self, state: Mapping[str, Any]) -> bool:
         if state.get("tool") == self.name:
@@ -297,13 +303,13 @@ class FollowingTool(PolylineTool[F]):
             self._take_photos(state)
         return super().restore(state)
 
-    # --- what is seen ------------------------------------------------------------------------
+    # --- preview ------------------------------------------------------------------------------
     def _drawn(self) -> tuple[FloatArray | None, FloatArray | None]:
         feature, model = self._feature, self._model()
         if feature is None or model is None or not self.followed:
             return None, None
-        whole = self._way(self._whole(feature).vertices)
-        path = np.asarray(whole, np.float64)
+        outline = self._way(self._whole(feature).vertices)
+        path = np.asarray(outline, np.float64)
         at, ahead = self._hovered(), None
         if at is not None and feature.vertices and self._drag_from is None:
             ahead = self._line.leg(feature.model_id, feature.vertices[-1], at, live=True)

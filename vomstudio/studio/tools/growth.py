@@ -1,4 +1,4 @@
-"""A piece of a surface that grows from a click, and grows anew as its tolerance is turned."""
+"""Growth of a selection from a click, repeated when its tolerance changes."""
 
 from __future__ import annotations
 
@@ -15,26 +15,34 @@ from vomstudio.studio.tools.element_selection import Combine
 from vomstudio.studio.tools.interaction_types import Hit
 from vomstudio.studio.tools.tool_context import ToolContext
 
-LEAST_ANGLE, LARGEST_ANGLE = 1.0, 90.0
-LEAST_DISTANCE, LARGEST_DISTANCE = 1e-4, 1e4
-_ANGLE_STEP = 2.0
-_DISTANCE_STEP = 1.2
-_SPACINGS = 4.0
-"""The first distance, in spacings of the model: its noise is below that."""
+MIN_ANGLE_DEG, MAX_ANGLE_DEG = 1.0, 90.0
+MIN_DISTANCE_M, MAX_DISTANCE_M = 1e-4, 1e4
+ANGLE_STEP_DEG = 2.0
+DISTANCE_FACTOR = 1.2
+DEFAULT_DISTANCE_SPACINGS = 4.0
+"""Default distance in spacings of the model, above its noise."""
 
 
 @dataclass(frozen=True, eq=False)
 class Seed:
-    """Where it began; how : what is done with what is found."""
+    """Start of a growth, and how to combine its result."""
 
     hit: Hit
     how: Combine
 
 
 class Growth:
-    """angle_deg : by which normals may be off the plane of the piece, degrees; distance : by which
-    places may, metres, None until a model has suggested one. seed : of the last piece, None once it
-    is settled"""
+    """Growth of a selection.
+
+    Attributes
+    ----------
+    angle_deg : float
+        Maximum angle between a face normal and the fitted plane, degrees.
+    distance : float or None
+        Maximum distance from the plane, metres; None until a model has suggested one.
+    seed : Seed or None
+        Seed of the last piece, None once it is settled.
+    """
 
     def __init__(self, context: ToolContext) -> None:
         self._context = context
@@ -43,49 +51,54 @@ class Growth:
         self.seed: Seed | None = None
 
     def set_angle(self, degrees: float) -> None:
-        """Within the limits."""
-        self.angle_deg = min(max(float(degrees), LEAST_ANGLE), LARGEST_ANGLE)
+        """Set the maximum angle, within the limits."""
+        self.angle_deg = min(max(float(degrees), MIN_ANGLE_DEG), MAX_ANGLE_DEG)
 
     def set_distance(self, metres: float) -> None:
-        """Within the limits."""
-        self.distance = min(max(float(metres), LEAST_DISTANCE), LARGEST_DISTANCE)
+        """Set the maximum distance, within the limits."""
+        self.distance = min(max(float(metres), MIN_DISTANCE_M), MAX_DISTANCE_M)
 
     def turn(self, turns: float, *, distance: bool) -> None:
-        """By notches of the wheel."""
+        """Change a tolerance by notches of the wheel."""
         if distance:
-            self.set_distance(float(f"{(self.distance or 0.1) * _DISTANCE_STEP**turns:.2g}"))
+            self.set_distance(float(f"{(self.distance or 0.1) * DISTANCE_FACTOR**turns:.2g}"))
         else:
-            self.set_angle(self.angle_deg + _ANGLE_STEP * turns)
+            self.set_angle(self.angle_deg + ANGLE_STEP_DEG * turns)
 
     def piece(self, hit: Hit, then: Callable[[], None]) -> Piece | None:
-        """What grows from a place; None where it cannot, which is said, or not yet: then `then` is
-        called once it can."""
+        """Grow a piece from a hit.
+
+        None, after a message, if that is not possible, or if the neighbour graph is pending;
+        `then` is called once it is available.
+        """
         elements = self._context.elements
         model = get(self._context.session.records, hit.model_id, Model)
-        found = elements.neighbours(hit.model_id, then)
+        neighbours = elements.neighbours(hit.model_id, then)
         if model is None:
             return None
-        if found is None:
+        if neighbours is None:
             self._context.hint(Finding("neighbours.pending"))
             return None
-        if isinstance(found, Finding):
-            self._context.say(found)
+        if isinstance(neighbours, Finding):
+            self._context.report(neighbours)
             return None
         scale = transform.scale_of(model.to_world)
         if self.distance is None:
-            wanted = _SPACINGS * elements.spacing(hit.model_id) * scale
-            self.set_distance(float(f"{wanted:.2g}") if np.isfinite(wanted) and wanted else 0.1)
-        piece = found.piece(
+            distance = DEFAULT_DISTANCE_SPACINGS * elements.spacing(hit.model_id) * scale
+            self.set_distance(
+                float(f"{distance:.2g}") if np.isfinite(distance) and distance else 0.1
+            )
+        piece = neighbours.piece(
             hit.index,
             angle_deg=self.angle_deg,
             distance=(self.distance or 0.0) / scale,
             left_out=elements.hidden(hit.model_id),
         )
-        self._tell(piece)
+        self._report_extremes(piece)
         return piece if piece.count else None
 
-    def _tell(self, piece: Piece) -> None:
-        """Where it is not what anybody wants."""
+    def _report_extremes(self, piece: Piece) -> None:
+        """Report a piece that is empty or covers the whole model."""
         if piece.count == 0:
             self._context.hint(Finding("growth.no-plane"))
         elif piece.count == 1:

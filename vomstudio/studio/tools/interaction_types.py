@@ -17,7 +17,7 @@ MAX_CLICK_PX = 4.0
 
 
 def is_click(dx: float, dy: float) -> bool:
-    """Whether a pointer that moved by these logical pixels since the press has not left the click.
+    """Return whether a pointer that moved by these logical pixels is still a click.
 
     A longer movement is a drag. Every view uses this threshold.
     """
@@ -34,9 +34,12 @@ class Button(enum.Enum):
 
 
 class Pointer(enum.Enum):
-    """MOVE without a button held; CLICK is press and release within `MAX_CLICK_PX`; the DRAG kinds
-    come only for a button that the viewport leaves to the tool (a vertex handle under the cursor);
-    WHEEL only with Ctrl or Shift, for a tool that has asked for it."""
+    """Kind of a pointer event.
+
+    MOVE is sent without a button held. CLICK is press and release within `MAX_CLICK_PX`. DRAG
+    events are sent only for a button that the viewport leaves to the tool (a vertex handle
+    under the cursor). WHEEL is sent only with Ctrl or Shift, to a tool that has requested it.
+    """
 
     MOVE = "move"
     CLICK = "click"
@@ -49,11 +52,18 @@ class Pointer(enum.Enum):
 
 @dataclass(frozen=True)
 class Hit:
-    """A point on a model. `position` is float64 in the model's file frame, computed from the model
-    itself: the barycentric sum of the face's vertices, or the cloud point.
+    """Point on a model.
 
-    element: "face" or "point"; index: of that face or point.
-    barycentric: weights of the face's three vertices; None for a point.
+    `position` is float64 in the model's file frame, computed from the model itself: the
+    barycentric sum of the face's vertices, or the cloud point.
+
+    Parameters
+    ----------
+    element : {"face", "point"}
+    index : int
+        Index of that face or point.
+    barycentric : tuple of float, optional
+        Weights of the face's three vertices, None for a point.
     """
 
     model_id: str
@@ -65,12 +75,20 @@ class Hit:
 
 @dataclass(frozen=True)
 class PointerEvent:
-    """Pixels are logical (device independent), from the viewport's top left corner.
+    """Pointer event; pixels are logical, from the viewport's top left corner.
 
-    `handle` is the index of the preview's vertex handle under the cursor, or None. `more`: another
-    one of the same drag follows at once, so nothing needs to be shown yet. `turns`: notches of the
-    wheel, positive away from the user. `in_photo`: x, y are of a photo, not of the viewport,
-    and `photo` is its name.
+    Parameters
+    ----------
+    handle : int, optional
+        Index of the preview's vertex handle under the cursor.
+    more : bool
+        Whether another event of the same drag follows at once, so that drawing can wait.
+    turns : float
+        Notches of the wheel, positive away from the user.
+    in_photo : bool
+        Whether x and y are pixels of a photo, not of the viewport.
+    photo : str
+        Name of the photo.
     """
 
     kind: Pointer
@@ -89,11 +107,16 @@ class PointerEvent:
 
 @dataclass(frozen=True, eq=False)
 class Area:
-    """A piece of a model's surface as it is drawn.
+    """Part of a model's surface as it is drawn.
 
-    origin : (3,) float64 World
-    corners : (k, 3, 3) float32 of triangles, or (k, 3) of points, World minus `origin`
-    border : (b, 2, 3) float32 edges around it, World minus `origin`
+    Parameters
+    ----------
+    origin : (3,) float64
+        World.
+    corners : (k, 3, 3) or (k, 3) float32
+        Triangles, or points, World minus `origin`.
+    border : (b, 2, 3) float32
+        Edges around it, World minus `origin`.
     """
 
     origin: FloatArray
@@ -103,10 +126,18 @@ class Area:
 
 @dataclass(frozen=True, eq=False)
 class BrushRing:
-    """Where a round brush touches the surface.
+    """Contact of a round brush with the surface.
 
-    centre : (3,) World; radius : m; normal : (3,) of the surface there, None where unknown
-    removes : the brush erases
+    Parameters
+    ----------
+    centre : (3,) float64
+        World.
+    radius : float
+        Metres.
+    normal : (3,) float64 or None
+        Normal of the surface, None if unknown.
+    removes : bool
+        Whether the brush erases.
     """
 
     centre: FloatArray
@@ -117,11 +148,16 @@ class BrushRing:
 
 @dataclass(frozen=True)
 class Outline:
-    """A shape that is being drawn over the picture.
+    """Shape that is being drawn over the picture.
 
-    pixels : its corners in order, logical, from the viewport's top left corner
-    closed : the last is joined with the first
-    takes_away : what lies inside will be taken away
+    Parameters
+    ----------
+    pixels : tuple of (float, float)
+        Corners in order, logical, from the viewport's top left corner.
+    closed : bool
+        Whether the last corner is joined to the first.
+    takes_away : bool
+        Whether elements inside will be removed.
     """
 
     pixels: tuple[tuple[float, float], ...]
@@ -131,22 +167,36 @@ class Outline:
 
 @dataclass(frozen=True, eq=False)
 class Preview:
-    """What an unfinished tool shows, all in World (float64).
+    """Preview of an unfinished tool, in World (float64).
 
-    line : (k, 3) vertices joined in order; also the handles that can be grabbed
-    rubber : (3,) the end of the rubber band from the last vertex, or None
-    path : (n, 3) drawn through the vertices of `line` in place of straight pieces, or None
-    ahead : (m, 3) from the last vertex to `rubber` in place of a straight band, or None
-    doubtful : parts (k, 3) of `path` that may be on another contact, drawn dashed in the colour of
-        a doubtful verdict
-    patch : (c, 3) corners of the live plane's patch (a convex ring), or None
-    marked : index of the vertex that Delete removes, or None
-    color : RGB 0..1
-    reading : lines of text beside the cursor, the first the most important
-    verdict : "good", "doubtful", "poor" or None where nothing can be judged yet
-    brush : the brush over the surface, or None
-    area : what the brush has touched since it was put down, or what is chosen, or None
-    outline : the shape that is being drawn around what will be chosen, or None
+    Parameters
+    ----------
+    line : (k, 3) float64
+        Vertices joined in order, which are also handles.
+    rubber : (3,) float64, optional
+        End of the rubber band from the last vertex.
+    patch : (c, 3) float64, optional
+        Corners of the live plane's patch (a convex ring).
+    marked : int, optional
+        Index of the vertex that Delete removes.
+    color : tuple of float
+        RGB, 0 to 1.
+    reading : tuple of str
+        Lines of text beside the cursor, the most important first.
+    verdict : {"good", "doubtful", "poor"}, optional
+        None if nothing can be judged yet.
+    brush : BrushRing, optional
+        Brush over the surface.
+    area : Area, optional
+        Painted or selected area.
+    path : (n, 3) float64, optional
+        Path through the vertices of `line` in place of straight pieces.
+    ahead : (m, 3) float64, optional
+        Path from the last vertex to `rubber` in place of a straight band.
+    doubtful : tuple of (k, 3) float64
+        Parts of `path` that may be on another contact, drawn dashed in the colour of doubt.
+    outline : Outline, optional
+        Shape that is being drawn around a selection.
     """
 
     line: FloatArray
@@ -166,12 +216,18 @@ class Preview:
 
 @dataclass(frozen=True, eq=False)
 class Discarded:
-    """What a tool has let go unfinished.
+    """Unfinished work that a tool has discarded.
 
-    tool : the name of the tool; label : in words, like the label of an edit
-    bring_back : open it again as it was; False, with the reason shown, where that cannot be
-    untouched : whether it is open now, as it was when it was brought back
-    after : number of the last edit before it was let go; None : the last one that there is
+    Parameters
+    ----------
+    tool, label : str
+        Name of the tool, and a label like that of an edit.
+    bring_back : callable
+        Restores it. Returns False, after showing the reason, if that is not possible.
+    untouched : callable
+        Returns whether it is open and unchanged since it was restored.
+    after : int, optional
+        Number of the last edit before it was discarded, by default the latest.
     """
 
     tool: str

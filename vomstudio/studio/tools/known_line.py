@@ -1,5 +1,7 @@
-"""The tool of known lines: two clicks on what is level or vertical, or whose azimuth or length is
-known; planes and lines that were read by compass are chosen among those that are there."""
+"""Tool for known lines: two clicks on a line that is level, vertical or measured.
+
+Planes and lines with compass readings are selected among the features.
+"""
 
 from __future__ import annotations
 
@@ -36,8 +38,10 @@ _HINTS = {
 
 
 class KnownLineTool(PolylineTool[KnownLine]):
-    """A line ends with its second point; what is known of it is typed beside it. `kind` is "plane"
-    for planes and lines alike that were read by compass."""
+    """Picks known lines, which end with the second point; their values are entered beside.
+
+    The kind "plane" stands for all compass readings, of planes and lines.
+    """
 
     name = "known_line"
     noun = "known line"
@@ -54,11 +58,11 @@ class KnownLineTool(PolylineTool[KnownLine]):
 
     @property
     def selects(self) -> bool:
-        """Clicks choose what was read by compass."""
+        """Whether clicks select a feature with a compass reading."""
         return self._feature is None and self.next_kind == "plane"
 
     def choose(self, kind: KnownKind) -> None:
-        """Set the kind of the next line, and of the open one where it is new."""
+        """Set the kind of the next line, and of the open one if it is new."""
         self.next_kind = kind
         open_one = self._feature
         clicked = any(kind == each for each, _ in CLICKED)
@@ -67,7 +71,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
         self._context.tool_changed()
 
     def continue_feature(self, feature_id: str) -> None:
-        """As of every tool that picks vertices; what was read has none."""
+        """Continue a feature, unless it is a reading, which has no vertices."""
         line = get(self._context.session.records, feature_id, KnownLine)
         if line is not None and line.by_compass:
             raise DocumentError(Finding("line.from-compass", name=line.name))
@@ -94,7 +98,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
             self.finish()
 
     def insert_vertex(self, position: Point) -> None:
-        """A line has no vertices between its ends."""
+        """Do nothing: a line has no vertices between its ends."""
 
     def _edit(self, feature: KnownLine) -> Edit:
         if (why := self.why_not_finish()) is not None:
@@ -124,7 +128,7 @@ class KnownLineTool(PolylineTool[KnownLine]):
             vertices,
         )
 
-    # --- what is seen ------------------------------------------------------------------------
+    # --- preview ------------------------------------------------------------------------------
     def _color(self) -> str:
         return KIND.color
 

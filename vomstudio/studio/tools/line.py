@@ -1,4 +1,4 @@
-"""The line tool: clicks along a lineation become a trend and plunge, a rake on a plane, a slip."""
+"""Tool for lineations: clicks give trend and plunge, rake on a plane, or slip."""
 
 from __future__ import annotations
 
@@ -37,8 +37,10 @@ class NextLine:
 
 
 class LineTool(PolylineTool[Lineation]):
-    """Picks two points or more. It keeps its own type for the next feature, as the other tools
-    measure planes."""
+    """Picks lineations of two points or more, with a feature type of its own.
+
+    The other tools measure planes.
+    """
 
     name = "line"
     record = Lineation
@@ -78,21 +80,23 @@ class LineTool(PolylineTool[Lineation]):
         return NextLine(line.type_id, line.set_name, line.plane_id, line.slip)
 
     def choose(self, **values: str) -> None:
-        """Set attributes of the next line, and of the open one where it is new. Without a plane
-        there is no sense of slip."""
-        self.next = _without_orphan_slip(replace(self.next, **values))  # type: ignore[arg-type]
+        """Set attributes of the next line, and of the open one if it is new.
+
+        A sense of slip requires a plane.
+        """
+        self.next = _drop_orphan_slip(replace(self.next, **values))  # type: ignore[arg-type]
         line = self._feature
         if line is None or self._continued:
             self._context.tool_changed()
             return
-        chosen = _without_orphan_slip(replace(self.attributes, **values))  # type: ignore[arg-type]
-        if chosen != self.attributes:
+        attributes = _drop_orphan_slip(replace(self.attributes, **values))  # type: ignore[arg-type]
+        if attributes != self.attributes:
             changed = replace(
                 line,
-                type_id=chosen.type_id,
-                set_name=chosen.set_name,
-                plane_id=chosen.plane_id,
-                slip=chosen.slip,
+                type_id=attributes.type_id,
+                set_name=attributes.set_name,
+                plane_id=attributes.plane_id,
+                slip=attributes.slip,
             )
             self._keep(changed, self._steps, self.current_vertex)
 
@@ -133,9 +137,9 @@ class LineTool(PolylineTool[Lineation]):
         self.next = NextLine()
 
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> Lineation:
-        # A sense that is not known is no draft of this tool.
+        # An unknown sense of slip makes the draft invalid.
         slip = {known: known for known, _ in SENSES}[state["slip"]]
-        read = Lineation(
+        lineation = Lineation(
             id=str(state["line_id"]),
             name="",
             type_id=type_of_draft(self._context, state, self.next.type_id),
@@ -146,10 +150,12 @@ class LineTool(PolylineTool[Lineation]):
             slip=slip,
             set_name=str(state["set_name"]),
         )
-        self.next = NextLine(read.type_id, read.set_name, read.plane_id, read.slip)
-        return read
+        self.next = NextLine(
+            lineation.type_id, lineation.set_name, lineation.plane_id, lineation.slip
+        )
+        return lineation
 
-    # --- what is seen ------------------------------------------------------------------------
+    # --- preview ------------------------------------------------------------------------------
     def _look(self) -> None:
         assert self._feature is not None
         surface = self._context.surface(self._feature.model_id)
@@ -159,7 +165,7 @@ class LineTool(PolylineTool[Lineation]):
         super()._look()
 
     def _patch(self) -> FloatArray | None:
-        """A piece of the plane that the line is laid into."""
+        """Return a part of the plane that contains the line."""
         plane = plane_of(self._context, self._feature.plane_id if self._feature else "")
         fit = self.measurement.line_fit if self.measurement else None
         if plane is None or plane.plane is None or fit is None:
@@ -171,7 +177,7 @@ class LineTool(PolylineTool[Lineation]):
         at = self._hovered()
         live = count == 1 and at is not None and at != self.vertices[0]
         if live and self._feature is not None and at is not None:
-            # The second point is where the cursor is.
+            # The cursor is the second point.
             measured = self._context.measure(replace(self._feature, vertices=(*self.vertices, at)))
         if measured is None or measured.line is None or measured.line_fit is None:
             if count < 2 or measured is None or not measured.problem:
@@ -196,7 +202,7 @@ class LineTool(PolylineTool[Lineation]):
         return tuple(lines)
 
 
-def _without_orphan_slip(line: NextLine) -> NextLine:
+def _drop_orphan_slip(line: NextLine) -> NextLine:
     return line if line.plane_id else replace(line, slip="")
 
 

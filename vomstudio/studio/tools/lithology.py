@@ -1,4 +1,4 @@
-"""The tool of lithologies: clicks around a part of the outcrop that is one rock."""
+"""Tool for lithologies: clicks outline a part of the outcrop that is one rock."""
 
 from __future__ import annotations
 
@@ -23,15 +23,17 @@ from vomstudio.studio.tools.following import FollowingTool
 from vomstudio.studio.tools.polyline import points_text
 from vomstudio.studio.tools.tool_entry import ToolEntry
 
-AT_ONCE = 30_000
-"""Faces of a model on which the area inside an outline takes a few hundredths of a second."""
+MAX_SYNCHRONOUS_FACES = 30_000
+"""Number of faces up to which the area inside an outline takes a few hundredths of a second."""
 _Outline = tuple[str, tuple[Point, ...]]
-"""Of a model, around an area."""
+"""Id of the model, and the vertices around an area."""
 
 
 class LithologyTool(FollowingTool[Lithology]):
-    """Picks three points or more; the area of the surface inside is worked out beside the window,
-    one outline at a time and the newest next, where the model is large."""
+    """Picks outlines of three points or more.
+
+    On a large model the area inside is computed in the background, one outline at a time.
+    """
 
     name = "lithology"
     noun = "rock area"
@@ -40,17 +42,17 @@ class LithologyTool(FollowingTool[Lithology]):
     def __init__(self, context: Any) -> None:
         super().__init__(context)
         self.next_lithology = ""
-        self._known: tuple[_Outline, float | None] | None = None
-        self._wanted: _Outline | None = None
+        self._cached_area: tuple[_Outline, float | None] | None = None
+        self._next_outline: _Outline | None = None
         self._measured_now: _Outline | None = None
 
     @property
     def searching(self) -> bool:
-        """Also while the area is being worked out."""
-        return super().searching or self._wanted is not None
+        """Whether a piece of the path or the area is pending."""
+        return super().searching or self._next_outline is not None
 
     def _reset(self) -> None:
-        self._wanted = None
+        self._next_outline = None
         super()._reset()
 
     @property
@@ -78,7 +80,7 @@ class LithologyTool(FollowingTool[Lithology]):
         return Finding("feature.too-few-points", count=missing, minimum=3)
 
     def choose(self, lithology: str) -> None:
-        """The rock of the next area, and of the open one where it is new."""
+        """Set the rock of the next area, and of the open one if it is new."""
         self.next_lithology = lithology
         feature = self._feature
         if feature is None or self._continued or feature.lithology == lithology:
@@ -102,47 +104,49 @@ class LithologyTool(FollowingTool[Lithology]):
         )
 
     def _look(self) -> None:
-        """Ask the surface for the area, and measure; not while a corner is being dragged."""
+        """Measure the outline, and request its area unless a corner is being dragged."""
         assert self._feature is not None
-        whole = self._whole(self._feature)
-        area, self._wanted = None, None
+        complete = self._whole(self._feature)
+        area, self._next_outline = None, None
         if self._drag_from is None and not super().searching:
-            area = self._area((whole.model_id, whole.vertices))
+            area = self._area((complete.model_id, complete.vertices))
         self._feature = replace(self._feature, area=area)
-        whole = replace(whole, area=area)
-        self.measurement = self._context.measure(whole) if whole.vertices else None
+        complete = replace(complete, area=area)
+        self.measurement = self._context.measure(complete) if complete.vertices else None
 
     def _area(self, outline: _Outline) -> float | None:
-        """Inside the outline; None while it is not known, and is asked for."""
-        if self._known is None or self._known[0] != outline:
+        """Return the area inside an outline; None, after a request, while unknown."""
+        if self._cached_area is None or self._cached_area[0] != outline:
             if len(outline[1]) < 3 or self._context.surface(outline[0]) is None:
                 return None
-            self._wanted = outline
+            self._next_outline = outline
             self._work_out()
-        known = self._known
-        return known[1] if known is not None and known[0] == outline else None
+        cached = self._cached_area
+        return cached[1] if cached is not None and cached[0] == outline else None
 
     def _work_out(self) -> None:
-        outline = self._wanted
+        outline = self._next_outline
         if outline is None or self._measured_now is not None:
             return
         surface = self._context.surface(outline[0])
         if surface is None:
-            self._came(outline, None)
+            self._store_area(outline, None)
             return
         self._measured_now = outline
         ring = np.array(outline[1], np.float64)
-        if surface.count <= AT_ONCE:
-            self._measured_now, self._wanted = None, None
-            self._known = outline, surface.area_inside(ring)
+        if surface.count <= MAX_SYNCHRONOUS_FACES:
+            self._measured_now, self._next_outline = None, None
+            self._cached_area = outline, surface.area_inside(ring)
             return
-        self._context.aside(lambda: surface.area_inside(ring), partial(self._came, outline))
+        self._context.run_in_background(
+            lambda: surface.area_inside(ring), partial(self._store_area, outline)
+        )
 
-    def _came(self, outline: _Outline, area: float | None) -> None:
+    def _store_area(self, outline: _Outline, area: float | None) -> None:
         self._measured_now = None
-        self._known = outline, area
-        if self._wanted == outline:
-            self._wanted = None
+        self._cached_area = outline, area
+        if self._next_outline == outline:
+            self._next_outline = None
             self._leg_came()
         else:
             self._work_out()
@@ -176,18 +180,18 @@ class LithologyTool(FollowingTool[Lithology]):
             self.next_lithology,
         )
 
-    # --- what is seen ------------------------------------------------------------------------
+    # --- preview ------------------------------------------------------------------------------
     def _color(self) -> str:
         return color_of_rock(self.lithology) or KIND.color
 
     def _reading(self) -> tuple[str, ...]:
         count, measured = len(self.vertices), self.measurement
-        first = (self.lithology,) if self.lithology else ()
+        name = (self.lithology,) if self.lithology else ()
         if super().searching:
-            return (*first, *self._searching_words())
+            return (*name, *self._searching_words())
         if measured is None or not measured.dimension:
-            return (*first, points_text(count))
-        return (*first, points_text(count), *words(measured)[:1])
+            return (*name, points_text(count))
+        return (*name, points_text(count), *words(measured)[:1])
 
 
 TOOL = ToolEntry(

@@ -20,34 +20,41 @@ from vomstudio.project.records import (
 )
 
 
-def around(surface: Surface, vertices: Sequence[Point]) -> tuple[float | None, Point | None]:
-    """Typical spacing of the surface around the vertices, and (3,) the outcrop's normal there; each
-    None where it is not known. All in the model's file frame and unit."""
+def measure_surroundings(
+    surface: Surface, vertices: Sequence[Point]
+) -> tuple[float | None, Point | None]:
+    """Return the typical spacing and the outcrop normal (3,) around the vertices.
+
+    Both are in the model's file frame and unit, None if unknown.
+    """
     points = np.asarray(vertices, dtype=np.float64)
-    found = surface.outcrop_normal(points) if len(points) > 1 else None
-    normal = None if found is None else (float(found[0]), float(found[1]), float(found[2]))
+    outcrop_normal = surface.outcrop_normal(points) if len(points) > 1 else None
+    normal = (
+        None
+        if outcrop_normal is None
+        else (float(outcrop_normal[0]), float(outcrop_normal[1]), float(outcrop_normal[2]))
+    )
     return surface.resolution_near(points), normal
 
 
-def of_earlier_rules(records: Mapping[str, Record]) -> list[Surrounded]:
-    """Features whose surroundings were measured by a rule before today's."""
-    every = records.of(Feature) if isinstance(records, RecordMap) else records.values()
-    return [r for r in every if isinstance(r, Surrounded) and r.rule < SURROUNDINGS_RULE]
+def features_of_earlier_rules(records: Mapping[str, Record]) -> list[Surrounded]:
+    """Return features whose surroundings were measured by an earlier rule."""
+    features = records.of(Feature) if isinstance(records, RecordMap) else records.values()
+    return [r for r in features if isinstance(r, Surrounded) and r.rule < SURROUNDINGS_RULE]
 
 
-def model_of_earlier_rule(record: Record) -> tuple[str, str] | None:
-    """Id and hash of the model on which a feature was measured by a rule before today's; None for
-    any other record."""
+def find_model_of_earlier_rule(record: Record) -> tuple[str, str] | None:
+    """Return id and hash of the model if a feature was measured by an earlier rule, else None."""
     if isinstance(record, Surrounded) and record.rule < SURROUNDINGS_RULE:
         return record.model_id, record.model_hash
     return None
 
 
-def measured_anew(surface: Surface, feature: Surrounded) -> dict[str, Any]:
-    """The fields of a feature that are measured on the surface around it."""
+def remeasure(surface: Surface, feature: Surrounded) -> dict[str, Any]:
+    """Return the fields of a feature that are measured on the surface around it."""
     if isinstance(feature, Painted):
         ring = feature.outline or (feature.mean,)
         return {"resolution": surface.resolution_near(np.asarray(ring, dtype=np.float64))}
     assert isinstance(feature, Picked)
-    resolution, normal = around(surface, feature.vertices)
+    resolution, normal = measure_surroundings(surface, feature.vertices)
     return {"resolution": resolution, "outcrop_normal": normal, "axis": "auto"}

@@ -1,4 +1,4 @@
-"""The measure tool: distances, polylines, areas and thicknesses across a plane."""
+"""Tool for measurements: distances, polylines, areas and thicknesses across a plane."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from vomstudio.studio.tools.tool_entry import ToolEntry
 
 KINDS: tuple[DimensionKind, ...] = tuple(kind for kind, _ in DIMENSION_KINDS)
 TWO_ENDS = ("distance", "thickness")
-LEAST = {"distance": 2, "polyline": 2, "area": 3, "thickness": 2}
+MIN_POINTS = {"distance": 2, "polyline": 2, "area": 3, "thickness": 2}
 
 _HINTS = {
     "distance": to_translate("Measure: click the two end points of the distance."),
@@ -38,7 +38,7 @@ _HINTS = {
 
 
 class MeasureTool(PolylineTool[Dimension]):
-    """A distance or thickness ends with its second point, the others with Enter."""
+    """Picks measurements; a distance or thickness ends with the second point."""
 
     name = "measure"
     noun = "measurement"
@@ -77,9 +77,9 @@ class MeasureTool(PolylineTool[Dimension]):
     def why_not_finish(self) -> Finding | None:
         if self._feature is None:
             return Finding("tool.nothing-open")
-        missing = LEAST[self.kind] - len(self.vertices)
+        missing = MIN_POINTS[self.kind] - len(self.vertices)
         if missing > 0:
-            return Finding("feature.too-few-points", count=missing, minimum=LEAST[self.kind])
+            return Finding("feature.too-few-points", count=missing, minimum=MIN_POINTS[self.kind])
         return self._no_plane()
 
     def _no_plane(self) -> Finding | None:
@@ -88,16 +88,16 @@ class MeasureTool(PolylineTool[Dimension]):
         return None
 
     def choose(self, kind: DimensionKind | None = None, plane_id: str | None = None) -> None:
-        """Set kind or plane of the next measurement, and of the open one where it is new."""
+        """Set kind or plane of the next measurement, and of the open one if it is new."""
         self.next_kind = self.next_kind if kind is None else kind
         self.next_plane_id = self.next_plane_id if plane_id is None else plane_id
         open_one = self._feature
         if open_one is None:
             self._context.tool_changed()
             return
-        now = open_one.kind if kind is None else kind
-        across = self.next_plane_id if now == "thickness" else ""
-        changed = replace(open_one, kind=now, plane_id=across)
+        new_kind = open_one.kind if kind is None else kind
+        across = self.next_plane_id if new_kind == "thickness" else ""
+        changed = replace(open_one, kind=new_kind, plane_id=across)
         if self._continued:
             return
         steps, points = self._steps, self.vertices
@@ -127,7 +127,7 @@ class MeasureTool(PolylineTool[Dimension]):
             self.finish()
 
     def insert_vertex(self, position: Point) -> None:
-        """As in the base class; a distance or thickness has no vertices between its ends."""
+        """Insert a vertex, except between the ends of a distance or thickness."""
         if self.kind not in TWO_ENDS:
             super().insert_vertex(position)
 
@@ -150,7 +150,7 @@ class MeasureTool(PolylineTool[Dimension]):
         return {"kind": feature.kind, "plane_id": feature.plane_id}
 
     def forget(self) -> None:
-        """The next project does not have this project's planes."""
+        """Reset for the next project, which does not have this project's planes."""
         super().forget()
         self.next_plane_id = ""
 
@@ -169,7 +169,7 @@ class MeasureTool(PolylineTool[Dimension]):
             plane_id=str(state["plane_id"]),
         )
 
-    # --- what is seen ------------------------------------------------------------------------
+    # --- preview ------------------------------------------------------------------------------
     def _color(self) -> str:
         return KIND.color
 
@@ -178,7 +178,7 @@ class MeasureTool(PolylineTool[Dimension]):
         return self.kind == "area" and len(self.vertices) > 2
 
     def _patch(self) -> FloatArray | None:
-        """The plane that a thickness is measured across, through its base."""
+        """Return the plane across which a thickness is measured, through its base."""
         plane = plane_of(self._context, self.plane_id) if self.kind == "thickness" else None
         measured = self._live()
         if plane is None or plane.plane is None or measured is None or len(measured.points) < 2:
@@ -187,10 +187,10 @@ class MeasureTool(PolylineTool[Dimension]):
         return disc(measured.points[0], plane.plane.normal(), max(reach, 1e-9))
 
     def _live(self) -> Measurement | None:
-        """With the point under the cursor, where the next click would put one."""
+        """Return the measurement including the point under the cursor."""
         at, points = self._hovered(), self.vertices
-        done = self.kind in TWO_ENDS and len(points) > 1
-        if self._feature is None or done or at is None or (points and at == points[-1]):
+        is_complete = self.kind in TWO_ENDS and len(points) > 1
+        if self._feature is None or is_complete or at is None or (points and at == points[-1]):
             return self.measurement
         return self._context.measure(replace(self._feature, vertices=(*points, at)))
 

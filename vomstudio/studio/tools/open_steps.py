@@ -1,4 +1,4 @@
-"""The steps of an unfinished feature."""
+"""Steps of an unfinished feature."""
 
 from __future__ import annotations
 
@@ -19,15 +19,14 @@ F = TypeVar("F", bound=Picked)
 
 
 def step_label(before: Sequence[Any], after: Sequence[Any]) -> str:
-    """The step from one state of the vertices to the next, like the label of an edit."""
+    """Return the label of the step between two states of the vertices."""
     if len(after) > len(before):
         return f"Add point {len(after)}"
     return "Delete a point" if len(after) < len(before) else "Move a point"
 
 
 class SteppedFeature(Generic[F]):
-    """An unfinished feature that grows vertex by vertex, and its steps: each can be taken back, and
-    what was taken back can be brought again until another step is made."""
+    """Unfinished feature that grows by vertices, with steps that can be undone and redone."""
 
     record: ClassVar[type[Any]]
 
@@ -42,41 +41,41 @@ class SteppedFeature(Generic[F]):
         self.current_vertex: int | None = None
         self.measurement: Measurement | None = None
 
-    # --- what a tool does with it ------------------------------------------------------------
+    # --- to be implemented by the tool --------------------------------------------------------
     def _look(self) -> None:
-        """Ask the surface, and measure."""
+        """Query the surface and measure the feature."""
         raise NotImplementedError
 
     def _show(self) -> None:
-        """Draw it, or nothing where none is open."""
+        """Draw the feature, or nothing if none is open."""
         raise NotImplementedError
 
     def _state(self, feature: F) -> dict[str, Any]:
-        """Its draft."""
+        """Return the draft."""
         raise NotImplementedError
 
     def _close(self) -> bool:
-        """Let it go with its draft; False where that cannot be written."""
+        """Close the feature with its draft. Return False if that cannot be written."""
         raise NotImplementedError
 
     def cancel(self) -> None:
-        """Discard it."""
+        """Discard the feature."""
         raise NotImplementedError
 
     # --- state -------------------------------------------------------------------------------
     @property
     def open(self) -> bool:
-        """A feature is being picked."""
+        """Whether a feature is being picked."""
         return self._feature is not None
 
     @property
     def feature(self) -> F | None:
-        """The open feature; None where there is none."""
+        """The open feature, None without one."""
         return self._feature
 
     @property
     def continued(self) -> bool:
-        """The open feature is one of the document that was continued."""
+        """Whether the open feature is a continued feature of the document."""
         return self._continued
 
     @property
@@ -98,8 +97,8 @@ class SteppedFeature(Generic[F]):
         return step_label(self.vertices, feature.vertices) if steps else f"Continue {feature.name}"
 
     def _unchanged(self) -> bool:
-        known = self._context.session.records.get(self._feature.id) if self._feature else None
-        return self._continued and isinstance(known, Picked) and known.vertices == self.vertices
+        stored = self._context.session.records.get(self._feature.id) if self._feature else None
+        return self._continued and isinstance(stored, Picked) and stored.vertices == self.vertices
 
     # --- steps -------------------------------------------------------------------------------
     def mark(self, index: int | None) -> None:
@@ -110,7 +109,7 @@ class SteppedFeature(Generic[F]):
             self._context.tool_changed()
 
     def insert_vertex(self, position: Point) -> None:
-        """Insert a vertex into the segment that is nearest to `position` (model file frame)."""
+        """Insert a vertex into the segment nearest to `position` (model file frame)."""
         index = _nearest_segment(np.asarray(self.vertices), np.asarray(position)) + 1
         self._set_vertices((*self.vertices[:index], position, *self.vertices[index:]), index)
 
@@ -121,45 +120,45 @@ class SteppedFeature(Generic[F]):
         self._set_vertices(tuple(changed), index)
 
     def delete_vertex(self, index: int | None = None) -> None:
-        """Delete a vertex; without an index the marked one."""
+        """Delete a vertex, by default the marked one."""
         at = self.current_vertex if index is None else index
         if self._feature is None or at is None or not 0 <= at < len(self.vertices):
             return
-        left = (*self.vertices[:at], *self.vertices[at + 1 :])
-        if left or self._continued:
-            self._set_vertices(left)
+        remaining = (*self.vertices[:at], *self.vertices[at + 1 :])
+        if remaining or self._continued:
+            self._set_vertices(remaining)
         else:
             self.cancel()
 
     def undo(self) -> bool:
-        """Undo the last step of the open feature; False where there is none."""
+        """Undo the last step of the open feature. Return False if there are none."""
         if self._feature is None or self.undo_label is None:
             return False
         ahead = [*self._ahead, (self._feature, self._steps)]
-        before = self._steps[-1] if self._steps else ()
-        if not self._steps or not (before or self._continued):
+        vertices = self._steps[-1] if self._steps else ()
+        if not self._steps or not (vertices or self._continued):
             self._close()
         else:
-            self._keep(self._feature.but(vertices=before), self._steps[:-1], None)
+            self._keep(self._feature.but(vertices=vertices), self._steps[:-1], None)
         self._ahead = ahead
         self._context.tool_changed()
         return True
 
     def redo(self) -> bool:
-        """Bring the step again that undo took back last; False where there is none."""
+        """Redo the last undone step. Return False if there are none."""
         if not self._ahead:
             return False
-        *left, (feature, steps) = self._ahead
+        *remaining, (feature, steps) = self._ahead
         if self._feature is not None:
             # Its type may have been changed meanwhile.
             feature = self._feature.but(vertices=feature.vertices)
-        known = self._context.session.records.get(feature.id)
-        self._continued = isinstance(known, self.record)
+        stored = self._context.session.records.get(feature.id)
+        self._continued = isinstance(stored, self.record)
         self._keep(feature, steps, None)
         self._continued = self._continued and self.open
         if not self.open:
             return False
-        self._ahead = left
+        self._ahead = remaining
         self._context.tool_changed()
         return True
 
@@ -170,11 +169,11 @@ class SteppedFeature(Generic[F]):
         self._keep(feature, [*self._steps, self.vertices], mark)
 
     def _keep(self, feature: F, steps: list[tuple[Point, ...]], mark: int | None) -> None:
-        """Write the draft, then adopt and show it. What cannot be written is not done."""
+        """Write the draft, then store and show the feature; without a draft nothing changes."""
         try:
             self._context.session.set_draft(self._state(feature))
         except VomError as error:
-            self._context.say(error)
+            self._context.report(error)
         else:
             self._feature, self._steps, self.current_vertex = feature, steps, mark
         if self._feature is not None:
@@ -184,7 +183,7 @@ class SteppedFeature(Generic[F]):
 
 
 def _nearest_segment(line: FloatArray, position: FloatArray) -> int:
-    """Index of the segment of a line (k, 3) that is nearest to a position (3,)."""
+    """Return the index of the segment of a line (k, 3) nearest to a position (3,)."""
     start, step = line[:-1], np.diff(line, axis=0)
     length = np.maximum((step**2).sum(axis=1), 1e-300)
     along = np.clip(((position - start) * step).sum(axis=1) / length, 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""What the tools are told of the faces and points of the models, and how these are looked at."""
+"""Faces and points of the models as the tools see them."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ class OutcropElements(Protocol):
     """Elements are the faces of a mesh or the points of a cloud, by their rows in the file."""
 
     def looking(self) -> Looking | None:
-        """What is seen of the outcrop now; None where nothing is drawn."""
+        """Return the current view of the outcrop, None if nothing is drawn."""
 
     def shown(self) -> list[str]:
-        """The ids of the models that are open and shown."""
+        """Return the ids of the models that are open and visible."""
 
     def data(self, model_id: str) -> Mesh | PointCloud | None:
-        """None where the model is not open."""
+        """Return the data of a model, None if it is not open."""
 
     def spacing(self, model_id: str) -> float:
-        """Usual distance between neighbours, in the file's unit; 0 where it is not known."""
+        """Return the typical spacing of neighbours in the file's unit, 0 if unknown."""
 
     def neighbours(self, model_id: str, then: Callable[[], None]) -> Neighbours | Finding | None:
         """Return the neighbour graph, or why it cannot be built.
@@ -37,10 +37,10 @@ class OutcropElements(Protocol):
         """
 
     def hidden(self, model_id: str) -> BoolArray | None:
-        """(n,) which are hidden; None where none is."""
+        """Return which elements (n,) are hidden, None for none."""
 
     def hide(self, model_id: str, hidden: BoolArray | None) -> None:
-        """Hide these and show all others; None shows everything."""
+        """Hide exactly these elements; None shows everything."""
 
     def cut_out(self, model_id: str, mask: BoolArray) -> None:
-        """Make a model of these, with their textures, in the background; the original stays."""
+        """Create a model of these elements in the background; the original remains."""

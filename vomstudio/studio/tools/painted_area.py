@@ -1,4 +1,4 @@
-"""A painted piece of a model's surface as it is drawn."""
+"""Painted parts of a model's surface as they are drawn."""
 
 from __future__ import annotations
 
@@ -11,22 +11,21 @@ from vomstudio.geometry.patches import ids_of
 from vomstudio.project.records import Model, Painted
 from vomstudio.studio.tools.interaction_types import Area
 
-# Number of points that show where a patch of a cloud is; more would only cover each other.
-DOTS = 20_000
-# Of what is being chosen, so many faces are drawn as such, and so many with a line around them.
-MOST_FILLED = 120_000
-MOST_BORDERED = 30_000
+# More points of a cloud would only cover each other.
+MAX_DOTS = 20_000
+# Maximum numbers of selected faces that are filled, and that have a border.
+MAX_FILLED_FACES = 120_000
+MAX_BORDERED_FACES = 30_000
 
 
 def known_ids(patch: Painted, count: int) -> IntArray:
-    """(k,) indices of a patch's faces or points, without those that a model with `count` of them
-    does not have."""
+    """Return the indices (k,) of a patch that exist in a model with `count` elements."""
     ids = ids_of(patch.runs)
     return ids[ids < count]
 
 
 def local_corners(corners: FloatArray, model: Model, origin: FloatArray) -> Float32Array:
-    """Points (k, 3) or (k, 3, 3) of a model's file frame, in World minus `origin`."""
+    """Return points (k, 3) or (k, 3, 3) of a model's file frame in World minus `origin`."""
     rows = transform.matrix(model.to_world)
     near = transform.apply(transform.invert(rows), [origin])[0]
     x, y, z = (corners.reshape(-1, 3) - near).astype(np.float32).T
@@ -37,8 +36,8 @@ def local_corners(corners: FloatArray, model: Model, origin: FloatArray) -> Floa
     return local.reshape(corners.shape)
 
 
-def area_of(patch: Painted, model: Model, surface: PaintSurface) -> Area | None:
-    """A patch as it is drawn; None where the model has none of it."""
+def patch_area(patch: Painted, model: Model, surface: PaintSurface) -> Area | None:
+    """Return a patch as it is drawn, None if the model has none of its elements."""
     ids = known_ids(patch, surface.count)
     if not len(ids) or surface.element != patch.element:
         return None
@@ -46,7 +45,7 @@ def area_of(patch: Painted, model: Model, surface: PaintSurface) -> Area | None:
     if surface.element == "point":
         ring = np.array(patch.outline).reshape(-1, 3)
         border = np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)
-        ids = ids[:: max(1, len(ids) // DOTS)]
+        ids = ids[:: max(1, len(ids) // MAX_DOTS)]
     corners = surface.corners(ids)
     origin = transform.apply(model.to_world, [patch.mean])[0]
     return Area(
@@ -57,31 +56,35 @@ def area_of(patch: Painted, model: Model, surface: PaintSurface) -> Area | None:
 
 
 def enclosed_area(ring: FloatArray, model: Model, surface: PaintSurface) -> Area | None:
-    """What an outline (n, 3) in the model's file frame encloses, without a border; None where that
-    is not known, as of points."""
+    """Return the area inside an outline (n, 3) in the model's file frame, without a border.
+
+    None if it is unknown, as for point clouds.
+    """
     corners = surface.part_inside(ring)
     if corners is None or not len(corners):
         return None
     origin = transform.apply(model.to_world, [ring.mean(axis=0)])[0]
-    none = np.zeros((0, 2, 3), np.float32)
-    return Area(origin, local_corners(corners, model, origin), none)
+    no_border = np.zeros((0, 2, 3), np.float32)
+    return Area(origin, local_corners(corners, model, origin), no_border)
 
 
-def chosen_area(ids: IntArray, model: Model, surface: PaintSurface) -> Area:
-    """Faces or points as they are drawn while they are being chosen: at once, however many. Of
-    many faces there are dots, of all but few no border."""
+def selection_area(ids: IntArray, model: Model, surface: PaintSurface) -> Area:
+    """Return selected faces or points as they are drawn, quickly for any number.
+
+    Many faces are drawn as dots, and only few have a border.
+    """
     border = np.zeros((0, 2, 3))
-    if surface.element == "face" and len(ids) <= MOST_BORDERED:
+    if surface.element == "face" and len(ids) <= MAX_BORDERED_FACES:
         border = surface.border(ids)
-    if surface.element == "face" and len(ids) <= MOST_FILLED:
+    if surface.element == "face" and len(ids) <= MAX_FILLED_FACES:
         corners = surface.corners(ids)
     elif surface.element == "face":
-        corners = surface.corners(_some(ids)).mean(axis=1)
+        corners = surface.corners(_thin(ids)).mean(axis=1)
     else:
-        corners = surface.corners(_some(ids))
+        corners = surface.corners(_thin(ids))
     origin = transform.apply(model.to_world, corners.reshape(-1, 3)[:1])[0]
     return Area(origin, local_corners(corners, model, origin), local_corners(border, model, origin))
 
 
-def _some(ids: IntArray) -> IntArray:
-    return ids[:: max(1, len(ids) // DOTS)]
+def _thin(ids: IntArray) -> IntArray:
+    return ids[:: max(1, len(ids) // MAX_DOTS)]

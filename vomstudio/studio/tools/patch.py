@@ -1,9 +1,9 @@
-"""The patch tool: a round brush over the outcrop chooses the faces or points of one surface.
+"""Patch tool: a round brush selects the faces or points of one surface.
 
-A state machine without Qt or VTK. A stroke is press, drag, release, and one edit of the document:
-the first makes the patch, later ones change it, so undo takes back strokes and nothing that was
-painted can be lost. Only an unfinished stroke is `open`; the patch that the next stroke changes is
-`current`, until it is finished.
+A state machine without Qt or VTK. A stroke is press, drag and release, and one edit of the
+document: the first creates the patch, later ones change it, so that undo reverts strokes and no
+painted area can be lost. Only an unfinished stroke is `open`; `current` is the patch that the
+next stroke changes.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ from vomstudio.studio.tools.polyline import rgb
 from vomstudio.studio.tools.tool_context import ToolContext
 from vomstudio.studio.tools.tool_entry import NoSteps, ToolEntry
 
-SMALLEST_RADIUS, LARGEST_RADIUS = 1e-3, 1e4
-STEP = 1.25
-# Part of the model's size that the first brush has.
-_FIRST_RADIUS = 1.0 / 80.0
-_REMOVED = (1.0, 1.0, 1.0)
+MIN_RADIUS_M, MAX_RADIUS_M = 1e-3, 1e4
+RADIUS_FACTOR = 1.25
+# The first brush has this share of the model's size.
+DEFAULT_RADIUS_SHARE = 1.0 / 80.0
+ERASER_COLOR = (1.0, 1.0, 1.0)
 _HINT_NEW = to_translate(
     "Patch: paint over one surface with the left button; the right button orbits; "
     "[ and ] change the brush size."
@@ -60,7 +60,7 @@ _HINT_ERASES = to_translate(
 
 
 class PatchTool(NoSteps):
-    """Paints patches; see the module."""
+    """Paints patches, see the module."""
 
     name = "patch"
     paints = True
@@ -70,7 +70,7 @@ class PatchTool(NoSteps):
         self._radius: float | None = None
         self.removing = False
         self._id: str | None = None
-        self._before: Patch | None = None
+        self._original: Patch | None = None
         self._down = False
         self._stroke: Stroke | None = None
         self._hover: Hit | None = None
@@ -82,18 +82,18 @@ class PatchTool(NoSteps):
     # --- state -------------------------------------------------------------------------------
     @property
     def open(self) -> bool:
-        """A stroke is being painted."""
+        """Whether a stroke is being painted."""
         return self._down
 
     @property
     def current(self) -> Patch | None:
-        """The patch that the next stroke changes; None where it begins a new one."""
+        """Patch that the next stroke changes, None if it creates one."""
         return get(self._context.session.records, self._id, Patch)
 
     @property
     def continued(self) -> bool:
         """The current patch existed before this tool continued it."""
-        return self._before is not None and self.current is not None
+        return self._original is not None and self.current is not None
 
     @property
     def radius(self) -> float:
@@ -102,17 +102,17 @@ class PatchTool(NoSteps):
 
     @property
     def measurement(self) -> Measurement | None:
-        """Measurement of what is painted now, the unfinished stroke included."""
+        """Measurement of the patch, including the unfinished stroke."""
         if self._live is not None:
             return self._live
         patch = self.current
         if patch is None:
             return None
         model = self._context.session.records.get(patch.model_id)
-        kept = self._measured
-        if kept is None or kept[0] is not patch or kept[1] is not model:
-            kept = self._measured = (patch, model, self._context.measure(patch))
-        return kept[2]
+        cached = self._measured
+        if cached is None or cached[0] is not patch or cached[1] is not model:
+            cached = self._measured = (patch, model, self._context.measure(patch))
+        return cached[2]
 
     def hint(self) -> str:
         if self._down:
@@ -131,7 +131,7 @@ class PatchTool(NoSteps):
     # --- the brush ---------------------------------------------------------------------------
     def set_radius(self, metres: float) -> None:
         """Set the radius of the brush, m, within the allowed limits."""
-        metres = min(max(float(metres), SMALLEST_RADIUS), LARGEST_RADIUS)
+        metres = min(max(float(metres), MIN_RADIUS_M), MAX_RADIUS_M)
         if metres != self._radius:
             self._radius = metres
             self._show()
@@ -139,14 +139,14 @@ class PatchTool(NoSteps):
 
     def larger(self) -> None:
         """Enlarge the brush by one step."""
-        self.set_radius(_two_digits(self.radius * STEP))
+        self.set_radius(_two_digits(self.radius * RADIUS_FACTOR))
 
     def smaller(self) -> None:
         """Shrink the brush by one step."""
-        self.set_radius(_two_digits(self.radius / STEP))
+        self.set_radius(_two_digits(self.radius / RADIUS_FACTOR))
 
     def set_removing(self, removing: bool) -> None:
-        """Whether strokes erase; with Ctrl they then add."""
+        """Set whether strokes erase; Ctrl reverses it."""
         self.removing = removing
         self._show()
         self._context.tool_changed()
@@ -184,7 +184,7 @@ class PatchTool(NoSteps):
         self._context.tool_changed()
 
     def _begin(self, hit: Hit) -> Stroke | None:
-        """The stroke begins where the brush first meets a surface."""
+        """Start a stroke where the brush first meets a surface."""
         records = self._context.session.records
         model, surface = records.get(hit.model_id), self._context.surface(hit.model_id)
         patch, removes = self.current, self.removing != self._ctrl
@@ -222,12 +222,12 @@ class PatchTool(NoSteps):
             try:
                 self._keep(stroke)
             except VomError as error:
-                self._context.say(error)
+                self._context.report(error)
         self._show()
         self._context.tool_changed()
 
     def _keep(self, stroke: Stroke) -> None:
-        """The stroke as an edit of the document."""
+        """Apply the stroke as an edit."""
         session, patch = self._context.session, self.current
         ids = stroke.ids()
         if not len(ids):
@@ -238,14 +238,14 @@ class PatchTool(NoSteps):
         painted = replace(begun, **stroke.figures(ids, whole=True))
         if patch is None:
             session.apply(edits.add_features(session.records, [painted]))
-            self._id, self._before = painted.id, None
+            self._id, self._original = painted.id, None
         else:
             what = "Erase from" if stroke.removes else "Paint"
             session.apply(edits.change_feature(session.records, painted, what))
         self._context.created(painted.id)
 
     def _measure_live(self) -> None:
-        """Fit what is painted so far, unless that has just been done and takes long."""
+        """Fit the painted area, unless that was just done and takes long."""
         stroke, started = self._stroke, time.perf_counter()
         if stroke is None or not stroke.due(started):
             return
@@ -257,7 +257,7 @@ class PatchTool(NoSteps):
         self._live = self._context.measure(replace(patch, **stroke.figures(ids, whole=False)))
         stroke.note_measured(started)
 
-    # --- beginning and end -------------------------------------------------------------------
+    # --- start and end ------------------------------------------------------------------------
     def continue_patch(self, patch_id: str) -> None:
         """Continue painting a patch of the document. Raises DocumentError."""
         if self._down:
@@ -267,16 +267,16 @@ class PatchTool(NoSteps):
             raise DocumentError(Finding("tool.other-kind"))
         if self._context.surface(patch.model_id) is None:
             raise DocumentError(Finding("model.not-open", model=patch.model_id))
-        self._id, self._before, self._hover = patch.id, patch, None
+        self._id, self._original, self._hover = patch.id, patch, None
         self._show()
         self._context.tool_changed()
 
     def undo(self) -> bool:
-        """A stroke that is being painted cannot be undone: it is released or discarded."""
+        """Return False: a stroke that is being painted can only be released or discarded."""
         return self._down
 
     def finish(self) -> str | None:
-        """The patch is done; the next stroke begins another one."""
+        """Finish the patch; the next stroke starts another one."""
         if self._down:
             self._release()
         patch = self.current
@@ -287,33 +287,35 @@ class PatchTool(NoSteps):
         return patch.id
 
     def cancel(self) -> None:
-        """Discard the stroke that is being painted; else all strokes since the patch was begun or
-        continued, which undo restores."""
+        """Discard the stroke that is being painted, else all strokes since the start.
+
+        Undo restores them.
+        """
         if self._down:
             self._discard_stroke()
             return
-        patch, before = self.current, self._before
+        patch, original = self.current, self._original
         if patch is None:
             return
         session = self._context.session
         top = session.top
         try:
-            if before is None:
+            if original is None:
                 session.apply(edits.delete(session.records, [patch.id]))
                 self._context.hint(Finding("feature.discarded", feature=patch.name))
-            elif patch.runs != before.runs:
-                back = {name: getattr(before, name) for name in _PAINTED}
+            elif patch.runs != original.runs:
+                values = {name: getattr(original, name) for name in _PAINTED}
                 what = "Discard strokes on"
-                session.apply(edits.change_feature(session.records, replace(patch, **back), what))
+                session.apply(edits.change_feature(session.records, replace(patch, **values), what))
                 self._context.hint(Finding("feature.strokes-discarded", feature=patch.name))
         except VomError as error:
-            self._context.say(error)
+            self._context.report(error)
             return
         self._reset()
-        self._given_up = (top, patch.id, before)
+        self._given_up = (top, patch.id, original)
 
     def _discard_stroke(self) -> None:
-        """Let the stroke that is being painted go; undo paints it."""
+        """Discard the stroke that is being painted; undo restores it."""
         stroke, self._down, self._stroke, self._live = self._stroke, False, None, None
         self._show()
         self._context.tool_changed()
@@ -324,7 +326,7 @@ class PatchTool(NoSteps):
             try:
                 self._keep(stroke)
             except VomError as error:
-                self._context.say(error)
+                self._context.report(error)
                 return False
             self._show()
             self._context.tool_changed()
@@ -333,7 +335,7 @@ class PatchTool(NoSteps):
         self._context.discarded(Discarded(self.name, "Discard the stroke", paint, lambda: False))
 
     def leave(self) -> None:
-        """Another tool is chosen. A stroke that is being painted is kept."""
+        """Finish the stroke that is being painted, before another tool becomes active."""
         if self._down:
             self._release()
         self._reset()
@@ -341,25 +343,25 @@ class PatchTool(NoSteps):
         self._context.show(None)
 
     def forget(self) -> None:
-        """The project is being closed; what was released is in its journal."""
+        """Reset because the project is being closed; finished strokes are in its journal."""
         self._down, self._stroke = False, None
         self._reset()
         self._given_up = None
         self._context.show(None)
 
     def _reset(self) -> None:
-        self._id, self._before, self._live, self._measured = None, None, None, None
-        # The next stroke begins a patch, and there is nothing to erase from.
+        self._id, self._original, self._live, self._measured = None, None, None, None
+        # The next stroke starts a patch, from which nothing can be erased.
         self.removing = False
         self._show()
         self._context.tool_changed()
 
     def restore(self, state: Mapping[str, Any]) -> bool:
-        """There are no drafts: strokes are edits."""
+        """Return False: there are no drafts because strokes are edits."""
         return False
 
     def set_type(self, type_id: str, set_name: str) -> None:
-        """The feature type and set of the current patch, unless it was there before."""
+        """Set feature type and set of the current patch, unless it was continued."""
         patch = self.current
         if patch is None or self.continued:
             return
@@ -373,24 +375,23 @@ class PatchTool(NoSteps):
             try:
                 session.apply(edits.set_attributes(session.records, [patch.id], **values))
             except VomError as error:
-                self._context.say(error)
+                self._context.report(error)
         self._show()
 
     def document_changed(self) -> None:
-        """Undo may have taken a stroke back, or brought a patch back that was given up: the next
-        stroke goes on with it."""
+        """Continue with the patch that undo has changed or restored."""
         given_up = self._given_up
         if self._id is None and given_up and given_up[0] == self._context.session.top:
-            _, self._id, self._before = given_up
+            _, self._id, self._original = given_up
             self._context.tool_changed()
         if not self._down and self._hover is not None:
             self._show()
 
-    # --- what is seen ------------------------------------------------------------------------
+    # --- preview ------------------------------------------------------------------------------
     def _suggest_radius(self, model: Model, surface: PaintSurface) -> None:
         if self._radius is None:
-            wanted = surface.extent * transform.scale_of(model.to_world) * _FIRST_RADIUS
-            self._radius = max(_round(wanted), SMALLEST_RADIUS)
+            radius = surface.extent * transform.scale_of(model.to_world) * DEFAULT_RADIUS_SHARE
+            self._radius = max(_round(radius), MIN_RADIUS_M)
             self._context.tool_changed()
 
     def _show(self) -> None:
@@ -409,7 +410,7 @@ class PatchTool(NoSteps):
         self._context.show(
             Preview(
                 line=np.zeros((0, 3)),
-                color=_REMOVED if removes else color,
+                color=ERASER_COLOR if removes else color,
                 reading=patch_reading(self._context, measurement, painting=self._down),
                 verdict=verdict.quality if verdict else None,
                 brush=brush,
@@ -451,7 +452,7 @@ _PAINTED = (
 
 
 def new_patch(context: ToolContext, model: Model, element: Literal["face", "point"]) -> Patch:
-    """A patch of nothing yet, of the type and set that come next."""
+    """Create an empty patch of the next type and set."""
     zero = (0.0, 0.0, 0.0)
     return Patch(
         id=new_id("patch"),
@@ -470,7 +471,7 @@ def new_patch(context: ToolContext, model: Model, element: Literal["face", "poin
 
 
 def _round(length: float) -> float:
-    """The nearest 1, 2 or 5 times a power of ten."""
+    """Round to the nearest 1, 2 or 5 times a power of ten."""
     power = 10.0 ** np.floor(np.log10(max(length, 1e-300)))
     return float(power * min((1.0, 2.0, 5.0, 10.0), key=lambda step: abs(step - length / power)))
 

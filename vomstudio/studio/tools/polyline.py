@@ -1,8 +1,7 @@
-"""Base of the tools that pick vertices: a state machine.
+"""Base class of tools that pick vertices: a state machine without Qt or VTK.
 
-Without Qt or VTK. It is idle until the first click or until an old feature is continued; then
-exactly one of `finish` or `cancel` ends it. Every step is written to the journal as a draft before
-it is shown.
+It is idle until the first click or until a feature is continued; then exactly one of `finish`
+or `cancel` ends it. Every step is written to the journal as a draft before it is shown.
 """
 
 from __future__ import annotations
@@ -40,14 +39,19 @@ BLANK_COLOR = "#e69f00"
 
 
 class PolylineTool(SteppedFeature[F]):
-    """The unfinished feature is an ordinary record that is not in the document yet. noun : what it
-    picks, in the words of undo, where its name is none"""
+    """Tool that picks vertices; the unfinished feature is a record outside the document.
+
+    Attributes
+    ----------
+    noun : str
+        Name of the feature in labels of undo, "" for `name`.
+    """
 
     name: ClassVar[str]
     noun: ClassVar[str] = ""
     paints: ClassVar[bool] = False
 
-    # --- what a tool has of its own ----------------------------------------------------------
+    # --- to be implemented by subclasses ------------------------------------------------------
     def hint(self) -> str:
         raise NotImplementedError
 
@@ -55,39 +59,39 @@ class PolylineTool(SteppedFeature[F]):
         raise NotImplementedError
 
     def _new(self, model: Model, vertices: tuple[Point, ...]) -> F:
-        """The feature that the first click begins."""
+        """Create the feature at the first click."""
         raise NotImplementedError
 
     def _edit(self, feature: F) -> Edit:
-        """What keeps the feature. Raises VomError where it cannot be kept as it is."""
+        """Create the edit that stores the feature. Raises VomError if it is not valid."""
         raise NotImplementedError
 
     def _more_state(self, feature: F) -> dict[str, Any]:
-        """What the draft holds beside the vertices."""
+        """Return the draft's entries besides the vertices."""
         raise NotImplementedError
 
     def _read(self, state: Mapping[str, Any], vertices: tuple[Point, ...]) -> F:
-        """The feature of a draft. May raise KeyError, TypeError, ValueError."""
+        """Restore the feature of a draft. May raise KeyError, TypeError, ValueError."""
         raise NotImplementedError
 
     def _look(self) -> None:
-        """Ask the surface, and measure."""
+        """Query the surface and measure the feature."""
         assert self._feature is not None
         self.measurement = self._context.measure(self._feature) if self.vertices else None
 
     def _reading(self) -> tuple[str, ...]:
-        """Lines of text beside the cursor."""
+        """Return the lines of text beside the cursor."""
         raise NotImplementedError
 
     def _patch(self) -> FloatArray | None:
         return None
 
     def _drawn(self) -> tuple[FloatArray | None, FloatArray | None]:
-        """World lines that are drawn for the straight pieces and for the rubber band."""
+        """Return World lines in place of the straight pieces and of the rubber band."""
         return None, None
 
     def _marked_stretches(self, path: FloatArray | None) -> tuple[FloatArray, ...]:
-        """World lines (k, 3), parts of what is drawn, that may not belong to the feature."""
+        """Return World lines (k, 3), parts of the preview, that may not belong to the feature."""
         return ()
 
     def _color(self) -> str:
@@ -97,17 +101,17 @@ class PolylineTool(SteppedFeature[F]):
 
     @property
     def _closed(self) -> bool:
-        """The line is drawn as a ring."""
+        """Whether the line is drawn as a ring."""
         return False
 
     def set_type(self, type_id: str, set_name: str) -> None:
-        """Another feature type or set was chosen for the next feature."""
+        """Adopt another feature type or set for the next feature."""
 
     def leave(self) -> None:
-        """Another tool is chosen; the open feature is kept, with its draft."""
+        """Deactivate the tool; the open feature remains, with its draft."""
 
     def document_changed(self) -> None:
-        """Nothing to do: an unfinished feature is not in the document."""
+        """Do nothing: an unfinished feature is not in the document."""
 
     def why_not_cancel(self) -> Finding | None:
         return None if self.open else Finding("tool.nothing-open")
@@ -164,7 +168,7 @@ class PolylineTool(SteppedFeature[F]):
     def _begin(self, hit: Hit) -> None:
         model = self._context.session.records.get(hit.model_id)
         if not isinstance(model, Model):
-            self._context.say(Finding("model.removed"))
+            self._context.report(Finding("model.removed"))
             return
         self._ahead = []
         self._keep(self._new(model, (hit.position,)), [()], None)
@@ -175,21 +179,21 @@ class PolylineTool(SteppedFeature[F]):
             return
         if hit.model_id != self._feature.model_id:
             return
-        moved = list(self.vertices)
-        moved[index] = hit.position
-        self._feature = self._feature.but(vertices=tuple(moved))
+        vertices = list(self.vertices)
+        vertices[index] = hit.position
+        self._feature = self._feature.but(vertices=tuple(vertices))
         self._look()
         self._show()
 
     def _end_drag(self) -> None:
         assert self._drag_from is not None
         assert self._feature is not None
-        before, after, self._drag_from = self._drag_from, self.vertices, None
-        if before != after:
-            self._feature = self._feature.but(vertices=before)
-            self._set_vertices(after, self.current_vertex)
+        vertices_before, vertices_after, self._drag_from = self._drag_from, self.vertices, None
+        if vertices_before != vertices_after:
+            self._feature = self._feature.but(vertices=vertices_before)
+            self._set_vertices(vertices_after, self.current_vertex)
 
-    # --- beginning and end -------------------------------------------------------------------
+    # --- start and end ------------------------------------------------------------------------
     def continue_feature(self, feature_id: str) -> None:
         """Continue a feature of the document. Raises DocumentError."""
         if self.open:
@@ -198,14 +202,13 @@ class PolylineTool(SteppedFeature[F]):
         if not isinstance(feature, self.record):
             raise DocumentError(Finding("tool.other-kind"))
         self._continued = True
-        # No line to where the cursor was last over the outcrop.
+        # No line from the last position of the cursor.
         self._hover, self._ahead = None, []
         self._keep(feature, [], None)
         self._continued = self._feature is not None
 
     def finish(self) -> str | None:
-        """Finish the open feature and return its id; None, with the reason shown, where it is not
-        complete."""
+        """Finish the open feature and return its id; None, after a message, if that fails."""
         if self._feature is None:
             return None
         # A restored feature may be older than its model's surface.
@@ -214,18 +217,21 @@ class PolylineTool(SteppedFeature[F]):
         try:
             session.apply(self._edit(feature), finishes_draft=True)
         except VomError as error:
-            self._context.say(error)
+            self._context.report(error)
             return None
         self._reset()
         self._context.created(feature.id)
         return feature.id
 
     def cancel(self) -> None:
-        """Discard the open feature, which undo brings back; a continued one stays as it was. While
-        the journal cannot be written it stays open, since the next start would restore it."""
+        """Discard the open feature, which undo restores; a continued one stays unchanged.
+
+        While the journal cannot be written it remains open, since the next start would restore
+        it.
+        """
         feature, steps, continued = self._feature, self._steps, self._continued
-        lost = not self._unchanged()
-        if feature is None or not (self._close() and lost):
+        is_changed = not self._unchanged()
+        if feature is None or not (self._close() and is_changed):
             return
 
         def bring_back() -> bool:
@@ -244,13 +250,13 @@ class PolylineTool(SteppedFeature[F]):
         try:
             self._context.session.set_draft(None)
         except VomError as error:
-            self._context.say(error)
+            self._context.report(error)
             return False
         self._reset()
         return True
 
     def forget(self) -> None:
-        """The project is being closed; the open feature is kept as a draft."""
+        """Reset because the project is being closed; the open feature remains as a draft."""
         self._ahead = []
         if self._feature is not None:
             self._reset()
@@ -258,7 +264,7 @@ class PolylineTool(SteppedFeature[F]):
     def _reset(self) -> None:
         self._feature, self._continued, self._steps, self._ahead = None, False, [], []
         self._drag_from, self.current_vertex, self.measurement = None, None, None
-        # The cursor may be anywhere when the next feature is taken up.
+        # The cursor may be anywhere when the next feature starts.
         self._hover = None
         self._context.show(None)
         self._context.tool_changed()
@@ -276,21 +282,21 @@ class PolylineTool(SteppedFeature[F]):
         }
 
     def restore(self, state: Mapping[str, Any]) -> bool:
-        """Continue a draft; False where it is not one of this tool or its model was removed."""
+        """Restore a draft. Return False if it is of another tool or its model was removed."""
         records = self._context.session.records
         try:
             if state["tool"] != self.name or not isinstance(records.get(state["model_id"]), Model):
                 return False
             vertices = tuple((float(x), float(y), float(z)) for x, y, z in state["vertices"])
-            old: Any = records.get(state[f"{self.name}_id"])
-            continued = bool(state["continued"]) and isinstance(old, self.record)
+            stored: Any = records.get(state[f"{self.name}_id"])
+            continued = bool(state["continued"]) and isinstance(stored, self.record)
             feature = self._read(state, vertices)
         except (KeyError, TypeError, ValueError):
             return False
         if not np.isfinite(np.asarray(vertices)).all() or not (vertices or continued):
             return False
         if continued:
-            feature = replace(old, vertices=vertices)
+            feature = replace(stored, vertices=vertices)
         self._feature, self._continued, self.current_vertex = feature, continued, None
         self._steps = [vertices[:count] for count in range(len(vertices))]
         if self._continued:
@@ -300,14 +306,14 @@ class PolylineTool(SteppedFeature[F]):
         self._context.tool_changed()
         return True
 
-    # --- what is seen ------------------------------------------------------------------------
+    # --- preview ------------------------------------------------------------------------------
     def _model(self) -> Model | None:
         assert self._feature is not None
         model = self._context.session.records.get(self._feature.model_id)
         return model if isinstance(model, Model) else None
 
     def _hovered(self) -> Point | None:
-        """Where the cursor is on the open feature's own model."""
+        """Return the position of the cursor on the open feature's model."""
         model = self._model()
         if self._hover is None or model is None or self._hover.model_id != model.id:
             return None
@@ -318,12 +324,12 @@ class PolylineTool(SteppedFeature[F]):
             self._context.show(None)
             return
         model, at = self._model(), self._hovered()
-        seen = None if at is None or model is None else (model.to_world, [at])
-        rubber = None if seen is None else transform.apply(*seen)[0]
+        cursor = None if at is None or model is None else (model.to_world, [at])
+        rubber = None if cursor is None else transform.apply(*cursor)[0]
         line, marked = world_points(self._feature, model), self.current_vertex
         path, ahead = self._drawn()
         if self._closed:
-            # From the last vertex round to it again: the rubber band hangs from there.
+            # Close the ring at the last vertex, where the rubber band starts.
             line = np.vstack([line[-1:], line])
             marked = None if marked is None else marked + 1
         self._context.show(
@@ -342,25 +348,25 @@ class PolylineTool(SteppedFeature[F]):
         )
 
     def _verdict(self) -> str | None:
-        """How good what is drawn so far is; None where nothing can be judged yet."""
+        """Return the verdict on the feature so far, None if it cannot be judged yet."""
         measurement = self.measurement
         return measurement.verdict.quality if measurement and measurement.verdict else None
 
 
 def type_of_draft(context: ToolContext, state: Mapping[str, Any], instead: str) -> str:
-    """The type of a draft; the one for what is made next where it is gone."""
+    """Return the type of a draft; if it was removed, that of the next feature."""
     type_id = str(state["type_id"])
     return type_id if isinstance(context.session.records.get(type_id), FeatureType) else instead
 
 
 def rgb(color: str) -> tuple[float, float, float]:
-    """Red, green and blue, 0 to 1, of a colour written #rrggbb."""
+    """Return red, green and blue, 0 to 1, of a colour #rrggbb."""
     red, green, blue = (int(color[i : i + 2], 16) / 255 for i in (1, 3, 5))
     return red, green, blue
 
 
 def plane_of(context: ToolContext, plane_id: str) -> Measurement | None:
-    """Measurement of a plane of the document; None where there is none of this id."""
+    """Return the measurement of a plane of the document, None if it does not exist."""
     feature = get_feature(context.session.records, plane_id)
     if feature is None or not may_have_plane(feature):
         return None
@@ -369,5 +375,5 @@ def plane_of(context: ToolContext, plane_id: str) -> Measurement | None:
 
 
 def points_text(count: int) -> str:
-    """A number of points as text."""
+    """Return a number of points as text."""
     return tr_n("{count} point", "{count} points", count)

@@ -1,4 +1,4 @@
-"""All tools. Each module of this package that has a `TOOL` is one; no list has to be kept."""
+"""All tools: each module of this package with a `TOOL`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vomstudio.studio.tools.tool_entry import ToolEntry
 __all__ = ["TOOLS"]
 
 
-def _found() -> list[ToolEntry]:
+def _discover_tools() -> list[ToolEntry]:
     names = sorted(module.name for module in pkgutil.iter_modules(tools.__path__))
     # This module is being imported.
     modules = [import_module(f"{tools.__name__}.{name}") for name in names if name != "registry"]
@@ -19,5 +19,5 @@ def _found() -> list[ToolEntry]:
     return sorted(entries, key=lambda entry: (entry.order, entry.name))
 
 
-TOOLS: tuple[ToolEntry, ...] = tuple(_found())
-"""In the order of their buttons."""
+TOOLS: tuple[ToolEntry, ...] = tuple(_discover_tools())
+"""Tools in the order of their buttons."""

@@ -1,4 +1,4 @@
-"""A shape that is being drawn over the picture, in the window's pixels."""
+"""Shape that is being drawn over the picture, in the window's pixels."""
 
 from __future__ import annotations
 
@@ -8,73 +8,78 @@ from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.studio.tools.element_selection import Combine
 from vomstudio.studio.tools.interaction_types import Outline, PointerEvent
-from vomstudio.studio.tools.selection_messages import Way
+from vomstudio.studio.tools.selection_messages import SelectMode
 
 Place = tuple[float, float]
 
-_CLOSE = 8.0
-"""Pixels: a click so near the first corner closes a polygon, one so near the last does so too."""
-_STEP = 2.0
-"""Pixels between the places of a lasso."""
+CLOSING_DISTANCE_PX = 8.0
+"""A click within this distance of the first or last corner closes a polygon."""
+MIN_STEP_PX = 2.0
+"""Minimum distance between the vertices of a lasso."""
 
 
 class DrawnShape:
-    """A rectangle or lasso is drawn by one drag, a polygon by clicks. combine : what will be done
-    with what lies inside"""
+    """Rectangle or lasso drawn by one drag, or polygon drawn by clicks.
 
-    def __init__(self, way: Way, combine: Combine, start: Place) -> None:
-        self.way, self.combine = way, combine
+    `combine` states how to combine its contents with the selection.
+    """
+
+    def __init__(self, mode: SelectMode, combine: Combine, start: Place) -> None:
+        self.mode, self.combine = mode, combine
         self._places: list[Place] = [start]
         self._cursor: Place = start
 
     @property
     def corners(self) -> int:
-        """How many places have been set."""
+        """Number of corners so far."""
         return len(self._places)
 
     def move(self, event: PointerEvent) -> None:
-        """The cursor stands elsewhere."""
+        """Move the cursor."""
         self._cursor = (event.x, event.y)
 
     def drag(self, event: PointerEvent) -> None:
-        """The cursor stands elsewhere, with the button held."""
+        """Move the cursor with the button held."""
         self.move(event)
-        if self.way == "lasso" and math.dist(self._places[-1], self._cursor) >= _STEP:
+        if self.mode == "lasso" and math.dist(self._places[-1], self._cursor) >= MIN_STEP_PX:
             self._places.append(self._cursor)
 
     def corner(self, event: PointerEvent) -> bool:
-        """A corner of a polygon; whether that closes it."""
+        """Add a corner to a polygon, and return whether that closes it."""
         self.move(event)
-        here = self._cursor
-        near = min(math.dist(here, self._places[0]), math.dist(here, self._places[-1])) < _CLOSE
-        if near:
+        cursor = self._cursor
+        distance = (
+            min(math.dist(cursor, self._places[0]), math.dist(cursor, self._places[-1]))
+            < CLOSING_DISTANCE_PX
+        )
+        if distance:
             return self.why_not_close() is None
-        self._places.append(here)
+        self._places.append(cursor)
         return False
 
     def take_back(self) -> bool:
-        """Without its last corner; False where nothing would be left."""
-        if self.way != "polygon" or len(self._places) < 2:
+        """Remove the last corner. Return False if none remains."""
+        if self.mode != "polygon" or len(self._places) < 2:
             return False
         self._places.pop()
         return True
 
     def ring(self) -> list[Place]:
-        """Its corners."""
-        if self.way != "rectangle":
+        """Return the corners."""
+        if self.mode != "rectangle":
             return self._places
         (x0, y0), (x1, y1) = self._places[0], self._cursor
         return [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
 
     def why_not_close(self) -> Finding | None:
-        """None where it is a shape already, else the reason as a sentence."""
-        if self.way == "polygon" and len(self._places) < 3:
+        """Return why the shape is not complete, None if it is."""
+        if self.mode == "polygon" and len(self._places) < 3:
             return Finding("feature.too-few-points", count=3 - len(self._places), minimum=3)
         return None
 
     def hint(self) -> str:
-        """What the next click does."""
-        if self.way != "polygon":
+        """Describe the effect of the next click."""
+        if self.mode != "polygon":
             return tr("Releasing the button takes what lies inside; Esc lets the shape go.")
         if self.why_not_close() is not None:
             return tr("Click the next corner; Esc lets the polygon go.")
@@ -84,8 +89,8 @@ class DrawnShape:
         )
 
     def outline(self) -> Outline:
-        """As it is painted."""
-        places = self.ring() if self.way == "rectangle" else self._places
-        if self.way == "polygon":
+        """Return the shape as it is painted."""
+        places = self.ring() if self.mode == "rectangle" else self._places
+        if self.mode == "polygon":
             places = [*places, self._cursor]
         return Outline(tuple(places), len(places) > 2, self.combine == "subtract")

@@ -1,9 +1,9 @@
-"""The tool that chooses faces of a mesh or points of a cloud, for a patch or to be cut out.
+"""Tool that selects faces of a mesh or points of a cloud, for a patch or a new model.
 
-A state machine without Qt or VTK. What is chosen belongs to one model and is unfinished until Enter
-makes a patch of it or Esc lets it go, which undo brings back. Every way of choosing is a step that
-undo takes back. Shapes that are drawn over the picture choose what lies inside of them, by centres
-of gravity of faces, and what is hidden only where the user has said so.
+A state machine without Qt or VTK. The selection belongs to one model and is unfinished until
+Enter makes a patch of it or Esc discards it, which undo reverts. Every change of it is a step
+that undo reverts. Shapes that are drawn over the picture select the elements inside, by the
+centroids of faces, and hidden ones only on request.
 """
 
 from __future__ import annotations
@@ -21,28 +21,43 @@ from vomstudio.geometry import transform
 from vomstudio.project import edits
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Model, get
-from vomstudio.studio.tools.element_selection import ChosenElements, Combine, combined
+from vomstudio.studio.tools.element_selection import Combine, ElementSelection, combine_masks
 from vomstudio.studio.tools.growth import Growth, Seed
 from vomstudio.studio.tools.interaction_types import Button, Discarded, Pointer, PointerEvent
 from vomstudio.studio.tools.screen_shape import DrawnShape
 from vomstudio.studio.tools.select_changes import SelectChanges
 from vomstudio.studio.tools.select_preview import SelectPreview
-from vomstudio.studio.tools.selection_messages import HINTS, STEPS, Way, chosen_text, nothing_inside
+from vomstudio.studio.tools.selection_messages import (
+    HINTS,
+    STEPS,
+    SelectMode,
+    empty_shape_finding,
+    selection_text,
+)
 from vomstudio.studio.tools.tool_context import ToolContext
 from vomstudio.studio.tools.tool_entry import ToolEntry
 
 if TYPE_CHECKING:
     from vomstudio.extraction.selection.visible_region import Looking
 
-MOST_IN_PATCH = 2_000_000
+MAX_PATCH_ELEMENTS = 2_000_000
 
 
 class SelectTool:
-    """Chooses faces or points; see the module.
+    """Selects faces or points, see the module.
 
-    growth : of a piece from a click; changes : what else is done with what is chosen
-    way : what a click or drag does; combine : what is done with what it finds; through : whether
-    shapes take what is hidden too
+    Attributes
+    ----------
+    growth : Growth
+        Growth of a piece from a click.
+    changes : SelectChanges
+        Other changes of the selection.
+    mode : SelectMode
+        Action of a click or drag.
+    combine : Combine
+        How to combine the result with the selection.
+    through : bool
+        Whether shapes select hidden elements too.
     """
 
     name = "select"
@@ -50,10 +65,10 @@ class SelectTool:
 
     def __init__(self, context: ToolContext) -> None:
         self._context = context
-        self.way: Way = "grow"
+        self.mode: SelectMode = "grow"
         self.combine: Combine = "new"
         self.through = False
-        self._chosen: ChosenElements | None = None
+        self._selection: ElementSelection | None = None
         self.growth = Growth(context)
         self.changes = SelectChanges(self, context)
         self._shape: DrawnShape | None = None
@@ -62,44 +77,44 @@ class SelectTool:
     # --- state -------------------------------------------------------------------------------
     @property
     def open(self) -> bool:
-        """Something is chosen, or a shape is being drawn."""
+        """Whether a selection exists or a shape is being drawn."""
         return self._shape is not None or self.count > 0
 
     @property
     def count(self) -> int:
-        """How many faces or points are chosen."""
-        return 0 if self._chosen is None else self._chosen.count
+        """Number of selected faces or points."""
+        return 0 if self._selection is None else self._selection.count
 
     @property
-    def chosen(self) -> ChosenElements | None:
-        """What is chosen; None where nothing is."""
-        return self._chosen if self.count else None
+    def selection(self) -> ElementSelection | None:
+        """The selection, None if it is empty."""
+        return self._selection if self.count else None
 
     @property
     def drawing(self) -> bool:
-        """A shape is being drawn."""
+        """Whether a shape is being drawn."""
         return self._shape is not None
 
     @property
     def undo_label(self) -> str | None:
         if self._shape is not None:
             return tr("Corner") if self._shape.corners > 1 else None
-        return None if self._chosen is None else self._chosen.last_step
+        return None if self._selection is None else self._selection.last_step
 
     @property
     def redo_label(self) -> str | None:
-        chosen = None if self._shape is not None else self._chosen
-        return None if chosen is None else chosen.next_step
+        selection = None if self._shape is not None else self._selection
+        return None if selection is None else selection.next_step
 
     @property
     def measurement(self) -> Measurement | None:
-        """Of the plane through what is chosen; None where that is too much to be measured live."""
-        return self._preview.measurement(self.chosen)
+        """Measurement of the plane through the selection, None if it is too large to be live."""
+        return self._preview.measurement(self.selection)
 
     def hint(self) -> str:
         if self._shape is not None:
             return self._shape.hint()
-        return tr(HINTS[self.way]) + " " + chosen_text(self.count)
+        return tr(HINTS[self.mode]) + " " + selection_text(self.count)
 
     def why_not_finish(self) -> Finding | None:
         if self._shape is not None:
@@ -110,29 +125,29 @@ class SelectTool:
         return None if self.open else Finding("selection.empty")
 
     # --- settings ----------------------------------------------------------------------------
-    def set_way(self, way: Way) -> None:
-        """What the next click or drag does. A shape that is being drawn is let go."""
+    def set_mode(self, mode: SelectMode) -> None:
+        """Set the action of the next click or drag, and discard an unfinished shape."""
         self._shape = None
-        self.way = way
+        self.mode = mode
         self._changed()
 
     def set_combine(self, combine: Combine) -> None:
-        """What is done with what is found next, without Shift and Ctrl."""
+        """Set how the next result is combined, without Shift and Ctrl."""
         self.combine = combine
         self._changed()
 
     def set_tolerance(
         self, *, angle_deg: float | None = None, distance: float | None = None
     ) -> None:
-        """Of what grows: degrees, metres."""
+        """Set the tolerances of growth, in degrees and metres."""
         if angle_deg is not None:
             self.growth.set_angle(angle_deg)
         if distance is not None:
             self.growth.set_distance(distance)
-        self.grow_anew()
+        self.regrow()
 
     def set_through(self, through: bool) -> None:
-        """Whether shapes take what is hidden too."""
+        """Set whether shapes select hidden elements too."""
         self.through = through
         self._changed()
 
@@ -158,13 +173,13 @@ class SelectTool:
                 self._show()
         elif event.kind is Pointer.DRAG_END and self._shape is not None:
             self._shape.drag(event)
-            if self._shape.way != "polygon":
+            if self._shape.mode != "polygon":
                 self._close()
 
     def _click(self, event: PointerEvent) -> None:
-        if self.way == "grow":
+        if self.mode == "grow":
             self._grow(event)
-        elif self.way == "polygon":
+        elif self.mode == "polygon":
             if self._shape is None:
                 self._begin(event)
             elif self._shape.corner(event):
@@ -175,11 +190,11 @@ class SelectTool:
             self._context.hint(Finding("selection.hold-button"))
 
     def _press(self, event: PointerEvent) -> None:
-        if self.way == "grow":
-            # A click whose hand has moved.
+        if self.mode == "grow":
+            # A click with a small movement.
             self._grow(event)
             return
-        if self.way == "polygon" and self._shape is not None:
+        if self.mode == "polygon" and self._shape is not None:
             self._shape.corner(event)
         else:
             self._begin(event)
@@ -190,7 +205,11 @@ class SelectTool:
             self._context.hint(Finding("tool.no-surface"))
             return
         how = combination(event, self.combine)
-        if self.chosen is not None and how != "new" and event.hit.model_id != self.chosen.model_id:
+        if (
+            self.selection is not None
+            and how != "new"
+            and event.hit.model_id != self.selection.model_id
+        ):
             self._context.hint(Finding("tool.other-model"))
             return
         self.growth.seed = None
@@ -205,15 +224,15 @@ class SelectTool:
     def turn(self, turns: float, *, distance: bool) -> None:
         """Change a tolerance by notches of the wheel."""
         self.growth.turn(turns, distance=distance)
-        self.grow_anew()
+        self.regrow()
 
-    def grow_anew(self) -> None:
-        """The tolerance has changed: the piece that was grown last follows."""
-        seed, chosen = self.growth.seed, self._chosen
-        if seed is not None and chosen is not None and chosen.last_step is not None:
+    def regrow(self) -> None:
+        """Grow the last piece again with the new tolerance."""
+        seed, selection = self.growth.seed, self._selection
+        if seed is not None and selection is not None and selection.last_step is not None:
             piece = self.growth.piece(seed.hit, lambda: None)
             if piece is not None:
-                chosen.change_last(combined(chosen.before_last(), piece.mask, seed.how))
+                selection.change_last(combine_masks(selection.before_last(), piece.mask, seed.how))
                 self._keep_draft()
         self._changed()
 
@@ -222,65 +241,65 @@ class SelectTool:
             self._context.hint(Finding("selection.not-in-photo"))
             return
         how = combination(event, self.combine)
-        self._shape = DrawnShape(self.way, how, (event.x, event.y))
+        self._shape = DrawnShape(self.mode, how, (event.x, event.y))
 
     def _close(self) -> None:
-        """Choose what lies inside of the shape."""
+        """Select the elements inside the shape."""
         shape, self._shape = self._shape, None
         looking = self._context.elements.looking()
         if shape is None or looking is None:
             return
-        before, how = self._chosen, shape.combine
+        selection_before, how = self._selection, shape.combine
         ids = self._models(how)
-        found = inside(self._context, looking, shape, ids, through=self.through)
-        best = max(found, key=lambda id_: int(np.count_nonzero(found[id_])), default=None)
+        masks = inside(self._context, looking, shape, ids, through=self.through)
+        best = max(masks, key=lambda id_: int(np.count_nonzero(masks[id_])), default=None)
         if best is None:
             self._context.hint(Finding("selection.no-model"))
-        elif not found[best].any() and (before is None or how in ("new", "add")):
-            self._context.hint(nothing_inside(through=self.through))
+        elif not masks[best].any() and (selection_before is None or how in ("new", "add")):
+            self._context.hint(empty_shape_finding(through=self.through))
         else:
-            self.take(best, found[best], how, tr(STEPS[shape.way]))
+            self.take(best, masks[best], how, tr(STEPS[shape.mode]))
         self._changed()
 
     def _models(self, how: Combine) -> list[str]:
-        """Where to look: what is added to or taken from belongs to one model."""
-        shown = self._context.elements.shown()
-        if self.chosen is not None and how != "new":
-            return [id_ for id_ in shown if id_ == self.chosen.model_id]
-        return shown
+        """Return the models to search; changes of a selection are restricted to its model."""
+        visible_ids = self._context.elements.shown()
+        if self.selection is not None and how != "new":
+            return [id_ for id_ in visible_ids if id_ == self.selection.model_id]
+        return visible_ids
 
-    def take(self, model_id: str, found: BoolArray, how: Combine, step: str) -> None:
-        """Choose what has been found on a model. step : in words, as undo names it"""
-        chosen = self._chosen
-        if chosen is None or chosen.model_id != model_id or len(chosen.mask) != len(found):
+    def take(self, model_id: str, mask: BoolArray, how: Combine, step: str) -> None:
+        """Select elements of a model; `step` is the label of the step."""
+        selection = self._selection
+        if selection is None or selection.model_id != model_id or len(selection.mask) != len(mask):
             if how in ("subtract", "intersect"):
                 self._context.hint(Finding("selection.empty"))
                 return
-            chosen = ChosenElements(model_id, len(found))
+            selection = ElementSelection(model_id, len(mask))
         self.growth.seed = None
         hidden = self._context.elements.hidden(model_id)
         if hidden is not None:
-            found = found & ~hidden
-        if not chosen.change(combined(chosen.mask, found, how), step):
+            mask = mask & ~hidden
+        if not selection.change(combine_masks(selection.mask, mask, how), step):
             self._context.hint(Finding("selection.no-change"))
             return
-        self._chosen = chosen
+        self._selection = selection
         self._keep_draft()
         self._changed()
 
-    # --- beginning and end -------------------------------------------------------------------
+    # --- start and end ------------------------------------------------------------------------
     def undo(self) -> bool:
-        """Take the last corner of the shape back, else the last step."""
+        """Remove the last corner of the shape, else undo the last step."""
         if self._shape is not None:
             if not self._shape.take_back():
                 self._shape = None
             self._changed()
             return True
-        return self._chosen is not None and self._stepped(self._chosen.undo())
+        return self._selection is not None and self._stepped(self._selection.undo())
 
     def redo(self) -> bool:
-        """Do the step again that was taken back last."""
-        return self._chosen is not None and self._stepped(self._chosen.redo())
+        """Redo the last undone step."""
+        return self._selection is not None and self._stepped(self._selection.redo())
 
     def _stepped(self, done: bool) -> bool:
         self.growth.seed = None
@@ -290,145 +309,149 @@ class SelectTool:
         return done
 
     def finish(self) -> str | None:
-        """Close the shape that is being drawn, else make a patch of what is chosen."""
+        """Close the shape that is being drawn, else make a patch of the selection."""
         if self._shape is not None:
             if (reason := self._shape.why_not_close()) is not None:
                 self._context.hint(reason)
             else:
                 self._close()
             return None
-        chosen = self.chosen
-        if chosen is None:
+        selection = self.selection
+        if selection is None:
             return None
-        if chosen.count > MOST_IN_PATCH:
-            self._context.say(
-                Finding("selection.too-many", count=chosen.count, maximum=MOST_IN_PATCH)
+        if selection.count > MAX_PATCH_ELEMENTS:
+            self._context.report(
+                Finding("selection.too-many", count=selection.count, maximum=MAX_PATCH_ELEMENTS)
             )
             return None
-        patch = self._preview.patch(chosen)
+        patch = self._preview.patch(selection)
         if patch is None:
-            self._context.say(Finding("model.not-open", model=chosen.model_id))
+            self._context.report(Finding("model.not-open", model=selection.model_id))
             return None
         session = self._context.session
-        before = session.top
+        top_before = session.top
         try:
             added = edits.add_features(session.records, [patch])
             session.apply(added, finishes_draft=session.draft is not None)
         except VomError as error:
-            self._context.say(error)
+            self._context.report(error)
             return None
-        # Undo takes the patch back, and once more brings what was chosen for it.
-        self._let_go(chosen, "Let go of what was chosen", lambda: None, after=before)
+        # Undo removes the patch; the next undo restores its selection.
+        self._discard(selection, "Let go of what was chosen", lambda: None, after=top_before)
         self._context.created(patch.id)
         return patch.id
 
     def cancel(self) -> None:
-        """Let the shape go that is being drawn, else what is chosen, which undo brings back."""
+        """Discard the shape that is being drawn, else the selection, which undo restores."""
         if self._shape is not None:
             self._shape = None
             self._changed()
             return
-        chosen = self.chosen
-        if chosen is None:
+        selection = self.selection
+        if selection is None:
             return
-        self._let_go(chosen, "Discard what was chosen", lambda: None)
+        self._discard(selection, "Discard what was chosen", lambda: None)
 
-    def hide_chosen(self) -> None:
-        """Hide what is chosen; undo shows and chooses it again."""
-        chosen, elements = self.chosen, self._context.elements
-        if chosen is None:
+    def hide_selected(self) -> None:
+        """Hide the selection; undo shows and selects it again."""
+        selection, elements = self.selection, self._context.elements
+        if selection is None:
             return
-        model_id, before = chosen.model_id, elements.hidden(chosen.model_id)
-        elements.hide(model_id, chosen.mask if before is None else chosen.mask | before)
-        self._let_go(chosen, "Hide what was chosen", lambda: elements.hide(model_id, before))
+        model_id, hidden_before = selection.model_id, elements.hidden(selection.model_id)
+        elements.hide(
+            model_id, selection.mask if hidden_before is None else selection.mask | hidden_before
+        )
+        self._discard(
+            selection, "Hide what was chosen", lambda: elements.hide(model_id, hidden_before)
+        )
 
-    def _let_go(
+    def _discard(
         self,
-        chosen: ChosenElements,
+        selection: ElementSelection,
         label: str,
         back: Callable[[], None],
         after: int | None = None,
     ) -> None:
         self._drop()
         self._keep_draft()
-        chosen.settle()
+        selection.settle()
 
         def bring_back() -> bool:
             back()
-            self._chosen = chosen
+            self._selection = selection
             self._keep_draft()
             self._changed()
             return True
 
-        untouched = chosen.mask
+        untouched = selection.mask
         self._context.discarded(
             Discarded(
                 self.name,
                 label,
                 bring_back,
-                lambda: self._chosen is chosen and np.array_equal(chosen.mask, untouched),
+                lambda: self._selection is selection and np.array_equal(selection.mask, untouched),
                 after,
             )
         )
 
     def _drop(self) -> None:
-        self._chosen, self._shape, self.growth.seed = None, None, None
+        self._selection, self._shape, self.growth.seed = None, None, None
         self._preview.forget()
         self._changed()
 
     def leave(self) -> None:
-        """Another tool is chosen: what is chosen stays, a shape that is being drawn does not."""
+        """Discard an unfinished shape; the selection remains."""
         self._shape = None
         self._changed()
 
     def forget(self) -> None:
-        """The project is being closed; what is chosen is kept as a draft."""
-        self._chosen, self._shape, self.growth.seed = None, None, None
+        """Reset because the project is being closed; the selection remains as a draft."""
+        self._selection, self._shape, self.growth.seed = None, None, None
         self._preview.forget()
         self._context.show(None)
 
     def set_type(self, type_id: str, set_name: str) -> None:
-        """Type and set are those of the patch that Enter will make."""
+        """Adopt type and set for the patch that Enter will create."""
         self._preview.forget_measurement()
         if self.open:
             self._show()
 
     def document_changed(self) -> None:
-        """The model of what is chosen may have been removed."""
-        chosen = self._chosen
-        if chosen is not None and chosen.model_id not in self._context.session.records:
+        """Discard the selection if its model was removed."""
+        selection = self._selection
+        if selection is not None and selection.model_id not in self._context.session.records:
             self._drop()
             self._keep_draft()
 
     # --- drafts ------------------------------------------------------------------------------
     def _keep_draft(self) -> None:
-        chosen = self.chosen
-        state = None if chosen is None else chosen.to_dict()
+        selection = self.selection
+        state = None if selection is None else selection.to_dict()
         try:
             self._context.session.set_draft(
                 None if state is None else {"tool": self.name, "chosen": state}
             )
         except VomError as error:
-            self._context.say(error)
+            self._context.report(error)
 
     def restore(self, state: Mapping[str, Any]) -> bool:
         try:
-            chosen = ChosenElements.from_dict(state["chosen"])
+            selection = ElementSelection.from_dict(state["chosen"])
         except (KeyError, TypeError, ValueError):
             return False
-        if chosen.model_id not in self._context.session.records:
+        if selection.model_id not in self._context.session.records:
             return False
-        self._chosen = chosen
+        self._selection = selection
         self._changed()
         return True
 
-    # --- what is seen ------------------------------------------------------------------------
+    # --- preview ------------------------------------------------------------------------------
     def _changed(self) -> None:
         self._show()
         self._context.tool_changed()
 
     def _show(self) -> None:
-        self._preview.show(self.chosen, self._shape)
+        self._preview.show(self.selection, self._shape)
 
 
 def inside(
@@ -439,25 +462,25 @@ def inside(
     *,
     through: bool,
 ) -> dict[str, BoolArray]:
-    """By model, what lies inside of a shape."""
+    """Return the elements inside a shape by model."""
     filled = looking.filled(shape.ring())
-    elements, found = context.elements, {}
+    elements, masks = context.elements, {}
     for model_id in model_ids:
         data = elements.data(model_id)
         model = get(context.session.records, model_id, Model)
         if data is not None and model is not None:
-            found[model_id] = looking.inside(
+            masks[model_id] = looking.inside(
                 data,
                 transform.matrix(model.to_world),
                 filled,
                 through=through,
                 spacing=elements.spacing(model_id) * transform.scale_of(model.to_world),
             )
-    return found
+    return masks
 
 
 def combination(event: PointerEvent, usual: Combine) -> Combine:
-    """Shift adds, Ctrl takes away, both keep what is in both; else as usual."""
+    """Return how to combine: Shift adds, Ctrl subtracts, both intersect, else as usual."""
     if event.shift and event.ctrl:
         return "intersect"
     if event.shift:

@@ -1,4 +1,4 @@
-"""What can be done with chosen faces and points at once: all, none, a ring more, by a value."""
+"""Changes of the whole selection: all, inverse, neighbours, by a value."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vomstudio.geometry import transform
 from vomstudio.geometry.patches import ids_of
 from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.records import Model, get
-from vomstudio.studio.tools.element_selection import ChosenElements, Combine
+from vomstudio.studio.tools.element_selection import Combine, ElementSelection
 from vomstudio.studio.tools.interaction_types import Discarded
 from vomstudio.studio.tools.tool_context import ToolContext
 
@@ -24,44 +24,44 @@ if TYPE_CHECKING:
     from vomstudio.geometry.mesh import Mesh
 
 
-class Chooser(Protocol):
-    """What the changes ask of the tool."""
+class SelectionTool(Protocol):
+    """Tool as the changes use it."""
 
     combine: Combine
     name: str
 
     @property
-    def chosen(self) -> ChosenElements | None: ...
+    def selection(self) -> ElementSelection | None: ...
 
-    def take(self, model_id: str, found: BoolArray, how: Combine, step: str) -> None: ...
+    def take(self, model_id: str, mask: BoolArray, how: Combine, step: str) -> None: ...
 
 
 class SelectChanges:
-    """Of one tool. Each is a step that undo takes back."""
+    """Changes of the selection of a tool; each is a step that undo reverts."""
 
-    def __init__(self, tool: Chooser, context: ToolContext) -> None:
+    def __init__(self, tool: SelectionTool, context: ToolContext) -> None:
         self._tool, self._context = tool, context
         self._colours: tuple[object, ElementColours] | None = None
 
-    def _only(self, chosen: ChosenElements, mask: BoolArray, step: str) -> None:
-        self._tool.take(chosen.model_id, mask, "new", step)
+    def _only(self, selection: ElementSelection, mask: BoolArray, step: str) -> None:
+        self._tool.take(selection.model_id, mask, "new", step)
 
     # --- all at once -------------------------------------------------------------------------
     def model_id(self) -> str | None:
-        """Of the model that is meant: that of what is chosen, else the only one that is shown."""
-        chosen = self._tool.chosen
-        shown = self._context.elements.shown()
-        if chosen is not None:
-            return chosen.model_id
-        return shown[0] if len(shown) == 1 else None
+        """Return the model of the selection, else the only visible one."""
+        selection = self._tool.selection
+        visible_ids = self._context.elements.shown()
+        if selection is not None:
+            return selection.model_id
+        return visible_ids[0] if len(visible_ids) == 1 else None
 
     def data(self) -> Mesh | PointCloud | None:
-        """Of the model that is meant; None where it is not clear which."""
+        """Return the data of that model, None if it is not unique."""
         model_id = self.model_id()
         return None if model_id is None else self._context.elements.data(model_id)
 
     def everything(self) -> None:
-        """Choose all of the model that is meant."""
+        """Select all elements of the model."""
         from vomstudio.extraction.selection.visible_region import count_of
 
         model_id, data = self.model_id(), self.data()
@@ -69,38 +69,38 @@ class SelectChanges:
             self._tool.take(model_id, np.ones(count_of(data), np.bool_), "new", tr("Choose all"))
 
     def invert(self) -> None:
-        """What is not chosen, in place of what is."""
-        if (chosen := self._tool.chosen) is not None:
-            self._only(chosen, ~chosen.mask, tr("Invert"))
+        """Invert the selection."""
+        if (selection := self._tool.selection) is not None:
+            self._only(selection, ~selection.mask, tr("Invert"))
 
     def wider(self) -> None:
-        """A ring of neighbours more."""
+        """Widen the selection by a ring of neighbours."""
         self._ring(gains=True)
 
     def narrower(self) -> None:
-        """A ring less."""
+        """Narrow the selection by a ring."""
         self._ring(gains=False)
 
     def _ring(self, *, gains: bool) -> None:
-        chosen = self._tool.chosen
-        if chosen is None:
+        selection = self._tool.selection
+        if selection is None:
             return
         again = self.wider if gains else self.narrower
-        found = self._context.elements.neighbours(chosen.model_id, again)
-        if found is None:
+        neighbours = self._context.elements.neighbours(selection.model_id, again)
+        if neighbours is None:
             self._context.hint(Finding("neighbours.pending"))
-        elif isinstance(found, Finding):
-            self._context.say(found)
+        elif isinstance(neighbours, Finding):
+            self._context.report(neighbours)
         elif gains:
-            self._only(chosen, found.wider(chosen.mask), tr("Widen"))
+            self._only(selection, neighbours.wider(selection.mask), tr("Widen"))
         else:
-            self._only(chosen, found.narrower(chosen.mask), tr("Narrow"))
+            self._only(selection, neighbours.narrower(selection.mask), tr("Narrow"))
 
     def take_patch(self, patch: Patch) -> None:
-        """Choose the faces or points of a patch."""
+        """Select the faces or points of a patch."""
         data = self._context.elements.data(patch.model_id)
         if data is None:
-            self._context.say(Finding("model.not-open", model=patch.model_id))
+            self._context.report(Finding("model.not-open", model=patch.model_id))
             return
         from vomstudio.extraction.selection.visible_region import count_of
 
@@ -109,9 +109,9 @@ class SelectChanges:
         mask[ids[ids < len(mask)]] = True
         self._tool.take(patch.model_id, mask, self._tool.combine, tr("Take a patch"))
 
-    # --- by a value --------------------------------------------------------------------------
-    def by_field(self, name: str, low: float, high: float) -> None:
-        """What has a value from low to high."""
+    # --- selection by value -------------------------------------------------------------------
+    def select_by_field(self, name: str, low: float, high: float) -> None:
+        """Select elements with values from `low` to `high`."""
         from vomstudio.extraction.selection.field_values import within
 
         model_id, data = self.model_id(), self.data()
@@ -119,34 +119,34 @@ class SelectChanges:
         if model_id is None or data is None or model is None:
             self._context.hint(Finding("selection.empty"))
             return
-        found = within(data, transform.matrix(model.to_world), name, low, high)
-        if not found.any():
+        mask = within(data, transform.matrix(model.to_world), name, low, high)
+        if not mask.any():
             self._context.hint(Finding("selection.no-such-value"))
             return
-        self._tool.take(model_id, found, self._tool.combine, tr("By a field"))
+        self._tool.take(model_id, mask, self._tool.combine, tr("By a field"))
 
-    def by_colour(self, tolerance: float) -> None:
-        """What has a colour like that of what is chosen."""
+    def select_by_colour(self, tolerance: float) -> None:
+        """Select elements with colours similar to those of the selection."""
         from vomstudio.extraction.selection.field_values import ElementColours
 
-        chosen, data = self._tool.chosen, self.data()
-        if chosen is None or data is None:
+        selection, data = self._tool.selection, self.data()
+        if selection is None or data is None:
             self._context.hint(Finding("selection.empty"))
             return
         try:
             if self._colours is None or self._colours[0] is not data:
                 self._colours = (data, ElementColours(data))
-            found = self._colours[1].like(chosen.ids(), tolerance)
+            mask = self._colours[1].like(selection.ids(), tolerance)
         except VomError as error:
-            self._context.say(error)
+            self._context.report(error)
             return
-        self._tool.take(chosen.model_id, found, self._tool.combine, tr("By colour"))
+        self._tool.take(selection.model_id, mask, self._tool.combine, tr("By colour"))
 
     # --- hiding and cutting ------------------------------------------------------------------
     def isolate(self) -> None:
-        """Hide everything of the model but what is chosen."""
-        if (chosen := self._tool.chosen) is not None:
-            self._context.elements.hide(chosen.model_id, ~chosen.mask)
+        """Hide everything of the model except the selection."""
+        if (selection := self._tool.selection) is not None:
+            self._context.elements.hide(selection.model_id, ~selection.mask)
             self._context.tool_changed()
 
     def show_all(self) -> None:
@@ -168,11 +168,11 @@ class SelectChanges:
         )
 
     def anything_hidden(self) -> bool:
-        """Whether a face or point is hidden."""
+        """Return whether a face or point is hidden."""
         elements = self._context.elements
         return any(elements.hidden(id_) is not None for id_ in elements.shown())
 
     def cut_out(self) -> None:
-        """A model of what is chosen."""
-        if (chosen := self._tool.chosen) is not None:
-            self._context.elements.cut_out(chosen.model_id, chosen.mask)
+        """Create a model of the selection."""
+        if (selection := self._tool.selection) is not None:
+            self._context.elements.cut_out(selection.model_id, selection.mask)

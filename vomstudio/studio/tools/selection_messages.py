@@ -1,4 +1,4 @@
-"""What the tool that chooses faces and points says."""
+"""Messages of the tool that selects faces and points."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from typing import Literal
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import to_translate, tr
 
-Way = Literal["grow", "rectangle", "lasso", "polygon"]
+SelectMode = Literal["grow", "rectangle", "lasso", "polygon"]
 
-STEPS: dict[Way, str] = {
+STEPS: dict[SelectMode, str] = {
     "grow": to_translate("Grow from a click"),
     "rectangle": to_translate("Rectangle"),
     "lasso": to_translate("Lasso"),
     "polygon": to_translate("Polygon"),
 }
-HINTS: dict[Way, str] = {
+HINTS: dict[SelectMode, str] = {
     "grow": to_translate(
         "Select: a click takes the even surface around it; Ctrl+wheel: angle, Shift+wheel: "
         "distance."
@@ -28,13 +28,13 @@ _CHOSEN_NOTHING = to_translate("The right button orbits.")
 _CHOSEN = to_translate("{count:,} chosen; Shift adds, Ctrl takes away; Enter: patch, Esc: let go.")
 
 
-def chosen_text(count: int) -> str:
-    """How many are chosen and what can be done with them, for the status line."""
+def selection_text(count: int) -> str:
+    """Return the number of selected elements and what can be done with them."""
     return tr(_CHOSEN, count=count) if count else tr(_CHOSEN_NOTHING)
 
 
-def nothing_inside(*, through: bool) -> Finding:
-    """A shape has found nothing. through : it takes what is hidden too"""
+def empty_shape_finding(*, through: bool) -> Finding:
+    """Return the finding for an empty shape; `through` if it selects hidden elements."""
     if through:
         return Finding("selection.nothing-inside", through=True)
     return Finding("selection.nothing-inside", through=False)

@@ -1,4 +1,4 @@
-"""The tool of stations and samples: each click is one."""
+"""Tool for stations and samples: each click creates one."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from vomstudio.studio.tools.tool_entry import ToolEntry
 
 @dataclass(frozen=True)
 class NextStation:
-    """What the next click makes; fields as in Station."""
+    """Attributes of the next station; fields as in Station."""
 
     what: What = "station"
     number: str = ""
@@ -30,7 +30,7 @@ class NextStation:
 
 
 class StationTool(PolylineTool[Station]):
-    """Nothing stays open but a station that is continued, which the next click or a drag moves."""
+    """Creates stations; only a continued one is open, which a click or drag moves."""
 
     name = "station"
     noun = "field station"
@@ -51,7 +51,7 @@ class StationTool(PolylineTool[Station]):
         return None if self.vertices else Finding("feature.too-few-points", count=1, minimum=1)
 
     def choose(self, **values: str) -> None:
-        """What the next click makes: `what`, `number`, `photo`."""
+        """Set `what`, `number` or `photo` of the next station."""
         self.next = replace(self.next, **values)  # type: ignore[arg-type]
         self._context.tool_changed()
 
@@ -77,7 +77,7 @@ class StationTool(PolylineTool[Station]):
         self._set_vertices((position,))
 
     def insert_vertex(self, position: Point) -> None:
-        """A station has one place."""
+        """Do nothing: a station has one position."""
         self._set_vertices((position,))
 
     def _edit(self, feature: Station) -> Edit:
@@ -91,7 +91,7 @@ class StationTool(PolylineTool[Station]):
         return {"what": feature.what, "number": feature.number, "photo": feature.photo}
 
     def forget(self) -> None:
-        """The next project has numbers of its own."""
+        """Reset for the next project, which has other numbers."""
         super().forget()
         self.next = NextStation()
 
@@ -108,7 +108,7 @@ class StationTool(PolylineTool[Station]):
             str(state["photo"]),
         )
 
-    # --- what is seen ------------------------------------------------------------------------
+    # --- preview ------------------------------------------------------------------------------
     def _color(self) -> str:
         return KIND.color
 
@@ -118,12 +118,12 @@ class StationTool(PolylineTool[Station]):
 
 
 def number_after(number: str) -> str:
-    """The number that follows on a label: of KB-09 it is KB-10; "" for one without digits."""
-    found = re.search(r"(\d+)(\D*)$", number)
-    if found is None:
+    """Return the number that follows a label, KB-10 after KB-09; "" without digits."""
+    match = re.search(r"(\d+)(\D*)$", number)
+    if match is None:
         return ""
-    digits = found.group(1)
-    return f"{number[: found.start()]}{int(digits) + 1:0{len(digits)}d}{found.group(2)}"
+    digits = match.group(1)
+    return f"{number[: match.start()]}{int(digits) + 1:0{len(digits)}d}{match.group(2)}"
 
 
 TOOL = ToolEntry(

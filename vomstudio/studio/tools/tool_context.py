@@ -1,4 +1,4 @@
-"""The protocol of a tool, and of the context it works in."""
+"""Protocols of a tool and of its context."""
 
 from __future__ import annotations
 
@@ -19,11 +19,17 @@ T = TypeVar("T")
 
 
 class Tool(Protocol):
-    """A state machine for gestures in the viewport. At most one tool is open at a time: it has an
-    unfinished feature, which `finish` or `cancel` ends and which its draft restores.
+    """State machine for gestures in the viewport.
 
-    name : in drafts, and of its command and panel; paints : it draws with the left button, so that
-    the right one orbits
+    At most one tool is open at a time: it has an unfinished feature, which `finish` or `cancel`
+    ends and which its draft restores.
+
+    Attributes
+    ----------
+    name : str
+        In drafts, and of its command and panel.
+    paints : bool
+        Whether it draws with the left button, so that the right one orbits.
     """
 
     name: ClassVar[str]
@@ -34,16 +40,17 @@ class Tool(Protocol):
 
     @property
     def undo_label(self) -> str | None:
-        """The step of the unfinished thing that `undo` would take back; None where there is
-        none."""
+        """Label of the step that `undo` would revert, None if there are none."""
 
     @property
     def redo_label(self) -> str | None:
-        """The step that `redo` would bring again; None where there is none. Where undo took back
-        the first step there still is one, though nothing is open any more."""
+        """Label of the step that `redo` would repeat, None if there are none.
+
+        It remains after undo has reverted the first step, although the tool is no longer open.
+        """
 
     def hint(self) -> str:
-        """What the next click does, as a sentence for the status line."""
+        """Describe the effect of the next click for the status line."""
 
     def why_not_finish(self) -> Finding | None:
         """Return why `finish` cannot be called now; None if it can."""
@@ -54,84 +61,86 @@ class Tool(Protocol):
     def pointer(self, event: PointerEvent) -> None: ...
 
     def undo(self) -> bool:
-        """Take the last step of the unfinished thing back; False where there is none."""
+        """Undo the last step of the unfinished feature. Return False if there are none."""
 
     def redo(self) -> bool:
-        """Bring the step again that was taken back last; False where there is none."""
+        """Redo the last undone step. Return False if there are none."""
 
     def finish(self) -> str | None:
-        """Keep it; the id of the feature, or None with the reason shown."""
+        """Finish the feature and return its id; None, after a message, if that fails."""
 
     def cancel(self) -> None: ...
 
     def leave(self) -> None:
-        """Another tool is chosen."""
+        """Deactivate the tool."""
 
     def document_changed(self) -> None:
-        """The document has changed, perhaps by undo."""
+        """Handle a change of the document, perhaps by undo."""
 
     def forget(self) -> None:
-        """The project is being closed; the unfinished feature is kept as a draft."""
+        """Reset because the project is being closed; an unfinished feature remains as a draft."""
 
     def restore(self, state: Mapping[str, Any]) -> bool:
-        """Continue a draft; False where it is not one of this tool or cannot be read."""
+        """Restore a draft. Return False if it belongs to another tool or is not valid."""
 
     def set_type(self, type_id: str, set_name: str) -> None:
-        """Another feature type or set was chosen for the next feature."""
+        """Adopt another feature type or set for the next feature."""
 
 
 class ToolContext(Protocol):
-    """The session and the models, as a tool sees them."""
+    """Session and models as a tool sees them."""
 
     @property
     def session(self) -> Session: ...
 
     @property
     def next_type_id(self) -> str:
-        """The feature type for what is made next."""
+        """The feature type of the next feature."""
 
     @property
     def next_set(self) -> str:
-        """The set for what is made next."""
+        """The set of the next feature."""
 
     def set_next(self, type_id: str, set_name: str) -> None:
-        """Another type and set for what is made next."""
+        """Set type and set of the next feature."""
 
     def surface(self, model_id: str) -> PaintSurface | None:
-        """The surface of an open model; None while it is not loaded."""
+        """Return the surface of a model, None while it is not loaded."""
 
-    def aside(self, work: Callable[[], T], then: Callable[[T | None], object]) -> None:
-        """Do what takes long beside the window; `then` is told its result in the caller's thread,
-        later, or None where it failed, which the user is told."""
+    def run_in_background(self, work: Callable[[], T], then: Callable[[T | None], object]) -> None:
+        """Run long work in the background.
+
+        `then` receives the result in the caller's thread; None, after a message, if it failed.
+        """
 
     @property
     def paths(self) -> PathFinder:
-        """Finds the ways that lines follow over models."""
+        """Finds the paths that lines follow over models."""
 
     @property
     def elements(self) -> OutcropElements:
-        """The faces and points of the models that are shown, and how they are looked at."""
+        """Faces and points of the visible models, and the view onto them."""
 
     def measure(self, feature: Feature) -> Measurement:
-        """The live figures of a feature that is not in the document."""
+        """Measure a feature that is not in the document."""
 
     def format_attitude(self, measurement: Measurement) -> str:
-        """The plane or line with its 95 % error, in the notation the user has chosen."""
+        """Format a plane or line with its 95 % error, in the user's notation."""
 
     def show(self, preview: Preview | None) -> None:
         """Draw the unfinished feature, or nothing."""
 
-    def say(self, message: Finding | VomError) -> None:
+    def report(self, message: Finding | VomError) -> None:
         """Report to the user what happened and what to do."""
 
     def hint(self, message: Finding) -> None:
         """Report why a click did nothing; the message disappears by itself."""
 
     def tool_changed(self) -> None:
-        """The tool's state has changed: its panel and the commands are refreshed."""
+        """Report a change of the tool's state, so that panel and commands are refreshed."""
 
     def discarded(self, discarded: Discarded) -> None:
-        """The tool has let something unfinished go, which undo brings back."""
+        """Report discarded work, which undo restores."""
 
     def created(self, feature_id: str) -> None:
-        """The tool has made or changed a feature, which becomes the selected one."""
+        """Select a feature that the tool has created or changed."""

@@ -1,4 +1,4 @@
-"""How a tool is offered: the texts of its button, menu and panel, as plain data."""
+"""Presentation of a tool: texts of its button, menu and panel, as plain data."""
 
 from __future__ import annotations
 
@@ -11,11 +11,25 @@ from vomstudio.core.words import tr
 
 @dataclass(frozen=True)
 class ToolEntry:
-    """tool : its class, made with a `ToolContext` alone; label, tip : noted for translation, label
-    with "&" before its mnemonic; icon : of Material Design Icons; key : shortcut in the viewport;
-    order : of its button among those of the other tools; takes_keys : it has a use for Shift with
-    the left button, which else pans, and for the wheel with Ctrl or Shift;
-    in_bar : its button stands in the tool bar too
+    """Presentation of a tool.
+
+    Parameters
+    ----------
+    tool : type
+        Its class, created with a `ToolContext` alone.
+    label, tip : str
+        Marked for translation; the label has "&" before its mnemonic.
+    icon : str
+        Name of a Material Design icon.
+    key : str
+        Shortcut in the viewport.
+    order : int
+        Position of its button among the tools.
+    takes_keys : bool
+        Whether it uses Shift with the left button, which else pans, and the wheel with Ctrl or
+        Shift.
+    in_bar : bool
+        Whether its button is in the tool bar too.
     """
 
     tool: type[Any]
@@ -40,7 +54,7 @@ class ToolEntry:
 
 
 class NoSteps:
-    """What tools share whose steps are edits of the document, which takes them back itself."""
+    """Base of tools whose steps are edits of the document, which has the undo."""
 
     @property
     def undo_label(self) -> str | None:
@@ -57,17 +71,17 @@ class NoSteps:
         return False
 
 
-class NothingOpen(NoSteps):
-    """What tools share that change something at a click: no steps, no end and no draft."""
+class StatelessTool(NoSteps):
+    """Base of tools that change something with a click: no steps, no end and no draft."""
 
     def finish(self) -> str | None:
         return None
 
     def cancel(self) -> None:
-        """There is nothing unfinished."""
+        """Do nothing: there is never an unfinished feature."""
 
     def restore(self, state: Mapping[str, Any]) -> bool:
         return False
 
     def set_type(self, type_id: str, set_name: str) -> None:
-        """What it changes has neither."""
+        """Do nothing: its edits have neither type nor set."""

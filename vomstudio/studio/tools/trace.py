@@ -1,4 +1,4 @@
-"""The trace tool: clicks along a line where a surface meets the outcrop become a plane."""
+"""Trace tool: clicks along the intersection of a surface with the outcrop give a plane."""
 
 from __future__ import annotations
 
@@ -20,15 +20,16 @@ from vomstudio.project.kinds.trace import Trace
 from vomstudio.project.records import SURROUNDINGS_RULE, Model
 from vomstudio.studio.tools.fit_summary import WIDTH, first_reason, indices_text
 from vomstudio.studio.tools.following import FollowingTool
-from vomstudio.studio.tools.local_surface import around
+from vomstudio.studio.tools.local_surface import measure_surroundings
 from vomstudio.studio.tools.polyline import points_text, type_of_draft
 from vomstudio.studio.tools.tool_entry import ToolEntry
 
 
 class TraceTool(FollowingTool[Trace]):
-    """Picks three points or more; a plane is fitted to them as they come.
+    """Picks traces of three points or more; a plane is fitted to them live.
 
-    Where it follows a contact its vertices are way-points, and the trace is the path through them.
+    When it follows a contact, its vertices are way-points, and the trace is the path through
+    them.
     """
 
     name = "trace"
@@ -42,7 +43,7 @@ class TraceTool(FollowingTool[Trace]):
         return self._feature
 
     def hint(self) -> str:
-        """What the next click does, for the status line."""
+        """Describe the effect of the next click for the status line."""
         if self._feature is None:
             return tr("Trace: click along a bed, fault or fracture on the outcrop.")
         count = len(self.vertices)
@@ -90,13 +91,16 @@ class TraceTool(FollowingTool[Trace]):
             axis="auto",
         )
 
-    def begin_along(
+    def begin_followed(
         self, model: Model, way_points: tuple[Point, ...], cost: str | None, notes: str
     ) -> str | None:
-        """Open a new trace that follows a cost through these way-points of a model, with notes on
-        where it comes from; its id, None where it cannot be kept. No trace may be open."""
+        """Open a new trace that follows a cost through way-points of a model.
+
+        Returns its id, None if it is not valid. No trace may be open. `notes` state the origin
+        of the trace.
+        """
         self._line.cost = cost
-        # No line to where the cursor was last over the outcrop.
+        # No line from the last position of the cursor.
         self._hover, self._ahead = None, []
         self._keep(replace(self._new(model, way_points), notes=notes), [()], None)
         return None if self._feature is None else self._feature.id
@@ -145,29 +149,29 @@ class TraceTool(FollowingTool[Trace]):
         return True
 
     def set_type(self, type_id: str, set_name: str) -> None:
-        """The feature type and set of the open trace."""
+        """Set the feature type and set of the open trace."""
         if self._feature is not None and not self._continued:
             if (self._feature.type_id, self._feature.set_name) == (type_id, set_name):
                 return
             trace = replace(self._feature, type_id=type_id, set_name=set_name)
             self._keep(trace, self._steps, self.current_vertex)
 
-    # --- what is seen ------------------------------------------------------------------------
+    # --- preview ------------------------------------------------------------------------------
     def _look(self) -> None:
-        """Ask the surface, and fit."""
+        """Query the surface and fit the plane."""
         assert self._feature is not None
         surface = self._context.surface(self._feature.model_id)
-        whole = self._whole(self._feature)
+        complete = self._whole(self._feature)
         self._stretches = ()
         if surface is not None and self.vertices:
-            resolution, normal = around(surface, whole.vertices)
+            resolution, normal = measure_surroundings(surface, complete.vertices)
             if self.followed and resolution is not None and self._drag_from is None:
                 self._stretches = self._doubtful(self._feature, resolution)
             self._feature = replace(
                 self._feature, resolution=resolution, outcrop_normal=normal, rule=SURROUNDINGS_RULE
             )
-            whole = replace(
-                whole,
+            complete = replace(
+                complete,
                 resolution=resolution,
                 outcrop_normal=normal,
                 rule=SURROUNDINGS_RULE,
@@ -176,7 +180,7 @@ class TraceTool(FollowingTool[Trace]):
         if not self.followed:
             super()._look()
             return
-        self.measurement = self._context.measure(whole) if whole.vertices else None
+        self.measurement = self._context.measure(complete) if complete.vertices else None
 
     def _marked_stretches(self, path: np.ndarray | None) -> tuple[np.ndarray, ...]:
         if path is None:
@@ -189,7 +193,7 @@ class TraceTool(FollowingTool[Trace]):
             return None
         verdict = self.measurement.verdict if self.measurement else None
         if verdict is not None and verdict.quality == "poor":
-            # It would cover the trace, and tells nothing.
+            # It would cover the trace without adding information.
             return None
         return disc(fit.centroid, fit.normal, 0.5 * fit.extent)
 

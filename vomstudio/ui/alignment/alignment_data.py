@@ -32,11 +32,11 @@ from vomstudio.studio.jobs.inspection_tasks import (
     INSPECT_RESIDUALS,
     NOTHING_ALIGNED,
     AlignedPhoto,
-    AlignmentIn,
     AlignmentOverview,
+    AlignmentRequest,
     DepthFacts,
-    PairIn,
-    PhotoIn,
+    PairRequest,
+    PhotoRequest,
 )
 from vomstudio.studio.jobs.job import Request, Result
 from vomstudio.studio.running_jobs import RunningJob
@@ -116,7 +116,7 @@ class AlignmentData(QObject):
             self.overview = result
             then()
 
-        self._ask(INSPECT_ALIGNMENT, lambda _: AlignmentIn(self.folder), arrived, failed, None)
+        self._ask(INSPECT_ALIGNMENT, lambda _: AlignmentRequest(self.folder), arrived, failed, None)
 
     def pair(
         self, a: str, b: str, then: Callable[[Arrays], None], failed: Callable[[str], None]
@@ -124,8 +124,8 @@ class AlignmentData(QObject):
         """Read the matches of two photos: pass the arrays of `inspection.pair` to `then`, or a
         sentence to `failed`."""
 
-        def asked(into: Path) -> PairIn:
-            return PairIn(self.folder, into, a, b)
+        def asked(into: Path) -> PairRequest:
+            return PairRequest(self.folder, into, a, b)
 
         self._ask(INSPECT_PAIR, asked, lambda _, arrays: then(arrays), failed, _as_read)
 
@@ -134,8 +134,8 @@ class AlignmentData(QObject):
     ) -> None:
         """Read the residuals of a photo, as `pair` does."""
 
-        def asked(into: Path) -> PhotoIn:
-            return PhotoIn(self.folder, into, name)
+        def asked(into: Path) -> PhotoRequest:
+            return PhotoRequest(self.folder, into, name)
 
         self._ask(INSPECT_RESIDUALS, asked, lambda _, arrays: then(arrays), failed, _as_read)
 
@@ -148,8 +148,8 @@ class AlignmentData(QObject):
         """Read the depth map of a photo; pictures and depths are turned upright."""
         path = self._path(name)
 
-        def asked(into: Path) -> PhotoIn:
-            return PhotoIn(self.folder, into, name)
+        def asked(into: Path) -> PhotoRequest:
+            return PhotoRequest(self.folder, into, name)
 
         self._ask(INSPECT_DEPTHS, asked, then, failed, lambda arrays: _turn(arrays, path))
 

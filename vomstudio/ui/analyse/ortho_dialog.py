@@ -39,7 +39,7 @@ from vomstudio.project.domains import domain_names
 from vomstudio.project.records import Model
 from vomstudio.rendering.qt.viewport import Viewport
 from vomstudio.studio.jobs.events import Failed
-from vomstudio.studio.jobs.product_tasks import ORTHOPHOTO, OrthophotoOrder, WrittenOrthophoto
+from vomstudio.studio.jobs.product_tasks import ORTHOPHOTO, OrthophotoRequest, WrittenOrthophoto
 from vomstudio.ui.analyse.interpretation_box import InterpretationBox
 from vomstudio.ui.common.command_targets import current_model, may_replace, start_folder
 from vomstudio.ui.common.explained import explain
@@ -333,7 +333,7 @@ class OrthoDialog(QDialog):
             return
         studio.jobs.submit(
             ORTHOPHOTO,
-            OrthophotoOrder(
+            OrthophotoRequest(
                 path,
                 studio.project.cache,
                 replace(view, north_known=model.frame.has_north, metric=model.frame.has_metres),

@@ -24,7 +24,7 @@ from vomstudio.geometry.mesh import Mesh
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Feature, Model, Record
 from vomstudio.studio.tools.interaction_types import Preview
-from vomstudio.studio.tools.painted_area import area_of
+from vomstudio.studio.tools.painted_area import patch_area
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_table import Column, NumberTable
 from vomstudio.ui.common.studio import Studio
@@ -189,5 +189,5 @@ def show_facet(studio: Studio, found: Proposals, row: int) -> None:
     """It stands out on the outcrop, where its model is open."""
     model, opened = studio.records.get(found.model_id), studio.models.get(found.model_id)
     if isinstance(model, Model) and opened is not None:
-        area = area_of(found.patches[row], model, opened.surface)
+        area = patch_area(found.patches[row], model, opened.surface)
         studio.preview.emit(Preview(np.zeros((0, 3)), color=(1.0, 1.0, 1.0), area=area))

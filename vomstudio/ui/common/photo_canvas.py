@@ -25,7 +25,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from vomstudio.core.arrays import BoolArray, FloatArray
 from vomstudio.rendering.qt import painting
 from vomstudio.rendering.qt.preview_painting import PreviewPainter
-from vomstudio.rendering.view.readout_position import ReadingPlace
+from vomstudio.rendering.view.readout_position import ReadingPosition
 from vomstudio.studio.tools.interaction_types import Button, Pointer, Preview, is_click
 from vomstudio.ui.common.photo_images import Picture
 
@@ -103,7 +103,7 @@ class PhotoCanvas(QWidget):
         self._drawn: Sequence[Drawn] = ()
         self._selected: frozenset[str] = frozenset()
         self._preview: Preview | None = None
-        self._reading_place = ReadingPlace()
+        self._reading_place = ReadingPosition()
         self._cross: FloatArray | None = None
         self._spot: FloatArray | None = None
         self._cursor: QPointF | None = None

@@ -123,7 +123,7 @@ class Studio(QObject):
         w.tools.changed.connect(self.tool_changed_signal.emit)
         w.tools.active_changed.connect(self.active_tool_changed.emit)
         w.tools.preview.connect(self.preview.emit)
-        w.notices.told.connect(self.notice.emit)
+        w.notices.posted.connect(self.notice.emit)
         w.preferences.changed.connect(self.settings_changed.emit)
         w.preferences.recent_changed.connect(self.recent_changed.emit)
         w.visibility.changed.connect(self.visibility_changed.emit)
@@ -157,8 +157,8 @@ class Studio(QObject):
         return self.workspace.visibility.hidden
 
     @property
-    def worth_asking(self) -> bool:
-        return self.workspace.worth_asking
+    def has_work_to_save(self) -> bool:
+        return self.workspace.has_work_to_save
 
     @property
     def unsaved_reconstructions(self) -> bool:

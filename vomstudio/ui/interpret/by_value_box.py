@@ -116,6 +116,6 @@ class ByValue(QWidget):
     def _take(self) -> None:
         name = self.what.currentData()
         if not name:
-            self._tool.changes.by_colour(self.low.value())
+            self._tool.changes.select_by_colour(self.low.value())
         else:
-            self._tool.changes.by_field(name, self.low.value(), self.high.value())
+            self._tool.changes.select_by_field(name, self.low.value(), self.high.value())

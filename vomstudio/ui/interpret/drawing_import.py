@@ -18,12 +18,12 @@ from vomstudio.studio.jobs.drawing_tasks import (
     FIND_PICTURES,
     READ_DRAWN_LINES,
     DrawingFile,
-    DrawingOrder,
     DrawnLines,
+    DrawnLinesRequest,
     FittingPictures,
 )
 from vomstudio.studio.jobs.events import Failed
-from vomstudio.studio.models import standing_model
+from vomstudio.studio.models import find_placed_model
 from vomstudio.studio.notices import UPDATE_DRAWN, Notice
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import current_model, start_folder, why_no_model
@@ -86,13 +86,13 @@ class DrawingImport(QObject):
     def _bring_back(self, drawing: Path, sidecar: Path, content_hash: str) -> None:
         studio = self._studio
         model = self._model_of(content_hash)
-        standing = None if model is None else standing_model(studio.workspace.projects, model.id)
+        standing = None if model is None else find_placed_model(studio.workspace.projects, model.id)
         if model is None or standing is None:
             studio.warn(Finding("action.no-model"))
             return
         studio.jobs.submit(
             READ_DRAWN_LINES,
-            DrawingOrder(drawing, sidecar, standing),
+            DrawnLinesRequest(drawing, sidecar, standing),
             title=tr(
                 "Bringing the lines of {file} to {model}", file=drawing.name, model=model.name
             ),
@@ -110,10 +110,10 @@ class DrawingImport(QObject):
         type_id, set_name = studio.next_type_id, studio.next_set
 
         def work() -> DrawnTraces:
-            from vomstudio.studio.drawn_traces import DrawingTarget, drawn_traces
+            from vomstudio.studio.drawn_traces import DrawingTarget, create_drawn_traces
 
             target = DrawingTarget(model, surface, type_id, set_name)
-            return drawn_traces(found, drawing, sidecar, target, records)
+            return create_drawn_traces(found, drawing, sidecar, target, records)
 
         self._background.run(
             work, lambda traces: self._arrived(drawing, model, traces), self._refuse

@@ -21,7 +21,7 @@ from vomstudio.core.words import tr
 from vomstudio.io.photos.cameras_file import FILE_NAME
 from vomstudio.photogrammetry.georeferencing.mark_prediction import PlacedPhotos
 from vomstudio.project.edit import Edit
-from vomstudio.studio.history import step_words
+from vomstudio.studio.history import step_title
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.actions import Actions
 from vomstudio.ui.common.messages_panel import MessageBar
@@ -301,7 +301,7 @@ class PhotoPage(QWidget):
             (self.document.redo if again else self.document.undo)()
         finally:
             self._stepping = False
-        step = step_words(words)
+        step = step_title(words)
         self.say(Finding("edit.redone" if again else "edit.undone", edit=step), "info")
 
     def _edited(self, edit: Edit) -> None:

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QWidget
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.geometry.pixel_areas import whole_area
-from vomstudio.studio.history import step_words
+from vomstudio.studio.history import step_title
 from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.photos.mark_canvas import BRUSH, LOOK, MARK, POLYGON, MarkCanvas
 from vomstudio.ui.photos.mark_editing import MarkEditing
@@ -78,7 +78,7 @@ def over_photo(command: Command, table: Callable[[], Actions | None]) -> Command
         step = photo.what(name)
         if step is None:
             return command.text
-        words = step_words(step).replace("&", "&&")
+        words = step_title(step).replace("&", "&&")
         return tr("&Undo {step}", step=words) if name == "undo" else tr("&Redo {step}", step=words)
 
     named = command if command.text_now is None else replace(command, text_now=text)

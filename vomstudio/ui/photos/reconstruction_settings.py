@@ -11,7 +11,7 @@ from vomstudio.core.words import to_translate
 from vomstudio.io.control.control_files import find_control
 
 if TYPE_CHECKING:
-    from vomstudio.studio.jobs.reconstruction_tasks import ReconstructionOrder
+    from vomstudio.studio.jobs.reconstruction_tasks import ReconstructionRequest
 
 QUALITIES = (
     (to_translate("Preview"), "preview", to_translate("takes minutes, to test the photos")),
@@ -50,11 +50,11 @@ class ReconstructionSettings:
         """The same without ground control."""
         return replace(self, control=None, marks=None, found=False)
 
-    def order(self, photos: Path, out: Path) -> ReconstructionOrder:
+    def order(self, photos: Path, out: Path) -> ReconstructionRequest:
         """The order for a worker: photos, folder of the results, and these settings."""
-        from vomstudio.studio.jobs.reconstruction_tasks import ReconstructionOrder
+        from vomstudio.studio.jobs.reconstruction_tasks import ReconstructionRequest
 
-        return ReconstructionOrder(
+        return ReconstructionRequest(
             photos,
             out,
             self.quality,

@@ -7,30 +7,30 @@ from pathlib import Path
 
 from vomstudio.photogrammetry.survey.check_results import SurveyReport
 from vomstudio.studio.jobs.job import Job
-from vomstudio.studio.jobs.photo_tasks import CHECK_PHOTOS, LIST_PHOTOS, PhotoList, PhotosIn
-from vomstudio.studio.jobs.survey_tasks import FORESEE, Forecast, ForecastOrder
+from vomstudio.studio.jobs.photo_tasks import CHECK_PHOTOS, LIST_PHOTOS, PhotoList, PhotosRequest
+from vomstudio.studio.jobs.survey_tasks import FORESEE, Forecast, ForecastRequest
 from vomstudio.ui.photos.photo_row import PhotoRow
 from vomstudio.ui.photos.reconstruction_settings import ReconstructionSettings
 
 Masks = dict[str, Path]
 
 
-def listing(folder: Path, cache: Path) -> tuple[Job[PhotosIn, PhotoList], PhotosIn]:
+def listing(folder: Path, cache: Path) -> tuple[Job[PhotosRequest, PhotoList], PhotosRequest]:
     """It looks at the masks that lie beside the photos."""
-    return LIST_PHOTOS, PhotosIn(folder, cache, None)
+    return LIST_PHOTOS, PhotosRequest(folder, cache, None)
 
 
 def check(
     folder: Path, cache: Path, masks: Masks | None
-) -> tuple[Job[PhotosIn, SurveyReport], PhotosIn]:
-    return CHECK_PHOTOS, PhotosIn(folder, cache, masks)
+) -> tuple[Job[PhotosRequest, SurveyReport], PhotosRequest]:
+    return CHECK_PHOTOS, PhotosRequest(folder, cache, masks)
 
 
 def forecast(
     folder: Path, rows: Sequence[PhotoRow], settings: ReconstructionSettings
-) -> tuple[Job[ForecastOrder, Forecast], ForecastOrder]:
+) -> tuple[Job[ForecastRequest, Forecast], ForecastRequest]:
     """What the settings mean for these photos."""
-    return FORESEE, ForecastOrder(
+    return FORESEE, ForecastRequest(
         folder,
         tuple((row.width, row.height) for row in rows),
         settings.quality,

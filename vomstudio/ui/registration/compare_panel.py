@@ -29,13 +29,13 @@ from vomstudio.project.records import Model
 from vomstudio.registration.distances.compare_options import CompareOptions
 from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.jobs.model_tasks import ExportedModel
-from vomstudio.studio.jobs.placed_model import StandingModel
+from vomstudio.studio.jobs.placed_model import PlacedModel
 from vomstudio.studio.jobs.registration_tasks import (
     COMPARE_MODELS,
     EXPORT_COMPARISON,
     ComparedModels,
-    CompareOrder,
     ComparisonExport,
+    ComparisonRequest,
 )
 from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.common import theme
@@ -60,8 +60,8 @@ _COLORED_PERCENT = 98.0
 class Held:
     """What was compared, and the figures of the command `compare`. fields : the file with them"""
 
-    model: StandingModel
-    benchmark: StandingModel
+    model: PlacedModel
+    benchmark: PlacedModel
     figures: dict[str, Any]
     fields: Path
 
@@ -182,8 +182,8 @@ class ComparePanel(QWidget):
         cache = studio.project.cache
         path = studio.project.find_model(model) or Path(kept.model_name)
         held = Held(
-            StandingModel(kept.model_name, path, cache, kept.to_world, crs),
-            StandingModel(
+            PlacedModel(kept.model_name, path, cache, kept.to_world, crs),
+            PlacedModel(
                 kept.benchmark, Path(kept.benchmark_path), cache, kept.benchmark_to_world, None
             ),
             dict(kept.figures),
@@ -274,7 +274,9 @@ class ComparePanel(QWidget):
             return
         cache = studio.project.cache
         out = file_for(studio.project.folder, new_id("comparison"))
-        order = CompareOrder(own.standing(cache), other.standing(cache), self._options(model), out)
+        order = ComparisonRequest(
+            own.standing(cache), other.standing(cache), self._options(model), out
+        )
         self.said.setText(tr("Comparing…"))
         self._job = studio.jobs.submit(
             COMPARE_MODELS,
@@ -294,7 +296,7 @@ class ComparePanel(QWidget):
         corners = transform.apply(transform.matrix(model.to_world), opened.data.bounds)
         return model.registration.placing_error_m(np.sort(corners, axis=0))
 
-    def _came(self, model_id: str, order: CompareOrder, made: ComparedModels) -> None:
+    def _came(self, model_id: str, order: ComparisonRequest, made: ComparedModels) -> None:
         held = Held(order.model, order.benchmark, made.figures, made.out)
         model = self._studio.records.get(model_id)
         kept = None if not isinstance(model, Model) else _as_kept(model, order, made)
@@ -372,7 +374,7 @@ class ComparePanel(QWidget):
         self.other.close_reading()
 
 
-def _as_kept(model: Model, order: CompareOrder, made: ComparedModels) -> KeptComparison:
+def _as_kept(model: Model, order: ComparisonRequest, made: ComparedModels) -> KeptComparison:
     return KeptComparison(
         model.id,
         model.name,

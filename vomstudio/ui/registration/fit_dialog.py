@@ -28,7 +28,7 @@ from vomstudio.project import edits
 from vomstudio.project.records import Model
 from vomstudio.registration.results import Placed
 from vomstudio.studio.jobs.events import Failed
-from vomstudio.studio.jobs.registration_tasks import FIT_TO_REFERENCE, FitOrder, FittedModel
+from vomstudio.studio.jobs.registration_tasks import FIT_TO_REFERENCE, FitRequest, FittedModel
 from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.explained import explain
@@ -240,7 +240,7 @@ class FitDialog(QDialog):
     def _changed(self) -> None:
         """Other points: place the model by them, and what was fitted is no more."""
         from vomstudio.registration.surface_points import some_points
-        from vomstudio.studio.placing.registering import placed_by_points
+        from vomstudio.studio.placing.registering import place_by_points
 
         self.placed = self.fitted = self._problem = None
         model, reference = self._model(), self.reference
@@ -255,7 +255,7 @@ class FitDialog(QDialog):
 
         def work() -> Placed:
             extent = None if opened is None else some_points(opened.data)
-            return placed_by_points(pairs, bounds, model, crs, extent)
+            return place_by_points(pairs, bounds, model, crs, extent)
 
         if len(pairs.labels) <= _FEW:
             self._solving.at_once(work)
@@ -371,7 +371,7 @@ class FitDialog(QDialog):
         cache = self._studio.project.cache
         self.fitted = None
         self.said.setText(tr("Fitting the surfaces…"))
-        order = FitOrder(
+        order = FitRequest(
             own.standing(cache),
             reference.standing(cache),
             not model.frame.has_metres,
@@ -401,14 +401,14 @@ class FitDialog(QDialog):
 
     def _record(self) -> Registration | None:
         """What was found, with the error of what the model was fitted to."""
-        from vomstudio.studio.placing.registering import add_reference_error, registration_of
+        from vomstudio.studio.placing.registering import add_reference_error, create_registration
 
         model, reference = self._model(), self.reference
         if model is None or reference is None or self.fitted is None:
             return None
         pairs = self.points.as_pairs() if self.points.pairs else None
         crs = reference.standing(self._studio.project.cache).crs
-        record = registration_of(self.fitted.placed, pairs, model, crs, reference.name)
+        record = create_registration(self.fitted.placed, pairs, model, crs, reference.name)
         return add_reference_error(
             record, reference.registration, scale_fitted=not model.frame.has_metres
         )
@@ -416,9 +416,9 @@ class FitDialog(QDialog):
     def accept(self) -> None:
         """Register the model by what was found."""
         from vomstudio.studio.placing.registering import (
-            sets_turned_deg,
-            sets_turned_finding,
-            turned_deg,
+            rotation_deg,
+            set_rotation_finding,
+            set_rotations_deg,
         )
 
         studio, before, reference = self._studio, self._model(), self.reference
@@ -430,11 +430,11 @@ class FitDialog(QDialog):
         after = studio.records[before.id]
         assert isinstance(after, Model)
         measured = studio.measured(f.id for f in studio.session.features())
-        turn_deg = turned_deg(before, after)
+        turn_deg = rotation_deg(before, after)
         names = {"model": before.name, "other": reference.name}
         studio.info(Finding("registration.fitted", **names, turn_deg=turn_deg))
-        turned = sets_turned_deg(studio.records, before, after, measured)
-        if (sets := sets_turned_finding(turned)) is not None:
+        turned = set_rotations_deg(studio.records, before, after, measured)
+        if (sets := set_rotation_finding(turned)) is not None:
             studio.info(sets)
         super().accept()
 

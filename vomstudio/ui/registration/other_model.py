@@ -19,7 +19,7 @@ from vomstudio.io.gis.crs import world_crs
 from vomstudio.project.records import Model
 from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.jobs.model_tasks import LOAD_MODEL, CachedModel, ModelFile
-from vomstudio.studio.jobs.placed_model import StandingModel
+from vomstudio.studio.jobs.placed_model import PlacedModel
 from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import start_folder
@@ -46,10 +46,10 @@ class OtherModel:
         """The registration, else the frame."""
         return self.registration or self.frame
 
-    def standing(self, cache: Path) -> StandingModel:
+    def standing(self, cache: Path) -> PlacedModel:
         """For a job. cache : of the project"""
         crs = world_crs(self.frame.crs, self.frame.unit_m) if self.frame.crs else None
-        return StandingModel(self.name, self.path, cache, self.to_world, crs, self.registration)
+        return PlacedModel(self.name, self.path, cache, self.to_world, crs, self.registration)
 
 
 def of_project(studio: Studio, model: Model) -> OtherModel | None:

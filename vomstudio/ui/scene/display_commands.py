@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QMenu
 
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr, tr_n
-from vomstudio.rendering.view.scalars import ELEVATION, FieldStyle, field_names, title_of
+from vomstudio.rendering.view.scalars import ELEVATION, FieldStyle, field_names, field_title
 from vomstudio.studio import display
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.command_targets import current_model
@@ -195,7 +195,7 @@ def fill_fields(menu: QMenu, studio: Studio) -> None:
     current = shown.styles.get(model.id)
     group = QActionGroup(menu)
     for name in field_names(opened.data):
-        text = tr("Elevation (Z)") if name == ELEVATION else title_of(name).replace("&", "&&")
+        text = tr("Elevation (Z)") if name == ELEVATION else field_title(name).replace("&", "&&")
         action = menu.addAction(text)
         action.setCheckable(True)
         action.setChecked(shown.mode == "field" and current is not None and current.name == name)

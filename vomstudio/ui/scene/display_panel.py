@@ -36,7 +36,7 @@ from vomstudio.rendering.view.scalars import (
     FieldStyle,
     Scale,
     field_names,
-    title_of,
+    field_title,
 )
 from vomstudio.studio import display
 from vomstudio.ui.common import theme
@@ -358,14 +358,14 @@ class DisplayPanel(QWidget):
             self.field.clear()
             for name in field_names(opened.data):
                 self.field.addItem(
-                    tr("Elevation (Z)") if name == ELEVATION else title_of(name), name
+                    tr("Elevation (Z)") if name == ELEVATION else field_title(name), name
                 )
         style = self._style_now()[1]
         if self.field.findData(style.name) < 0:
             # A project keeps how a field is shown, and the field itself only where a file has it.
             with QSignalBlocker(self.field):
                 self.field.addItem(
-                    tr("{field}: not there, calculate it again", field=title_of(style.name)),
+                    tr("{field}: not there, calculate it again", field=field_title(style.name)),
                     style.name,
                 )
         self.field.setCurrentIndex(self.field.findData(style.name))

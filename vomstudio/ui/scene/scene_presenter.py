@@ -35,7 +35,7 @@ from vomstudio.rendering.view.clipping import ClipBox
 from vomstudio.rendering.view.drawing import PREVIEW, FeatureDrawing, Symbol
 from vomstudio.rendering.view.first_view import first_view
 from vomstudio.rendering.view.scalars import field_names
-from vomstudio.rendering.view.symbols import small_disc, symbol_of_line, symbol_of_plane
+from vomstudio.rendering.view.symbols import line_symbol, plane_symbol, small_disc
 from vomstudio.studio.tools.interaction_types import Area, Button, Pointer, PointerEvent, Preview
 from vomstudio.studio.tools.polyline import rgb
 from vomstudio.ui.common.number_formatting import drawn_points, orientation_text
@@ -488,7 +488,7 @@ def symbol_of(
         return None
     if measured.plane is not None:
         plane = measured.plane
-        return symbol_of_plane(
+        return plane_symbol(
             plane.dip_direction_deg,
             plane.dip_deg,
             place,
@@ -496,5 +496,5 @@ def symbol_of(
             overturned=bool(getattr(feature, "overturned", False)),
         )
     if measured.line is not None:
-        return symbol_of_line(measured.line.trend_deg, measured.line.plunge_deg, place, extent)
+        return line_symbol(measured.line.trend_deg, measured.line.plunge_deg, place, extent)
     return None

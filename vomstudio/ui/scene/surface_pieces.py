@@ -13,7 +13,7 @@ from vomstudio.core.arrays import FloatArray
 from vomstudio.geometry.brush import PaintSurface
 from vomstudio.project.records import Model, Painted, Picked
 from vomstudio.studio.tools.interaction_types import Area
-from vomstudio.studio.tools.painted_area import area_of, enclosed_area
+from vomstudio.studio.tools.painted_area import enclosed_area, patch_area
 from vomstudio.ui.common.qt_background import QtBackground
 from vomstudio.ui.common.studio import Studio
 
@@ -51,7 +51,7 @@ class SurfacePieces:
         model, surface = found
         kept = self._kept_of(patch.id, patch.runs, model)
         if kept is None:
-            area = area_of(patch, model, surface)
+            area = patch_area(patch, model, surface)
             kept = self._kept[patch.id] = _Kept(patch.runs, model.to_world, area, False)
         return kept.area
 

@@ -37,7 +37,12 @@ from vomstudio.project.edit import Edit
 from vomstudio.project.measurement import Measurement
 from vomstudio.project.records import Model, get_feature
 from vomstudio.rendering.view.first_view import first_view
-from vomstudio.studio.view_quality import Direction, across_slip, depth_along, meeting_line
+from vomstudio.studio.view_quality import (
+    Direction,
+    depth_along,
+    direction_across_slip,
+    intersection_direction,
+)
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fold_box import FoldBox
 from vomstudio.ui.common.qt_background import NewestResult
@@ -295,14 +300,14 @@ class ViewPanel(QWidget):
     def _meeting(self) -> Direction | Finding:
         if len(self._studio.selection.ids) != 2:
             return Finding("selection.not-two-planes")
-        return meeting_line(self._chosen())
+        return intersection_direction(self._chosen())
 
     def _across_slip(self) -> Direction | Finding:
         current = self._studio.selection.current
         measured = {} if current is None else self._studio.measured([current])
         if current is None or current not in measured:
             return Finding("selection.no-slip")
-        return across_slip(measured[current])
+        return direction_across_slip(measured[current])
 
     def _plane(self) -> Plane | None:
         current = self._studio.selection.current

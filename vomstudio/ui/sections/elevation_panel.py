@@ -25,7 +25,7 @@ from vomstudio.products.elevation.dem_options import DemFiles, DemOptions
 from vomstudio.products.elevation.results import WrittenElevation
 from vomstudio.project.records import Model
 from vomstudio.studio.jobs.events import Failed
-from vomstudio.studio.jobs.product_tasks import ELEVATION, ElevationOrder
+from vomstudio.studio.jobs.product_tasks import ELEVATION, ElevationRequest
 from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.command_targets import may_replace, start_folder
@@ -165,7 +165,7 @@ class ElevationPanel(QWidget):
             self.target.setText(name)
             self.target.setModified(True)
 
-    def order(self) -> ElevationOrder | None:
+    def order(self) -> ElevationRequest | None:
         """None where it cannot be made."""
         model = self.model.chosen_model()
         if model is None or self.why_not() is not None:
@@ -177,7 +177,7 @@ class ElevationPanel(QWidget):
         if not self.grid.fields["limit_m"].isEnabled():
             others["limit_m"] = None
         frame = model.frame
-        return ElevationOrder(
+        return ElevationRequest(
             path,
             self._studio.project.cache,
             model.to_world,

@@ -17,7 +17,7 @@ from vomstudio.geology.orientation import Line, Plane
 from vomstudio.geometry import transform
 from vomstudio.geometry.view_frame import ViewFrame
 from vomstudio.project.records import FaceGrid, Model
-from vomstudio.studio.surfaces.face_grids import share_of
+from vomstudio.studio.surfaces.face_grids import compute_coverage
 
 _PROPOSED = 8.0
 """Cells along the longer side of a face, of the side that is proposed."""
@@ -94,7 +94,7 @@ class ShareQuestion:
 
 def answer(question: ShareQuestion) -> LookedAt:
     """In a thread."""
-    return share_of(question.grid, question.model, question.exposed, question.lines)
+    return compute_coverage(question.grid, question.model, question.exposed, question.lines)
 
 
 def figures_html(found: LookedAt, unit: str) -> str:

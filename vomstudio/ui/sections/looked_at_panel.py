@@ -15,7 +15,7 @@ from vomstudio.geology.coverage.face_coverage import LookedAt
 from vomstudio.geometry.mesh import Mesh
 from vomstudio.project import grid_edits
 from vomstudio.project.records import FaceGrid, Model, get, get_feature
-from vomstudio.studio.surfaces.face_grids import lines_on
+from vomstudio.studio.surfaces.face_grids import picked_lines
 from vomstudio.studio.tools.cells import CellsTool
 from vomstudio.ui.analyse.analysis_panel import AnalysisPanel
 from vomstudio.ui.common import theme
@@ -145,7 +145,7 @@ class LookedAtPanel(AnalysisPanel[ShareQuestion, LookedAt]):
             if model is not None
             else []
         )
-        lines = lines_on(studio.records, studio.measured(own), grid.model_id)
+        lines = picked_lines(studio.records, studio.measured(own), grid.model_id)
         return ShareQuestion(grid, model, exposed, lines)
 
     def _result_text(self, result: LookedAt) -> str:

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QInputDialog, QWidget
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.project import edits
-from vomstudio.studio.history import step_words
+from vomstudio.studio.history import step_title
 from vomstudio.ui.common.actions import Actions, Command
 from vomstudio.ui.common.command_targets import chosen_features, why_none_chosen
 from vomstudio.ui.common.long_boxes import fit_to_screen
@@ -92,7 +92,7 @@ def commands(studio: Studio, find: Callable[[], None], parent: QWidget) -> list[
 
 def _in_menu(label: str) -> str:
     """A step in the words of the menu, in which `&` would stand for a key."""
-    return step_words(label).replace("&", "&&")
+    return step_title(label).replace("&", "&&")
 
 
 def find_command(parent: QWidget, actions: Actions) -> None:

@@ -22,7 +22,7 @@ from vomstudio.project.exports.export import export_records
 from vomstudio.project.folder import SUFFIX, is_project
 from vomstudio.project.journal.failures import is_lost
 from vomstudio.project.records import Model
-from vomstudio.studio.discarded_work import discarded_works
+from vomstudio.studio.discarded_work import list_discarded_works
 from vomstudio.studio.jobs.events import Failed
 from vomstudio.studio.jobs.model_tasks import EXPORT_MODEL, ExportedModel, ModelExport
 from vomstudio.ui.common import file_filters
@@ -280,7 +280,7 @@ class Files(QObject):
     def ask_to_keep(self) -> bool:
         """Before the project is closed: save, close without saving, or stay (False)."""
         studio = self._studio
-        if studio.worth_asking:
+        if studio.has_work_to_save:
             box = QMessageBox(self._parent)
             box.setIcon(QMessageBox.Icon.Question)
             box.setText(tr("Save the changes to {project}?", project=as_words(self.project_name())))
@@ -409,7 +409,7 @@ class Files(QObject):
     def fill_discarded(self, menu: QMenu) -> None:
         """Untitled projects that were closed without saving, the newest 20."""
         menu.clear()
-        for work in discarded_works():
+        for work in list_discarded_works():
             action = menu.addAction(work.describe())
             action.setToolTip(tr("Opens the project; Undo restores the discarded work."))
             action.triggered.connect(lambda _=False, p=work.folder: self.open_path(p))

@@ -21,7 +21,7 @@ from vomstudio.project import catalogue
 from vomstudio.project.records import Model
 from vomstudio.studio.surfaces.facet_proposals import Proposals
 from vomstudio.studio.tools.interaction_types import Area, Hit
-from vomstudio.studio.tools.painted_area import area_of
+from vomstudio.studio.tools.painted_area import patch_area
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.number_formatting import area as area_text
 from vomstudio.ui.common.number_formatting import degrees
@@ -277,7 +277,7 @@ class FacetsPanel(ProposalsPanel):
             return " ".join(map(str, self._facets.findings))
         studio = self._studio
         lines = [share_text(proposals, self._facets.open, self._facets.accepted)]
-        lines += map(str, proposals.told.warnings)
+        lines += map(str, proposals.result.warnings)
         same = {patch.runs for patch in proposals.patches}
         picks = [
             f
@@ -297,7 +297,7 @@ class FacetsPanel(ProposalsPanel):
         opened = None if proposals is None else self._studio.models.get(proposals.model_id)
         if proposals is None or opened is None:
             return None
-        return area_of(proposals.patches[index], proposals.model, opened.surface)
+        return patch_area(proposals.patches[index], proposals.model, opened.surface)
 
     def _index_at(self, hit: Hit) -> int | None:
         proposals = self._facets.proposals

@@ -23,9 +23,9 @@ from vomstudio.studio.surfaces.measurable_planes import EXPECTED, MEASURABLE, se
 from vomstudio.studio.surfaces.surface_fields import (
     TO_MODEL,
     TO_PLANE,
-    WantedField,
+    FieldRequest,
+    field_values,
     statistics,
-    values_of,
 )
 from vomstudio.ui.common.studio import Studio
 from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, allow, narrow_form
@@ -225,17 +225,17 @@ class FieldsPanel(ModelPanel):
             set_names(studio.records), self._plane_id, "" if feature is None else feature.name
         )
 
-    def _wanted(self) -> WantedField | None:
+    def _wanted(self) -> FieldRequest | None:
         kind = str(self.kind.currentData())
         if kind == TO_PLANE:
-            return WantedField(kind, of=self._plane_id) if self._plane_id else None
+            return FieldRequest(kind, of=self._plane_id) if self._plane_id else None
         if kind == TO_MODEL:
             other = self.other.currentData()
-            return WantedField(kind, of=str(other)) if other else None
+            return FieldRequest(kind, of=str(other)) if other else None
         if kind in (MEASURABLE, EXPECTED):
-            asked = WantedField(kind, self.measured.length.value(), self.measured.meant())
-            return asked if asked.of and self._fields.plane_meant(asked) is not None else None
-        return WantedField(kind, self.radius.value())
+            asked = FieldRequest(kind, self.measured.length.value(), self.measured.meant())
+            return asked if asked.of and self._fields.resolve_plane(asked) is not None else None
+        return FieldRequest(kind, self.radius.value())
 
     def _show_rows(self) -> None:
         kind = str(self.kind.currentData())
@@ -283,7 +283,7 @@ class FieldsPanel(ModelPanel):
         model = self._model
         shown = None if model is None else self._fields.shown.get(model.id)
         opened = None if model is None else self._studio.models.get(model.id)
-        values = None if shown is None or opened is None else values_of(opened, shown.name)
+        values = None if shown is None or opened is None else field_values(opened, shown.name)
         if (
             values is not None
             and shown is not None
@@ -327,7 +327,7 @@ class FieldsPanel(ModelPanel):
         if (request := self._wanted()) is not None:
             self._show(model, request)
 
-    def _show(self, model: Model, wanted: WantedField) -> None:
+    def _show(self, model: Model, wanted: FieldRequest) -> None:
         palette = _FOR_THE_COLOUR_BLIND if self.safe.isChecked() else _WHEEL
         self._fields.ask(model.id, wanted, palette if wanted.kind == "dip_direction" else None)
 

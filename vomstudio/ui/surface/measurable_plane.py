@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QDoubleSpinBox, QLineEdit, QWidget
 from vomstudio.core.errors import InputError
 from vomstudio.core.words import tr
 from vomstudio.geology.notation import parse_plane
-from vomstudio.studio.surfaces.measurable_planes import OF_SET, TYPED
+from vomstudio.studio.surfaces.measurable_planes import PLANE_PREFIX, SET_PREFIX
 from vomstudio.ui.common.widgets import ComboBox, DoubleSpinBox, narrow_form
 
 _SELECTED = "selected"
@@ -58,8 +58,8 @@ class MeasurablePlane(QWidget):
     def list_sources(self, sets: Sequence[str], feature: str, name: str) -> None:
         """sets : of the project; feature : id of the one selected last, with its name"""
         self._feature = feature
-        wanted = [(tr("typed attitude"), TYPED)]
-        wanted += [(tr("mean of set {name}", name=each), OF_SET + each) for each in sets]
+        wanted = [(tr("typed attitude"), PLANE_PREFIX)]
+        wanted += [(tr("mean of set {name}", name=each), SET_PREFIX + each) for each in sets]
         if feature:
             wanted.append((tr("selected: {name}", name=name), _SELECTED))
         listed = [
@@ -72,33 +72,33 @@ class MeasurablePlane(QWidget):
                 for title, key in wanted:
                     self.source.addItem(title, key)
                 self.source.setCurrentIndex(max(self.source.findData(before), 0))
-        self._form.setRowVisible(self.attitude, self.source.currentData() == TYPED)
+        self._form.setRowVisible(self.attitude, self.source.currentData() == PLANE_PREFIX)
 
     def meant(self) -> str:
-        """As `measurable_planes.plane_meant` reads it; "" where nothing can be meant."""
+        """As `measurable_planes.resolve_plane` reads it; "" where nothing can be meant."""
         key = str(self.source.currentData())
         if key == _SELECTED:
             return self._feature
-        if key != TYPED:
+        if key != PLANE_PREFIX:
             return key
         try:
             plane = parse_plane(self.attitude.text().strip(), "dipdir/dip")
         except InputError:
             return ""
-        return f"{TYPED}{plane.dip_direction_deg:g}/{plane.dip_deg:g}"
+        return f"{PLANE_PREFIX}{plane.dip_direction_deg:g}/{plane.dip_deg:g}"
 
     def show_wanted(self, of: str, length: float) -> None:
         """What a project shows already."""
         with QSignalBlocker(self.length):
             self.length.setValue(length)
-        if of.startswith(TYPED):
+        if of.startswith(PLANE_PREFIX):
             with QSignalBlocker(self.attitude):
-                self.attitude.setText(of.removeprefix(TYPED))
-        found = self.source.findData(TYPED if of.startswith(TYPED) else of)
+                self.attitude.setText(of.removeprefix(PLANE_PREFIX))
+        found = self.source.findData(PLANE_PREFIX if of.startswith(PLANE_PREFIX) else of)
         if found >= 0:
             self.source.setCurrentIndex(found)
-        self._form.setRowVisible(self.attitude, self.source.currentData() == TYPED)
+        self._form.setRowVisible(self.attitude, self.source.currentData() == PLANE_PREFIX)
 
     def _source_chosen(self) -> None:
-        self._form.setRowVisible(self.attitude, self.source.currentData() == TYPED)
+        self._form.setRowVisible(self.attitude, self.source.currentData() == PLANE_PREFIX)
         self.changed.emit()

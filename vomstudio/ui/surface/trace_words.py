@@ -27,7 +27,7 @@ def summary_text(proposals: ProposedLines, open_count: int) -> str:
         return tr(
             "No line of {length:.3g} m or more stands out of the surface's noise. Look for shorter "
             "ones, or for something else.",
-            length=proposals.told.least_length_m,
+            length=proposals.result.least_length_m,
         )
     if proposals.known:
         text += " " + tr_n(
@@ -35,7 +35,7 @@ def summary_text(proposals: ProposedLines, open_count: int) -> str:
             "{count} more run along traces of the project or what was rejected.",
             proposals.known,
         )
-    return " ".join([text, *map(str, proposals.told.warnings)])
+    return " ".join([text, *map(str, proposals.result.warnings)])
 
 
 def reason_text(proposals: ProposedLines, line: ProposedLine) -> str:
@@ -50,7 +50,7 @@ def reason_text(proposals: ProposedLines, line: ProposedLine) -> str:
             evidence=line.evidence,
             length=line.length_m,
         ),
-        _doubt_text(line.doubt, proposals.told.surrogates),
+        _doubt_text(line.doubt, proposals.result.surrogates),
     ]
     if line.measured.problem:
         sentences.append(str(line.measured.problem))

@@ -23,7 +23,7 @@ from vomstudio.core.words import tr, tr_n
 from vomstudio.photogrammetry.survey.survey_options import FrameOptions
 from vomstudio.photogrammetry.survey.video import FrameReport, is_ours, verdict_of
 from vomstudio.studio.jobs.events import Failed
-from vomstudio.studio.jobs.survey_tasks import TAKE_FRAMES, FramesOrder
+from vomstudio.studio.jobs.survey_tasks import TAKE_FRAMES, FramesRequest
 from vomstudio.studio.running_jobs import RunningJob
 from vomstudio.ui.common import file_filters
 from vomstudio.ui.common.command_targets import start_folder
@@ -159,7 +159,7 @@ class VideoDialog(QDialog):
 
         self._job = studio.jobs.submit(
             TAKE_FRAMES,
-            FramesOrder(video, folder, options, force),
+            FramesRequest(video, folder, options, force),
             title=tr("Frames of {video}", video=video.name),
             on_done=done,
             on_failed=failed,

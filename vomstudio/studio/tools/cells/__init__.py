@@ -1,4 +1,4 @@
-"""The tool that marks the cells of a grid."""
+"""Tool that marks the cells of a grid."""
 
 from vomstudio.studio.tools.cells.tool import TOOL, CellsTool
 

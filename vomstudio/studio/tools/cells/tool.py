@@ -1,4 +1,4 @@
-"""The tool that marks the cells of a grid: a click, or a key over a cell, says what was found."""
+"""Tool that marks the cells of a grid by a click, or by a key over a cell."""
 
 from __future__ import annotations
 
@@ -14,15 +14,20 @@ from vomstudio.project import grid_edits
 from vomstudio.project.records import FaceGrid, Model, get
 from vomstudio.studio.tools.interaction_types import Button, Hit, Pointer, PointerEvent, Preview
 from vomstudio.studio.tools.tool_context import ToolContext
-from vomstudio.studio.tools.tool_entry import NothingOpen, ToolEntry
+from vomstudio.studio.tools.tool_entry import StatelessTool, ToolEntry
 
 _COLOR = (1.0, 1.0, 1.0)
 
 
-class CellsTool(NothingOpen):
-    """Nothing is ever unfinished: each mark is an edit of its own.
+class CellsTool(StatelessTool):
+    """Tool that marks cells. Each mark is a separate edit.
 
-    mark : what a click says; under : grid and cell under the cursor, None where there is none
+    Attributes
+    ----------
+    mark : str
+        Mark of the next click.
+    under : (str, int) or None
+        Grid and cell under the cursor.
     """
 
     name = "cells"
@@ -52,9 +57,9 @@ class CellsTool(NothingOpen):
     def why_not_cancel(self) -> Finding | None:
         return Finding("cells.marked-at-once")
 
-    # --- what is done ------------------------------------------------------------------------
+    # --- marks --------------------------------------------------------------------------------
     def mark_here(self, mark: str) -> None:
-        """Mark the cell under the cursor, and go on with this mark."""
+        """Mark the cell under the cursor, and use this mark for the next clicks."""
         self.mark = mark
         if self.under is not None:
             self._apply(*self.under, mark)
@@ -64,14 +69,14 @@ class CellsTool(NothingOpen):
         if event.kind is Pointer.MOVE:
             self._move(event.hit)
         elif event.kind is Pointer.CLICK and event.button is Button.LEFT:
-            # The second click of a double click would take the mark away again.
+            # The second click of a double click would remove the mark.
             self._move(event.hit)
             if self.under is None:
                 self._context.hint(Finding("grid.no-cell"))
                 return
             grid_id, cell = self.under
-            there = self._marks(grid_id)[cell]
-            self._apply(grid_id, cell, OPEN if there == self.mark else self.mark)
+            current_mark = self._marks(grid_id)[cell]
+            self._apply(grid_id, cell, OPEN if current_mark == self.mark else self.mark)
 
     def _apply(self, grid_id: str, cell: int, mark: str) -> None:
         session = self._context.session
@@ -80,7 +85,7 @@ class CellsTool(NothingOpen):
         try:
             session.apply(grid_edits.mark_cells(session.records, grid_id, [cell], mark))
         except DocumentError as error:
-            self._context.say(error)
+            self._context.report(error)
         self._show()
 
     def _marks(self, grid_id: str) -> str:
@@ -88,13 +93,13 @@ class CellsTool(NothingOpen):
         return "" if grid is None else grid_edits.marks_of(grid)
 
     def _move(self, hit: Hit | None) -> None:
-        found = None if hit is None else self._cell(hit)
-        if found != self.under:
-            self.under = found
+        cell = None if hit is None else self._cell(hit)
+        if cell != self.under:
+            self.under = cell
             self._show()
 
     def _cell(self, hit: Hit) -> tuple[str, int] | None:
-        """The newest grid of the model that has a cell there."""
+        """Return the newest grid of the model with a cell at a hit, and the cell."""
         place = np.array([hit.position])
         for grid in reversed(self._context.session.of(FaceGrid)):
             if grid.model_id == hit.model_id:
@@ -103,7 +108,7 @@ class CellsTool(NothingOpen):
                     return grid.id, cell
         return None
 
-    # --- what is seen ------------------------------------------------------------------------
+    # --- preview ------------------------------------------------------------------------------
     def _show(self) -> None:
         records = self._context.session.records
         grid = None if self.under is None else get(records, self.under[0], FaceGrid)
@@ -113,13 +118,13 @@ class CellsTool(NothingOpen):
             return
         cells, cell = _in_file(grid), self.under[1]
         corners = transform.apply(model.to_world, cells.corners(np.array([cell]))[0])
-        told = tr(TITLES[grid_edits.marks_of(grid)[cell]])
-        said = tr(
-            "{grid}, cell {cell}: {mark}", grid=grid.name, cell=cell_name(cells, cell), mark=told
+        title = tr(TITLES[grid_edits.marks_of(grid)[cell]])
+        text = tr(
+            "{grid}, cell {cell}: {mark}", grid=grid.name, cell=cell_name(cells, cell), mark=title
         )
-        self._context.show(Preview(np.zeros((0, 3)), patch=corners, color=_COLOR, reading=(said,)))
+        self._context.show(Preview(np.zeros((0, 3)), patch=corners, color=_COLOR, reading=(text,)))
 
-    # --- as every tool -----------------------------------------------------------------------
+    # --- protocol of tools --------------------------------------------------------------------
     def leave(self) -> None:
         self.under = None
         self._context.show(None)

@@ -125,7 +125,7 @@ class CompassBox(QWidget):
     def _take_field_reading(self) -> None:
         """Of a plane or line that is selected together with a reading of the field book, that is
         what was read."""
-        from vomstudio.studio.placing.known_planes import field_text, kind_read
+        from vomstudio.studio.placing.known_planes import field_text, reading_kind
 
         studio = self._studio
         if self._model is None or self._used is None or not self.reading.isEnabled():
@@ -136,7 +136,7 @@ class CompassBox(QWidget):
             return
         said = field_text(
             studio.measured(read)[read[0]],
-            kind_read(measured),
+            reading_kind(measured),
             self._used.turned_deg,
             studio.settings.notation,
         )
@@ -147,14 +147,14 @@ class CompassBox(QWidget):
         """Name the plane or line that is selected, or say why none can be read."""
         if self._model is None:
             return
-        from vomstudio.studio.placing.known_planes import kind_read
+        from vomstudio.studio.placing.known_planes import reading_kind
         from vomstudio.ui.common.number_formatting import orientation_text
 
         record, measured, why = self._feature(self._model)
         notation = self._studio.settings.notation
         example = format_plane(Plane(213.0, 45.0), notation)
         if why is None and record is not None and measured is not None:
-            if kind_read(measured) == "lineation":
+            if reading_kind(measured) == "lineation":
                 example = "130/25"
             here = orientation_text(measured, notation)
             self.of.setText(
@@ -174,9 +174,9 @@ class CompassBox(QWidget):
     def take(self) -> None:
         """What was typed becomes a reading of the selected plane or line."""
         from vomstudio.studio.placing.known_planes import (
-            kind_read,
-            reading_of,
-            typed_reading,
+            create_reading,
+            parse_reading,
+            reading_kind,
         )
 
         studio = self._studio
@@ -186,11 +186,13 @@ class CompassBox(QWidget):
         if why is not None or measured is None:
             return
         try:
-            said = typed_reading(self.reading.text(), kind_read(measured), studio.settings.notation)
+            said = parse_reading(
+                self.reading.text(), reading_kind(measured), studio.settings.notation
+            )
         except VomError as error:
             studio.warn(error)
             return
-        new = reading_of(record, measured, said, self._names())
+        new = create_reading(record, measured, said, self._names())
         if studio.attempt(edits.add_features, [new]):
             self.reading.clear()
 

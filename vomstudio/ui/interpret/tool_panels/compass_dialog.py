@@ -121,7 +121,7 @@ class CompassDialog(QDialog):
     def _say(self, _: object = None) -> None:
         """Show what follows, or what is missing."""
         from vomstudio.registration.north import default_north_sigma_deg
-        from vomstudio.studio.placing.read_north import north_of
+        from vomstudio.studio.placing.read_north import resolve_north
 
         word: NorthKind = self.north.currentData()
         for field, shown in (
@@ -141,7 +141,7 @@ class CompassDialog(QDialog):
             made = self.typed()
             known = self._known(made)
             self._show_known(made, known)
-            used, said = north_of(made, known)
+            used, said = resolve_north(made, known)
         except VomError as error:
             made, problem = None, cause_of(error)
         else:

@@ -205,12 +205,12 @@ class ControlPanel(QWidget):
         a matter of milliseconds, else beside the window."""
         from vomstudio.registration.surface_points import some_points
         from vomstudio.studio.placing.known_planes import compass_table
-        from vomstudio.studio.placing.registering import pairs_of, placed_by_points
+        from vomstudio.studio.placing.registering import control_pairs, place_by_points
 
         model = self.model
         opened = None if model is None else self._studio.models.get(model.id)
         bounds = None if opened is None else opened.data.bounds
-        pairs, lines = pairs_of(self._points), tuple(self._lines)
+        pairs, lines = control_pairs(self._points), tuple(self._lines)
         self._found = len(pairs.labels)
         self._reach = float(np.ptp(pairs.model, axis=0).max()) if self._found > 1 else 0.0
         compass = compass_table(lines, self.readings.seen)
@@ -222,7 +222,7 @@ class ControlPanel(QWidget):
             if model is None:
                 raise GeometryError(Finding("action.no-model"))
             extent = None if opened is None else some_points(opened.data)
-            return placed_by_points(
+            return place_by_points(
                 pairs,
                 bounds,
                 model,
@@ -292,22 +292,24 @@ class ControlPanel(QWidget):
         self._explain_button(problem)
 
     def _show_placed(self, placed: Placed | None, text: str) -> None:
-        from vomstudio.studio.placing.registering import expected
+        from vomstudio.studio.placing.registering import expected_positions
 
         self.placed = placed
         self.said.setText(text)
         self._show_residuals()
         self._show_map()
-        places = {} if self.model is None else expected(self._points, self.placed, self.model)
+        places = (
+            {} if self.model is None else expected_positions(self._points, self.placed, self.model)
+        )
         self._tool.expect(places, _RING * self._reach * self._metres())
 
     def _show_residuals(self) -> None:
-        from vomstudio.studio.placing.known_lines import line_misses
+        from vomstudio.studio.placing.known_lines import line_residuals
 
         placed = self.placed
         self.table.show_residuals(self._points, placed)
         seen, turned = self.readings.seen, 0.0 if self.north is None else self.north.turned_deg
-        off = [] if placed is None else line_misses(self._lines, placed, seen, turned)
+        off = [] if placed is None else line_residuals(self._lines, placed, seen, turned)
         wrong = set() if placed is None else {blunder.label for blunder in placed.blunders}
         tips = reading_tips(self._lines, self.readings, placed, turned, self._studio)
         self.lines.show_residuals(self._lines, {miss.id: miss.off for miss in off}, wrong, tips)
@@ -421,7 +423,7 @@ class ControlPanel(QWidget):
         """The points of a file become control points of a model."""
         from vomstudio.io.control.control_files import crs_of
         from vomstudio.io.control.observation_tables import read_points
-        from vomstudio.studio.placing.registering import take_in
+        from vomstudio.studio.placing.registering import import_control_points
 
         try:
             pairs = read_points(path)
@@ -429,7 +431,7 @@ class ControlPanel(QWidget):
         except VomError as error:
             self._studio.warn(error, "error")
             return
-        if not self._studio.attempt(take_in, model, pairs, self._points_on(model)):
+        if not self._studio.attempt(import_control_points, model, pairs, self._points_on(model)):
             return
         if crs:
             self.field.setText(crs)
@@ -484,29 +486,31 @@ class ControlPanel(QWidget):
 
     def apply(self) -> None:
         """Register the model by the points, lines and planes."""
-        from vomstudio.studio.placing.known_lines import usable
-        from vomstudio.studio.placing.known_planes import placing
+        from vomstudio.studio.placing.known_lines import placement_lines
+        from vomstudio.studio.placing.known_planes import placement_readings
         from vomstudio.studio.placing.registering import (
-            pairs_of,
-            registration_of,
-            sets_turned_deg,
-            sets_turned_finding,
-            turned_deg,
+            control_pairs,
+            create_registration,
+            rotation_deg,
+            set_rotation_finding,
+            set_rotations_deg,
         )
 
         before, placed = self.model, self.placed
         if before is None or placed is None:
             return
         north = None if self.north is None else used_north(self.north, self._lines)
-        record = registration_of(placed, pairs_of(self._points), before, self.crs, read_north=north)
+        record = create_registration(
+            placed, control_pairs(self._points), before, self.crs, read_north=north
+        )
         if not self._studio.attempt(edits.set_registration, record, [before.id]):
             return
         after = self._studio.records[before.id]
         assert isinstance(after, Model)
         studio = self._studio
         measured = studio.measured(f.id for f in studio.session.features())
-        points, lines = len(placed.control), len(usable(self._lines))
-        readings = len(placing(self._lines, self.readings.seen))
+        points, lines = len(placed.control), len(placement_lines(self._lines))
+        readings = len(placement_readings(self._lines, self.readings.seen))
         studio.info(
             Finding(
                 "registration.applied",
@@ -515,10 +519,10 @@ class ControlPanel(QWidget):
                 points=points,
                 lines=lines,
                 readings=readings,
-                turn_deg=turned_deg(before, after),
+                turn_deg=rotation_deg(before, after),
             )
         )
-        sets = sets_turned_finding(sets_turned_deg(studio.records, before, after, measured))
+        sets = set_rotation_finding(set_rotations_deg(studio.records, before, after, measured))
         if sets is not None:
             studio.info(sets)
 

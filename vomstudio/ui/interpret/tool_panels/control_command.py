@@ -37,16 +37,16 @@ def copy_register(
     click_sigma_m : error of the click on the model as typed, None for the default"""
     from vomstudio.io.control.writing import write_compass, write_pairs
     from vomstudio.studio.placing.known_planes import compass_table
-    from vomstudio.studio.placing.read_north import as_the_command
-    from vomstudio.studio.placing.registering import pairs_of
+    from vomstudio.studio.placing.read_north import to_register_options
+    from vomstudio.studio.placing.registering import control_pairs
 
-    pairs = pairs_of(points)
+    pairs = control_pairs(points)
     table = compass_table(lines, readings.seen)
     turn = 0.0
     register = RegisterOptions()
     used = None if north is None else used_north(north, lines)
     if used is not None:
-        counted = as_the_command(readings.compass, used, pairs, crs)
+        counted = to_register_options(readings.compass, used, pairs, crs)
         if counted is None:
             turn, counted = used.turned_deg, RegisterOptions(north_sigma_deg=used.doubt_deg)
         register = counted
@@ -110,11 +110,11 @@ def add_known_lines(
     turned_deg : float
         Correction that is added to azimuths.
     """
-    from vomstudio.studio.placing.known_lines import usable
+    from vomstudio.studio.placing.known_lines import placement_lines
 
     names = {"level": "level", "plumb": "plumb", "azimuth": "bearing", "length": "scale"}
     texts: dict[str, list[str]] = {name: [] for name in names.values()}
-    for line in usable(lines):
+    for line in placement_lines(lines):
         value = line.value
         if line.kind == "azimuth" and value is not None and turned_deg:
             value = (value + turned_deg) % 360.0

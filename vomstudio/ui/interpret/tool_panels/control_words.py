@@ -33,10 +33,10 @@ def in_short(
     readings: Readings,
 ) -> Finding:
     """Why there is no placement, or what is to be done next. found : so many points are found"""
-    from vomstudio.studio.placing.known_lines import usable
-    from vomstudio.studio.placing.known_planes import placing
+    from vomstudio.studio.placing.known_lines import placement_lines
+    from vomstudio.studio.placing.known_planes import placement_readings
 
-    if usable(lines) or placing(lines, readings.seen):
+    if placement_lines(lines) or placement_readings(lines, readings.seen):
         return finding_of(error)
     if not points:
         if any(not line.complete for line in lines):
@@ -53,11 +53,11 @@ def in_short(
 def placement_text(placed: Placed, model: Model | None, crs: str | None) -> str:
     """What a geologist must know of it."""
     from vomstudio.registration.warnings import vertical_error_findings
-    from vomstudio.studio.placing.known_lines import frame_after
+    from vomstudio.studio.placing.known_lines import frame_after_placement
 
     said = [_worth(placed)]
     if model is not None and not placed.known.all:
-        known = frame_after(placed, model, crs).known_text()
+        known = frame_after_placement(placed, model, crs).known_text()
         then = [
             tr("After registering: {known}", known=known),
             *map(str, vertical_error_findings(placed)),

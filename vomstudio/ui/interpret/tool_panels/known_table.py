@@ -173,9 +173,9 @@ def value_text(line: KnownLine, notation: str) -> str:
 
 
 def _read_anew(line: KnownLine, text: str, notation: str) -> KnownLine:
-    from vomstudio.studio.placing.known_planes import typed_reading
+    from vomstudio.studio.placing.known_planes import parse_reading
 
-    said = typed_reading(text, "plane" if line.kind == "plane" else "lineation", notation)
+    said = parse_reading(text, "plane" if line.kind == "plane" else "lineation", notation)
     return replace(
         line,
         value=said.azimuth_deg,

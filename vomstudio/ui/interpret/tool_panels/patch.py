@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
 from vomstudio.core.findings import Finding
 from vomstudio.core.words import tr
 from vomstudio.project.measurement_cache import Measurement
-from vomstudio.studio.tools.patch import LARGEST_RADIUS, SMALLEST_RADIUS, PatchTool
+from vomstudio.studio.tools.patch import MAX_RADIUS_M, MIN_RADIUS_M, PatchTool
 from vomstudio.ui.common.explained import explain
 from vomstudio.ui.common.fit_view import FitView
 from vomstudio.ui.common.studio import Studio
@@ -42,7 +42,7 @@ class PatchPanel(QWidget):
         self.radius = DoubleSpinBox()
         self.radius.setObjectName("brush_radius")
         self.radius.setDecimals(3)
-        self.radius.setRange(SMALLEST_RADIUS, LARGEST_RADIUS)
+        self.radius.setRange(MIN_RADIUS_M, MAX_RADIUS_M)
         self.radius.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
         self.radius.setKeyboardTracking(False)
         self.radius.setToolTip(tr("Radius of the brush ([ and ] in the viewport)."))

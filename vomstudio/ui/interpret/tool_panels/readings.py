@@ -15,7 +15,7 @@ from vomstudio.ui.common.studio import Studio
 
 if TYPE_CHECKING:
     from vomstudio.registration.north import North
-    from vomstudio.studio.placing.known_planes import OnModel
+    from vomstudio.studio.placing.known_planes import ModelDirection
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +23,7 @@ class Readings:
     """compass : what was said of it, None for nothing; seen : by the ids of the readings"""
 
     compass: Compass | None
-    seen: Mapping[str, OnModel]
+    seen: Mapping[str, ModelDirection]
 
     @classmethod
     def none(cls) -> Readings:
@@ -38,17 +38,19 @@ class Readings:
         there = {line.feature_id for line in lines if line.by_compass} & set(studio.records)
         if not there:
             return cls(compass, {})
-        from vomstudio.studio.placing.known_planes import directions_of
+        from vomstudio.studio.placing.known_planes import measure_directions
 
-        return cls(compass, directions_of(lines, studio.measured(there), model))
+        return cls(compass, measure_directions(lines, studio.measured(there), model))
 
     def counted(self, known: Callable[[Compass], North]) -> tuple[ReadNorth, str]:
         """How azimuths are counted, and a sentence on that. Raises UsageError, InputError where
         that is not known."""
-        from vomstudio.studio.placing.read_north import AS_READ, north_of
+        from vomstudio.studio.placing.read_north import GRID_NORTH, resolve_north
 
         return (
-            (AS_READ, "") if self.compass is None else north_of(self.compass, known(self.compass))
+            (GRID_NORTH, "")
+            if self.compass is None
+            else resolve_north(self.compass, known(self.compass))
         )
 
     def same_as(self, other: Readings) -> bool:
@@ -61,12 +63,12 @@ def known_north(
 ) -> North:
     """What is known of place and day of readings on a model. crs : of the points. Raises
     UsageError."""
-    from vomstudio.studio.placing.read_north import known_of
-    from vomstudio.studio.placing.registering import pairs_of
+    from vomstudio.studio.placing.read_north import north_inputs
+    from vomstudio.studio.placing.registering import control_pairs
 
     opened = studio.models.get(model.id)
     bounds = None if opened is None else opened.data.bounds
-    return known_of(compass, model, bounds, pairs_of(points), crs)
+    return north_inputs(compass, model, bounds, control_pairs(points), crs)
 
 
 def counted(lines: Sequence[KnownLine]) -> bool:

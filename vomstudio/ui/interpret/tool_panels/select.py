@@ -16,9 +16,9 @@ from PySide6.QtWidgets import (
 
 from vomstudio.core.words import tr
 from vomstudio.project.measurement_cache import Measurement
-from vomstudio.studio.tools.growth import LARGEST_ANGLE, LARGEST_DISTANCE, LEAST_ANGLE
+from vomstudio.studio.tools.growth import MAX_ANGLE_DEG, MAX_DISTANCE_M, MIN_ANGLE_DEG
 from vomstudio.studio.tools.select import SelectTool
-from vomstudio.studio.tools.select_preview import LIVE
+from vomstudio.studio.tools.select_preview import MAX_LIVE_ELEMENTS
 from vomstudio.ui.common import theme
 from vomstudio.ui.common.actions import plain
 from vomstudio.ui.common.explained import explain
@@ -89,7 +89,7 @@ class SelectPanel(QWidget):
         growth, tool = self._tool.growth, self._tool
         self.angle, self.distance = DoubleSpinBox(), DoubleSpinBox()
         self.angle.setObjectName("grow_angle")
-        self.angle.setRange(LEAST_ANGLE, LARGEST_ANGLE)
+        self.angle.setRange(MIN_ANGLE_DEG, MAX_ANGLE_DEG)
         self.angle.setDecimals(0)
         self.angle.setSuffix("°")
         self.angle.setValue(growth.angle_deg)
@@ -98,7 +98,7 @@ class SelectPanel(QWidget):
         )
         self.angle.valueChanged.connect(lambda value: tool.set_tolerance(angle_deg=value))
         self.distance.setObjectName("grow_distance")
-        self.distance.setRange(0.0, LARGEST_DISTANCE)
+        self.distance.setRange(0.0, MAX_DISTANCE_M)
         self.distance.setDecimals(4)
         self.distance.setSpecialValueText(tr("by the model"))
         self.distance.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
@@ -131,7 +131,7 @@ class SelectPanel(QWidget):
             return
         tool, studio = self._tool, self._studio
         self.type_box.choose(studio.next_type_id)
-        self._tolerances.setVisible(tool.way == "grow")
+        self._tolerances.setVisible(tool.mode == "grow")
         with QSignalBlocker(self.angle), QSignalBlocker(self.distance):
             self.angle.setValue(tool.growth.angle_deg)
             self.distance.setValue(tool.growth.distance or 0.0)
@@ -139,7 +139,7 @@ class SelectPanel(QWidget):
         self.by_value.refresh()
         if not self.set_edit.isModified():
             self.set_edit.setText(studio.next_set)
-        chosen = tool.chosen
+        chosen = tool.selection
         model = None if chosen is None else studio.records.get(chosen.model_id)
         self.count.setVisible(chosen is not None)
         if chosen is not None and model is not None:
@@ -160,7 +160,10 @@ class SelectPanel(QWidget):
         self._hint.setText(
             tr("Draw around a piece of the outcrop, or click it. The right button orbits.")
             if chosen is None
-            else tr("Of more than {most:,} the plane is shown once they are a patch.", most=LIVE)
+            else tr(
+                "Of more than {most:,} the plane is shown once they are a patch.",
+                most=MAX_LIVE_ELEMENTS,
+            )
         )
 
 

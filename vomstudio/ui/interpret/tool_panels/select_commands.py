@@ -10,13 +10,13 @@ from vomstudio.project.kinds.patch import Patch
 from vomstudio.project.records import get
 from vomstudio.studio.tools.element_selection import COMBINATIONS, Combine
 from vomstudio.studio.tools.select import SelectTool
-from vomstudio.studio.tools.selection_messages import STEPS, Way
+from vomstudio.studio.tools.selection_messages import STEPS, SelectMode
 from vomstudio.ui.common.actions import Command
 from vomstudio.ui.common.studio import Studio
 
 Keys = str | tuple[str, ...]
 
-WAYS: dict[Way, tuple[str, str, str]] = {
+WAYS: dict[SelectMode, tuple[str, str, str]] = {
     "grow": (
         "auto-fix",
         "G",
@@ -84,18 +84,18 @@ class _Selecting:
             self.tool.changes.take_patch(found)
 
     # --- its commands ------------------------------------------------------------------------
-    def way(self, way: Way) -> Command:
+    def way(self, way: SelectMode) -> Command:
         icon, key, tip = WAYS[way]
         return Command(
             f"select_{way}",
             tr(STEPS[way]),
-            lambda: self.tool.set_way(way),
+            lambda: self.tool.set_mode(way),
             icon,
             key,
             tr(tip),
             self.not_selecting,
             in_viewport=True,
-            checked=lambda: self.tool.way == way,
+            checked=lambda: self.tool.mode == way,
         )
 
     def combine(self, how: Combine) -> Command:
@@ -187,7 +187,7 @@ def commands(studio: Studio) -> list[Command]:
         plain(
             "hide_elements",
             tr("Hide what is chosen"),
-            tool.hide_chosen,
+            tool.hide_selected,
             "eye-off-outline",
             "H",
             tr("Hides what is chosen of the model. Undo shows it again."),
