@@ -36,7 +36,7 @@ from vomstudio.registration.marks.mark_errors import (
     mark_scatter_findings,
     marks_disagree,
 )
-from vomstudio.registration.marks.wrong_marks import WrongMark, agreeing, meet, misplaced
+from vomstudio.registration.marks.wrong_marks import WrongMark, find_agreeing, find_misplaced, meet
 from vomstudio.registration.scatter import drift_findings
 from vomstudio.registration.similarity import fit_similarity
 
@@ -189,7 +189,7 @@ def _marked_points(
         others = [k for k in fitted.used if k != i]
         if len(others) >= WANTED_POINTS - 1 and len(seen[i].views) >= 2:
             point_marks = seen[i].in_views(placed)
-            rows, outliers = misplaced(
+            rows, outliers = find_misplaced(
                 point.label, point_marks, ground.local[i], agreement_px(mark_px), limit
             )
             seen[i] = seen[i].select(rows)
@@ -273,7 +273,7 @@ def _observations(
     findings: list[Finding] = []
     mark_px = mark_error_px([point_marks.in_views(scene) for point_marks in by_label.values()])
     for label, point_marks in by_label.items():
-        rows, wrong = agreeing(label, point_marks.in_views(scene), agreement_px(mark_px))
+        rows, wrong = find_agreeing(label, point_marks.in_views(scene), agreement_px(mark_px))
         by_label[label] = point_marks.select(rows)
         findings += [mark.finding for mark in wrong]
     findings += labels_on_one_spot(marks)

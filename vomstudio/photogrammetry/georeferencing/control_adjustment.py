@@ -100,7 +100,7 @@ class GroundPoints:
         misses = (fit(places) - wanted)[good]
         used = [i for i, keep in zip(self.fitting, good, strict=True) if keep]
         stated = self.errors(scene, fit, used) if self.surveyed else None
-        scatter = scatter_of(wanted[good], misses, stated, in_order=True)
+        scatter = scatter_of(wanted[good], misses, stated, is_ordered=True)
         # What is exact in every digit is not known better than a part of a pixel.
         if not scatter.covariance.any():
             scatter = scatter_of(wanted[good], misses, _PART_OF_PIXEL * self.pixel)

@@ -184,7 +184,7 @@ def _scatter(
     determine it.
     """
     each = None if stated is None else np.array([stated, stated, HEIGHTS_WORSE * stated])
-    scatter = scatter_of(local[used], (centres - local)[used], each, in_order=True)
+    scatter = scatter_of(local[used], (centres - local)[used], each, is_ordered=True)
     sigma = scatter.horizontal_sigma
     inside = local[used] - local[used].mean(axis=0)
     baseline = float(np.sqrt((inside**2).sum(1).mean()))

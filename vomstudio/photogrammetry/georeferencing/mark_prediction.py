@@ -21,7 +21,7 @@ from vomstudio.io.control.points import ControlPoint, Mark
 from vomstudio.io.photos.cameras_file import FILE_NAME, Cameras, read_cameras
 from vomstudio.io.photos.photo_names import photo_finder
 from vomstudio.registration.marks.mark_errors import Marks, mark_distances
-from vomstudio.registration.marks.wrong_marks import agreeing
+from vomstudio.registration.marks.wrong_marks import find_agreeing
 from vomstudio.registration.similarity import Similarity, fit_robustly, nearly_on_a_line
 
 Pixel = tuple[float, float]
@@ -229,7 +229,7 @@ class PlacedPhotos:
                 distances = mark_distances(part_marks, place[0])
                 names = [view.name for view in part_marks.views]
                 residuals |= dict(zip(names, distances.tolist(), strict=True))
-                wrong = agreeing(label, part_marks, BAD_PX)[1]
+                wrong = find_agreeing(label, part_marks, BAD_PX)[1]
                 if (
                     len(distances) >= _FEWEST_TO_SUSPECT
                     and wrong

@@ -79,12 +79,12 @@ def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
     from vomstudio.registration.by_model.starting import (
         box_of,
         points_and_spacing,
+        replace_scale,
         similarity_of,
-        with_scale,
     )
     from vomstudio.registration.evidence import Evidence, register
-    from vomstudio.registration.overlap import refuse_apart
-    from vomstudio.registration.placing import with_warnings
+    from vomstudio.registration.overlap import require_overlap
+    from vomstudio.registration.placing import prepend_warnings
 
     registration = asked.model.registration
     points, spacing = points_and_spacing(
@@ -99,11 +99,11 @@ def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
         # One point or two help the surfaces, but do not say where these begin.
         start = stands
         names = (asked.model.name, asked.reference.name)
-        refuse_apart(box_of(start(points)), box_of(there), names)
+        require_overlap(box_of(start(points)), box_of(there), names)
     else:
         start = similarity_of(register(evidence).matrix)
         if not asked.scale:
-            start = with_scale(start, stands.scale, points.mean(axis=0))
+            start = replace_scale(start, stands.scale, points.mean(axis=0))
     flags, about_stable = _stable(there, asked, progress)
     fitted = fit_to_reference(
         points,
@@ -116,7 +116,7 @@ def _fit(asked: FitOrder, progress: Progress) -> FittedModel:
         progress=progress,
     )
     evidence.reference = fitted.observation
-    placed = with_warnings(register(evidence), (*about_stable, *fitted.warnings))
+    placed = prepend_warnings(register(evidence), (*about_stable, *fitted.warnings))
     if not placed.known.all:
         raise GeometryError(Finding("registration.undetermined", parameters=fitted.free))
     return FittedModel(
@@ -159,7 +159,9 @@ def _stable(
         low, high = np.array(part.box)
         flags &= ((there >= low) & (there <= high)).all(axis=1)
     if part.polygons is not None:
-        inside, messages = stable.in_polygons(there, part.polygons, order.reference.crs, progress)
+        inside, messages = stable.find_inside_polygons(
+            there, part.polygons, order.reference.crs, progress
+        )
         flags &= inside
     if part.model is not None:
         from vomstudio.registration.by_model.starting import points_and_spacing

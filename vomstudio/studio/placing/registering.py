@@ -30,7 +30,7 @@ from vomstudio.registration.coordinate_checks import (
     require_on_model,
 )
 from vomstudio.registration.evidence import Evidence, register
-from vomstudio.registration.placing import with_warnings
+from vomstudio.registration.placing import prepend_warnings
 from vomstudio.registration.results import Placed, PointResidual
 from vomstudio.registration.similarity import jacobian
 from vomstudio.registration.turn_checks import worst_turn95_deg
@@ -207,7 +207,7 @@ def placed_by_points(
     if bounds is not None and crs is not None and by_file:
         shown = bounds if extent is None or not len(extent) else extent
         findings += relocation_findings(transform.apply(model.to_world, shown), placed(shown), crs)
-    return with_warnings(placed, findings)
+    return prepend_warnings(placed, findings)
 
 
 def registration_of(
