@@ -118,7 +118,7 @@ def _reconstruct(asked: ReconstructionOrder, progress: Progress) -> Reconstructi
         )
     finally:
         executor.close()
-    with outputs.disk_trouble_reported(asked.out):
+    with outputs.report_disk_errors(asked.out):
         write_report(outputs.Outputs(asked.out).report, result)
     return serialisation.decode(Reconstruction, result)
 
